@@ -1,0 +1,28 @@
+"""Elastic materials by name, and the effective modulus of a pair."""
+
+from dataclasses import dataclass
+
+from bearing_twin.parameters import quantity
+
+
+@dataclass(frozen=True)
+class Material:
+    """A homogeneous isotropic linear-elastic material."""
+
+    young_modulus: float = quantity(2.075e11, "Pa", "Young's modulus", above=0.0)
+    poisson_ratio: float = quantity(0.3, "1", "Poisson's ratio", above=-1.0, below=0.5)
+    density: float = quantity(7850.0, "kg/m^3", "mass density", above=0.0)
+
+
+MATERIALS = {
+    "steel": Material(2.075e11, 0.3, 7850.0),
+    "silicon_nitride": Material(3.1e11, 0.27, 3250.0),
+    "aluminium": Material(7.0e10, 0.33, 2700.0),
+}
+
+
+def effective_modulus(first: Material, second: Material) -> float:
+    """E* [Pa] of two bodies in contact: 1/E* = sum of (1 - nu^2)/E (paper 1's theta is (1 - nu^2)/(pi E))."""
+    return 1.0 / (
+        (1.0 - first.poisson_ratio**2) / first.young_modulus + (1.0 - second.poisson_ratio**2) / second.young_modulus
+    )
