@@ -39,7 +39,7 @@ class Wrench(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One solver output: `sample["normal_load"]` is the array of that channel; `time_ns` counts from the run's start."""
+    """One solver output: `sample["normal_load"]` is that channel's array; `time_ns` counts from the start."""
 
     sequence: int
     time_ns: int
@@ -78,7 +78,9 @@ class Block:
         return np.concatenate([self.values[c.name].reshape(count, c.width) for c in self.channels], axis=1)
 
     @staticmethod
-    def from_matrix(channels: tuple[Channel, ...], first_sequence: int, time_ns: np.ndarray, matrix: np.ndarray) -> "Block":
+    def from_matrix(
+        channels: tuple[Channel, ...], first_sequence: int, time_ns: np.ndarray, matrix: np.ndarray
+    ) -> "Block":
         """The inverse of `matrix()`."""
         edges = np.cumsum([0] + [c.width for c in channels])
         parts = {

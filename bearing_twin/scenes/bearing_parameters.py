@@ -1,9 +1,11 @@
 """Every number and choice of a bearing scene: its YAML keys, units, defaults and limits in one place."""
+# ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 
-from bearing_twin.materials import Material
-from bearing_twin.parameters import quantity, choice, section
+from bearing_twin.materials import MATERIALS, Material
+from bearing_twin.parameters import choice, quantity, section
 
 ELASTIC_LAWS = ("hertz", "hertz_exact", "volumetric", "constant")
 STEPPERS = ("rk4", "rodas4", "dop853", "radau")
@@ -20,7 +22,9 @@ class Geometry:
     inner_conformity: float = quantity(0.52, "1", "inner groove radius / ball diameter", above=0.5, at_most=10.0)
     outer_conformity: float = quantity(0.52, "1", "outer groove radius / ball diameter", above=0.5, at_most=10.0)
     radial_clearance: float = quantity(
-        -6.0e-6, "m", "radial internal clearance: free travel of the inner ring across a diameter; negative = interference"
+        -6.0e-6,
+        "m",
+        "radial internal clearance: free travel of the inner ring across a diameter; negative = interference",
     )
 
 
@@ -28,9 +32,9 @@ class Geometry:
 class Materials:
     """Materials by name (see `materials.MATERIALS`) or by value."""
 
-    ball: Material = section(Material, "steel")
-    inner_ring: Material = section(Material, "steel")
-    outer_ring: Material = section(Material, "steel")
+    ball: Material = section(Material, "steel", MATERIALS)
+    inner_ring: Material = section(Material, "steel", MATERIALS)
+    outer_ring: Material = section(Material, "steel", MATERIALS)
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,10 @@ class Contact:
 
     normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one")
     damping: float = quantity(
-        0.2, "s/m", "viscous term: normal load = elastic load * (1 + damping * approach rate), never below zero", at_least=0.0
+        0.2,
+        "s/m",
+        "viscous term: normal load = elastic load * (1 + damping * approach rate), never below zero",
+        at_least=0.0,
     )
     friction_coefficient: float = quantity(0.08, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
     friction_regularisation: float = quantity(
@@ -89,7 +96,62 @@ class BearingScene:
     materials: Materials = section(Materials)
     contact: Contact = section(Contact)
     drive: Drive = section(Drive)
-    gravity: tuple[float, float, float] = quantity((0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off")
+    gravity: tuple[float, float, float] = quantity(
+        (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
+    )
     initial: Initial = section(Initial)
     solver: Solver = section(Solver)
     run: Run = section(Run)
+
+
+GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
+GREATEST_CLEARANCE = 0.1  # of the ball diameter: beyond it the grooves no longer hold the balls
+GREATEST_OFFSET = 0.02  # of the ball diameter
+GREATEST_OUTPUT_COUNT = 1e9
+
+
+def check(parameters: BearingScene) -> list[str]:
+    """What is impossible although each number alone is legal; one line a problem, naming keys, values and limits."""
+    geometry, run = parameters.geometry, parameters.run
+    ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
+    problems = []
+    if pitch <= ball:
+        problems.append(
+            f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "
+            f"it must exceed geometry.ball_diameter = {ball:g} m"
+        )
+    elif geometry.balls >= 2 and ball > pitch * math.sin(math.pi / geometry.balls):
+        fitting = math.floor(math.pi / math.asin(ball / pitch))
+        widest = pitch * math.sin(math.pi / geometry.balls)
+        problems.append(
+            f"geometry.balls = {geometry.balls} balls of {ball:g} m do not fit on a circle of {pitch:g} m; "
+            f"at most {fitting} do, or geometry.ball_diameter at most {widest:.6g} m"
+        )
+    widest = 0.5 * (pitch / ball + 1.0)
+    if geometry.outer_conformity >= widest:
+        problems.append(
+            f"geometry.outer_conformity = {geometry.outer_conformity:g} makes the groove wider than the outer ring; "
+            f"it must be below {widest:.6g} for this ball and pitch diameter"
+        )
+    if not -GREATEST_INTERFERENCE * ball <= geometry.radial_clearance <= GREATEST_CLEARANCE * ball:
+        problems.append(
+            f"geometry.radial_clearance = {geometry.radial_clearance:g} m is outside what a ball of {ball:g} m bears; "
+            f"it must be between {-GREATEST_INTERFERENCE * ball:.6g} and {GREATEST_CLEARANCE * ball:.6g} m"
+        )
+    offset = math.hypot(*parameters.drive.offset)
+    if offset >= GREATEST_OFFSET * ball:
+        problems.append(
+            f"drive.offset = {list(parameters.drive.offset)} m moves the inner ring by {offset:g} m, too far; "
+            f"its length must be below {GREATEST_OFFSET * ball:.6g} m"
+        )
+    if run.publish_rate > run.output_rate:
+        problems.append(
+            f"run.publish_rate = {run.publish_rate:g} Hz cannot exceed run.output_rate = {run.output_rate:g} Hz; "
+            f"raise the latter or lower the former"
+        )
+    if run.duration * run.output_rate > GREATEST_OUTPUT_COUNT:
+        problems.append(
+            f"run.duration * run.output_rate = {run.duration * run.output_rate:g} outputs is too many; "
+            f"at most {GREATEST_OUTPUT_COUNT:g}"
+        )
+    return problems

@@ -1,0 +1,258 @@
+"""Parameters as data: dataclass fields that carry unit, help and limits, and a reader that reports every mistake.
+
+A scene file is read into frozen dataclasses whose fields are made by `quantity`, `choice` and `section`; the
+same declarations give the defaults, the checks, the list of keys and the descriptors of node parameters.
+"""
+
+import dataclasses
+import difflib
+import math
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+from bearing_twin.errors import SceneError
+
+NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
+LONGEST_NUMBER = 64
+LONGEST_ECHO = 60
+
+
+class Limits(NamedTuple):
+    """Open (`above`, `below`) and closed (`at_least`, `at_most`) bounds of a quantity; None = unbounded."""
+
+    above: float | None = None
+    below: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+
+    def allow(self, value: float) -> bool:
+        return not (
+            (self.above is not None and value <= self.above)
+            or (self.below is not None and value >= self.below)
+            or (self.at_least is not None and value < self.at_least)
+            or (self.at_most is not None and value > self.at_most)
+        )
+
+    def text(self) -> str:
+        words = [f"{word.replace('_', ' ')} {bound:g}" for word, bound in self._asdict().items() if bound is not None]
+        return " and ".join(words)
+
+
+class Parameter(NamedTuple):
+    """One key of a scene: `type` is number, integer, "3 numbers", text or a section's class name in lower case."""
+
+    key: str
+    type: str
+    default: Any
+    unit: str
+    help: str
+    limits: str
+    bounds: Limits
+    options: tuple[str, ...]
+
+
+def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_most=None):
+    """A number (int or float, as the default is) or a tuple of floats of the default's length, in `unit`."""
+    metadata = {"unit": unit, "help": help, "limits": Limits(above, below, at_least, at_most)}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def choice(default, options, help):
+    """One word out of `options`."""
+    return dataclasses.field(default=default, metadata={"options": tuple(options), "help": help})
+
+
+def section(cls, default_name=None, names=None):
+    """A nested dataclass; with `names` (a table name -> instance) it may also be given as one of those names."""
+    if default_name is None:
+        default = cls
+    else:
+        table = names
+
+        def default():
+            return table[default_name]
+
+    metadata = {"section": cls, "names": names or {}, "default_name": default_name}
+    return dataclasses.field(default_factory=default, metadata=metadata)
+
+
+def read_strict(cls, mapping, where):
+    """Build `cls` from a mapping, defaults filled in; raises SceneError listing every problem with what is legal."""
+    instance, problems = read(cls, mapping)
+    raise_problems(where, problems)
+    return instance
+
+
+def read(cls, mapping) -> tuple[Any, list[str]]:
+    """As `read_strict`, but returns (instance, problems): where there are problems the defaults stand in."""
+    problems = []
+    return _read_section(cls, mapping, "", problems, cls()), problems
+
+
+def raise_problems(where: str, problems: list[str]) -> None:
+    """Raise one SceneError naming all `problems` of `where`, or return when there are none."""
+    if len(problems) == 1:
+        raise SceneError(f"{where}: {problems[0]}")
+    if problems:
+        raise SceneError(f"{where} has {len(problems)} problems:\n" + "\n".join(f"  {problem}" for problem in problems))
+
+
+def describe(cls) -> list[Parameter]:
+    """All keys of a parameter dataclass, sections before their keys, in declared order."""
+    return list(_describe(cls, cls(), ""))
+
+
+def plain(instance) -> dict:
+    """A parameter dataclass as nested dicts, lists, numbers and text, as YAML and JSON hold them."""
+    result = {}
+    for item in dataclasses.fields(instance):
+        value = getattr(instance, item.name)
+        if dataclasses.is_dataclass(value):
+            value = plain(value)
+        elif isinstance(value, tuple):
+            value = list(value)
+        result[item.name] = value
+    return result
+
+
+def names_at(cls, words: Iterable[str]) -> Mapping[str, Any]:
+    """The table of names the section at that key path may be given by; empty when it has none."""
+    names = {}
+    for word in words:
+        fields = {item.name: item for item in dataclasses.fields(cls)} if cls else {}
+        metadata = fields[word].metadata if word in fields else {}
+        cls, names = metadata.get("section"), metadata.get("names", {})
+    return names
+
+
+def unknown(word: Any, legal: Iterable[str]) -> str:
+    """The tail of a message about an unknown word: the nearest legal one, if any is near, and all of them."""
+    legal = [str(one) for one in legal]
+    near = difflib.get_close_matches(str(word).lower(), [one.lower() for one in legal], n=1, cutoff=0.5)
+    hint = next((f"did you mean {one}? " for one in legal if near and one.lower() == near[0]), "")
+    return f"{hint}legal: {', '.join(legal)}"
+
+
+def with_unit(unit: str) -> str:
+    return "" if unit in ("", "1") else f" {unit}"
+
+
+def echo(value: Any) -> str:
+    """The offending value as a user may recognise it, cut to a readable length."""
+    text = repr(value)
+    return text if len(text) <= LONGEST_ECHO else text[: LONGEST_ECHO - 3] + "..."
+
+
+def _read_section(cls, mapping, path, problems, defaults):
+    if not isinstance(mapping, Mapping):
+        problems.append(
+            f"{path or 'the scene'} must hold keys and values, not {echo(mapping)}; {unknown('', _names(cls))}"
+        )
+        return defaults
+    fields = {item.name: item for item in dataclasses.fields(cls)}
+    values = {}
+    for key, given in mapping.items():
+        full = f"{path}.{key}" if path else str(key)
+        if key not in fields:
+            problems.append(f"{full[:LONGEST_ECHO]} is not a key; {unknown(key, fields)}")
+            continue
+        values[key] = _read_field(fields[key], given, full, problems, getattr(defaults, key))
+    return dataclasses.replace(defaults, **values)
+
+
+def _read_field(item, given, path, problems, default):
+    """The value of one field, or its default after adding to `problems`."""
+    metadata = item.metadata
+    if given is None:
+        problems.append(f"{path} has no value; leave the key out for its default")
+        return default
+    if "section" in metadata:
+        return _read_named(metadata, given, path, problems, default)
+    if "options" in metadata:
+        if isinstance(given, str) and given in metadata["options"]:
+            return given
+        problems.append(f"{path} = {echo(given)} is not known; {unknown(given, metadata['options'])}")
+        return default
+    if isinstance(item.default, tuple):
+        return _read_tuple(item, given, path, problems)
+    value, problem = _number(given, isinstance(item.default, int), metadata)
+    if problem:
+        problems.append(f"{path} = {echo(given)} {problem}")
+        return default
+    return value
+
+
+def _read_named(metadata, given, path, problems, default):
+    names = metadata["names"]
+    if names and isinstance(given, str):
+        if given in names:
+            return names[given]
+        problems.append(f"{path} = {echo(given)} is not known; {unknown(given, names)}, or its values as keys")
+        return default
+    return _read_section(metadata["section"], given, path, problems, default)
+
+
+def _read_tuple(item, given, path, problems):
+    length = len(item.default)
+    if not isinstance(given, (list, tuple)) or len(given) != length:
+        unit = with_unit(item.metadata["unit"])
+        problems.append(f"{path} = {echo(given)} must be a list of {length} numbers{unit and ' in' + unit}")
+        return item.default
+    values = []
+    for index, one in enumerate(given):
+        value, problem = _number(one, False, item.metadata)
+        if problem:
+            problems.append(f"{path}[{index}] = {echo(one)} {problem}")
+        values.append(value)
+    return item.default if None in values else tuple(values)
+
+
+def _number(given, integer, metadata):
+    """(value, None) or (None, what is wrong). Text such as 1e-6 counts: YAML 1.1 reads it as text."""
+    unit, limits = metadata["unit"], metadata["limits"]
+    kind = "a whole number" if integer else "a number"
+    legal = f"must be {kind}{with_unit(unit) and ' in' + with_unit(unit)}"
+    if limits.text():
+        legal += f", {limits.text()}"
+    if isinstance(given, str) and len(given) <= LONGEST_NUMBER and NUMBER.fullmatch(given.strip()):
+        given = float(given) if not given.strip().lstrip("+-").isdigit() else int(given)
+    if isinstance(given, bool) or not isinstance(given, (int, float)):
+        return None, legal
+    try:
+        value = float(given)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        return None, f"is not finite; {legal}"
+    if integer and value != int(value):
+        return None, legal
+    if not limits.allow(value):
+        return None, f"is out of range; {legal}"
+    return (int(value) if integer else value), None
+
+
+def _names(cls):
+    return [item.name for item in dataclasses.fields(cls)]
+
+
+def _describe(cls, instance, path):
+    for item in dataclasses.fields(cls):
+        key = f"{path}.{item.name}" if path else item.name
+        metadata = item.metadata
+        value = getattr(instance, item.name)
+        if "section" in metadata:
+            names = tuple(metadata["names"])
+            if names:
+                help = "one of the named ones, or its values as keys"
+                kind = metadata["section"].__name__.lower()
+                yield Parameter(key, kind, metadata["default_name"], "", help, ", ".join(names), Limits(), names)
+            yield from _describe(metadata["section"], value, key)
+        elif "options" in metadata:
+            options = metadata["options"]
+            yield Parameter(key, "text", value, "", metadata["help"], ", ".join(options), Limits(), options)
+        else:
+            limits, unit = metadata["limits"], metadata["unit"]
+            kind = "integer" if isinstance(value, int) else "number"
+            kind = f"{len(value)} numbers" if isinstance(value, tuple) else kind
+            yield Parameter(key, kind, value, unit, metadata["help"], limits.text(), limits, ())

@@ -1,0 +1,362 @@
+"""The ball bearing of paper 1, section 5: balls between two toroidal raceways, one turning and one at rest.
+
+Frames. `bearing_link` has its origin at the outer ring's centre and z along the axis. The motion of each ball is
+written in the frame that turns with that ball around the axis, with unit vectors (radial, tangential, axial): there
+steady rolling is an equilibrium, and only the orbit angle grows.
+
+Per ball: position (axis distance, orbit angle, height), velocity, and angular velocity, nine numbers, followed by
+three integrals kept for the energy balance. The orientation of a homogeneous ball does not act back on its motion;
+it is carried along by the steppers (`rotation.turned`).
+
+Signs. A contact's `normal` points from the ball's centre to the raceway, so the load on the ball is
+`-normal_load * normal`. `slip` is the velocity of the ball's surface relative to the raceway.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from bearing_twin.contact.damping import damped_load
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.friction import friction_factor
+from bearing_twin.contact.normal import elastic_energy, elastic_load, load_coefficient
+from bearing_twin.rotation import about_z, add, cross, dot, minus, scaled
+from bearing_twin.surfaces import ball_in_groove
+
+# Columns of a ball's state.
+AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT = 0, 1, 2
+VELOCITY = 3  # radial, tangential, axial
+SPIN = 6  # angular velocity: radial, tangential, axial
+MOTION = 9  # the columns before this one are the motion; the rest only listen
+DRIVE_WORK, DISSIPATED, GROSS_WORK = 9, 10, 11
+COLUMNS = 12
+
+
+class Raceway(NamedTuple):
+    """A toroidal groove and the elastic law of its contacts with the balls."""
+
+    locus_radius: float
+    groove_radius: float
+    effective_modulus: float
+    law: int
+    constant: float
+
+
+class Bearing(NamedTuple):
+    """Everything the equations of motion need, as numbers (SI)."""
+
+    balls: int
+    ball_radius: float
+    ball_mass: float
+    ball_inertia: float
+    inner: Raceway
+    outer: Raceway
+    offset: tuple[float, float, float]
+    gravity: tuple[float, float, float]
+    damping: float
+    friction_coefficient: float
+    friction_regularisation: float
+    pair_coefficient: float
+
+
+class Drive(NamedTuple):
+    """Prescribed turning of the inner ring: at time t [s] it has speed + acceleration t."""
+
+    angle: float
+    speed: float
+    acceleration: float
+
+
+class RacewayContact(NamedTuple):
+    """One ball-raceway contact in the ball's frame; `force` is on the ball, `arm` from its centre to the contact."""
+
+    approach: float
+    approach_rate: float
+    normal_load: float
+    energy: float
+    curvature_small: float
+    curvature_large: float
+    normal: tuple[float, float, float]
+    arm: tuple[float, float, float]
+    slip: tuple[float, float, float]
+    spin_rate: float
+    friction: tuple[float, float, float]
+    force: tuple[float, float, float]
+    torque: tuple[float, float, float]
+    drive_power: float
+    dissipation: float
+
+
+class PairContact(NamedTuple):
+    """Contact with a neighbouring ball: force and torque on this ball, and this ball's half of the energies."""
+
+    force: tuple[float, float, float]
+    torque: tuple[float, float, float]
+    energy: float
+    dissipation: float
+
+
+@njit(cache=True, error_model="numpy")
+def raceway_contact(bearing, raceway, centre, ring_speed, position, velocity, spin):
+    """Contact of a ball with a raceway whose ring has its centre at `centre` and turns at `ring_speed` about z.
+
+    All vectors in the ball's frame, positions from the bearing's centre. The forces act at one point, half the
+    approach inside the ball's surface, so that what one body loses the other gains. A gap gives zero loads.
+    """
+    # Where: the meridian plane of the ring through the ball's centre.
+    offset = minus(position, centre)
+    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    geometry = ball_in_groove(
+        axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
+    )
+    in_plane = geometry.normal_radial / axis_distance
+    normal = (in_plane * offset[0], in_plane * offset[1], geometry.normal_axial)
+    arm = scaled(bearing.ball_radius - 0.5 * geometry.approach, normal)
+
+    # How fast: the ball's surface against the raceway.
+    point = add(offset, arm)
+    raceway_velocity = (-ring_speed * point[1], ring_speed * point[0], 0.0)
+    relative = minus(add(velocity, cross(spin, arm)), raceway_velocity)
+    approach_rate = dot(relative, normal)
+    slip = minus(relative, scaled(approach_rate, normal))
+    spin_rate = dot(spin, normal) - ring_speed * normal[2]
+
+    # How hard: elastic law, viscous term, friction.
+    normal_load, elastic, energy, resistance = 0.0, 0.0, 0.0, 0.0
+    if geometry.approach > 0.0:
+        coefficient = load_coefficient(
+            raceway.law,
+            geometry.curvature_small,
+            geometry.curvature_large,
+            raceway.effective_modulus,
+            raceway.constant,
+        )
+        elastic = elastic_load(coefficient, geometry.approach)
+        energy = elastic_energy(coefficient, geometry.approach)
+        normal_load = damped_load(elastic, approach_rate, bearing.damping)
+        resistance = friction_factor(
+            normal_load,
+            slip[0],
+            slip[1],
+            slip[2],
+            bearing.friction_coefficient,
+            bearing.friction_regularisation,
+        )
+    friction = scaled(-resistance, slip)
+    force = add(scaled(-normal_load, normal), friction)
+    return RacewayContact(
+        geometry.approach,
+        approach_rate,
+        normal_load,
+        energy,
+        geometry.curvature_small,
+        geometry.curvature_large,
+        normal,
+        arm,
+        slip,
+        spin_rate,
+        friction,
+        force,
+        cross(arm, friction),
+        dot(force, raceway_velocity),
+        resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def ball_position(state, k):
+    """Centre of ball k in its own frame [m]."""
+    return (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
+
+
+@njit(cache=True, error_model="numpy")
+def ball_vector(state, k, column):
+    """Three consecutive columns of ball k as a vector: VELOCITY [m/s] or SPIN [rad/s]."""
+    return (state[k, column], state[k, column + 1], state[k, column + 2])
+
+
+@njit(cache=True, error_model="numpy")
+def inner_contact(bearing, inner_centre, inner_speed, state, k):
+    """Contact of ball k with the turning inner raceway."""
+    return raceway_contact(
+        bearing,
+        bearing.inner,
+        inner_centre,
+        inner_speed,
+        ball_position(state, k),
+        ball_vector(state, k, VELOCITY),
+        ball_vector(state, k, SPIN),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def outer_contact(bearing, state, k):
+    """Contact of ball k with the outer raceway at rest."""
+    return raceway_contact(
+        bearing,
+        bearing.outer,
+        (0.0, 0.0, 0.0),
+        0.0,
+        ball_position(state, k),
+        ball_vector(state, k, VELOCITY),
+        ball_vector(state, k, SPIN),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def neighbour_angle(bearing, state, k, side):
+    """Orbit angle [rad] from ball k to its neighbour ahead (side = 1) or behind (side = -1)."""
+    j = (k + side) % bearing.balls
+    angle = state[j, ORBIT_ANGLE] - state[k, ORBIT_ANGLE]
+    if j != k + side:
+        angle += side * 2.0 * math.pi
+    return angle
+
+
+@njit(cache=True, error_model="numpy")
+def pair_contact(bearing, state, k, side):
+    """Contact of ball k with its neighbour ahead (side = 1) or behind (side = -1); there is no cage to keep them apart.
+
+    Sphere on sphere with the raceways' damping and friction. Balls never pass each other in the groove, so
+    neighbours stay neighbours.
+    """
+    nothing = (0.0, 0.0, 0.0)
+    radius = bearing.ball_radius
+    angle = neighbour_angle(bearing, state, k, side)
+    j = (k + side) % bearing.balls
+    cosine, sine = math.cos(angle), math.sin(angle)
+    between = minus(about_z(cosine, sine, ball_position(state, j)), ball_position(state, k))
+    distance = math.sqrt(dot(between, between))
+    approach = 2.0 * radius - distance
+    if approach <= 0.0:
+        return PairContact(nothing, nothing, 0.0, 0.0)
+    normal = scaled(1.0 / distance, between)
+    arm = scaled(0.5 * distance, normal)
+    own = add(ball_vector(state, k, VELOCITY), cross(ball_vector(state, k, SPIN), arm))
+    other_spin = about_z(cosine, sine, ball_vector(state, j, SPIN))
+    other = minus(about_z(cosine, sine, ball_vector(state, j, VELOCITY)), cross(other_spin, arm))
+    relative = minus(own, other)
+    approach_rate = dot(relative, normal)
+    slip = minus(relative, scaled(approach_rate, normal))
+    elastic = elastic_load(bearing.pair_coefficient, approach)
+    normal_load = damped_load(elastic, approach_rate, bearing.damping)
+    resistance = friction_factor(
+        normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
+    )
+    friction = scaled(-resistance, slip)
+    return PairContact(
+        add(scaled(-normal_load, normal), friction),
+        cross(arm, friction),
+        0.5 * elastic_energy(bearing.pair_coefficient, approach),
+        0.5 * (resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def touchable(bearing, near, k, side):
+    """Whether ball k may touch its neighbour on this side; `near[k]` speaks of the gap from ball k to the next ahead.
+
+    Two balls share both gaps and one contact, so only the shorter way round counts.
+    """
+    if side > 0:
+        return near[k]
+    return near[(k - 1) % bearing.balls]
+
+
+@njit(cache=True, error_model="numpy")
+def in_ball_frame(state, k, vector):
+    """A vector of `bearing_link` in the frame of ball k."""
+    angle = state[k, ORBIT_ANGLE]
+    return about_z(math.cos(angle), -math.sin(angle), vector)
+
+
+@njit(cache=True, error_model="numpy")
+def ball_rates(bearing, drive, near, time, state, k, rates):
+    """Writes d(state[k])/dt at `time` [s] into `rates[k]`: Newton's and Euler's equations of one ball.
+
+    In the frame turning with the ball at `orbit_rate` about z, velocity and angular velocity gain the terms
+    -orbit_rate z x (.), which hold the centrifugal, Coriolis and gyroscopic effects.
+    """
+    inner_centre = in_ball_frame(state, k, bearing.offset)
+    gravity = in_ball_frame(state, k, bearing.gravity)
+    inner = inner_contact(bearing, inner_centre, drive.speed + drive.acceleration * time, state, k)
+    outer = outer_contact(bearing, state, k)
+    force = add(inner.force, outer.force)
+    torque = add(inner.torque, outer.torque)
+    dissipation = inner.dissipation + outer.dissipation
+    for side in (1, -1):
+        if touchable(bearing, near, k, side):
+            pair = pair_contact(bearing, state, k, side)
+            force = add(force, pair.force)
+            torque = add(torque, pair.torque)
+            dissipation += pair.dissipation
+
+    velocity = ball_vector(state, k, VELOCITY)
+    spin = ball_vector(state, k, SPIN)
+    orbit_rate = velocity[1] / state[k, AXIS_DISTANCE]
+    rates[k, 0] = velocity[0]
+    rates[k, 1] = orbit_rate
+    rates[k, 2] = velocity[2]
+    rates[k, 3] = force[0] / bearing.ball_mass + gravity[0] + orbit_rate * velocity[1]
+    rates[k, 4] = force[1] / bearing.ball_mass + gravity[1] - orbit_rate * velocity[0]
+    rates[k, 5] = force[2] / bearing.ball_mass + gravity[2]
+    rates[k, 6] = torque[0] / bearing.ball_inertia + orbit_rate * spin[1]
+    rates[k, 7] = torque[1] / bearing.ball_inertia - orbit_rate * spin[0]
+    rates[k, 8] = torque[2] / bearing.ball_inertia
+    rates[k, 9] = inner.drive_power
+    rates[k, 10] = dissipation
+    rates[k, 11] = abs(inner.drive_power)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def bearing_rates(bearing, drive, near, time, state, rates):
+    """d(state)/dt of all balls."""
+    for k in range(bearing.balls):
+        ball_rates(bearing, drive, near, time, state, k, rates)
+
+
+@njit(cache=True, error_model="numpy")
+def mark_near(bearing, state, reach, near):
+    """Sets `near[k]` where the gap [m] from ball k to the next ahead is below `reach`; returns the least gap."""
+    least = math.inf
+    for k in range(bearing.balls):
+        near[k] = False
+        if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
+            continue
+        j = (k + 1) % bearing.balls
+        angle = neighbour_angle(bearing, state, k, 1)
+        other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
+        between = minus(other, ball_position(state, k))
+        gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
+        near[k] = gap < reach
+        least = min(least, gap)
+    return least
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def static_force(bearing, orbit_rate, axis_distance, orbit_angle, height):
+    """Radial and axial force [N] on a ball from elastic contacts and its orbit alone: what equilibrium makes zero."""
+    cosine, sine = math.cos(orbit_angle), math.sin(orbit_angle)
+    centre = about_z(cosine, -sine, bearing.offset)
+    position = (axis_distance, 0.0, height)
+    still = (0.0, 0.0, 0.0)
+    inner = raceway_contact(bearing, bearing.inner, centre, 0.0, position, still, still)
+    outer = raceway_contact(bearing, bearing.outer, still, 0.0, position, still, still)
+    radial = -inner.normal_load * inner.normal[0] - outer.normal_load * outer.normal[0]
+    axial = -inner.normal_load * inner.normal[2] - outer.normal_load * outer.normal[2]
+    return radial + bearing.ball_mass * axis_distance * orbit_rate * orbit_rate, axial
+
+
+def raceway_of(geometry, conformity, side, modulus, law) -> Raceway:
+    """The groove of the inner (side = -1) or outer (side = +1) ring, its centre circle placed by the clearance.
+
+    With the rings centred, each raceway is a quarter of the diametral clearance away from a ball on the pitch circle.
+    """
+    ball_radius = 0.5 * geometry.ball_diameter
+    groove_radius = conformity * geometry.ball_diameter
+    bottom = 0.5 * geometry.pitch_diameter + side * (ball_radius + 0.25 * geometry.radial_clearance)
+    locus_radius = bottom - side * groove_radius
+    still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
+    constant = hertz_coefficient(still.curvature_small, still.curvature_large, modulus)
+    return Raceway(locus_radius, groove_radius, modulus, law, constant)

@@ -1,0 +1,41 @@
+"""Closed forms of gap, normal and curvature: where bodies touch, not how hard."""
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+
+class GrooveContact(NamedTuple):
+    """A ball against a toroidal groove, in the meridian plane of the ball (radial, axial)."""
+
+    approach: float
+    normal_radial: float
+    normal_axial: float
+    curvature_small: float
+    curvature_large: float
+
+
+@njit(cache=True, error_model="numpy")
+def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radius):
+    """Approach [m], outward normal and gap curvatures [1/m] of a ball in a toroidal groove (paper 1, section 5).
+
+    `axis_distance` [m] is the ball centre's distance from the ring's axis, `axial` [m] its height above the ring's
+    plane; the groove's centre circle has radius `locus_radius`, its meridian `groove_radius` > ball radius. The
+    normal points from the ball's centre to the raceway: outwards on an outer ring (the ball is outside the centre
+    circle), inwards on an inner ring; one formula serves both. Curvatures are halves of the relative principal
+    curvatures: `curvature_small` along the meridian, `curvature_large` along the rolling direction. Undefined at the
+    centre circle itself, where the approach is far below zero: returned with normal (1, 0).
+    """
+    radial = axis_distance - locus_radius
+    distance = math.sqrt(radial * radial + axial * axial)
+    approach = distance + ball_radius - groove_radius
+    if distance > 0.0:
+        normal_radial, normal_axial = radial / distance, axial / distance
+    else:
+        normal_radial, normal_axial = 1.0, 0.0
+    ball = 1.0 / ball_radius
+    rolling = normal_radial / (locus_radius + groove_radius * normal_radial)
+    return GrooveContact(
+        approach, normal_radial, normal_axial, 0.5 * (ball - 1.0 / groove_radius), 0.5 * (ball - rolling)
+    )

@@ -1,0 +1,26 @@
+"""Bearing runs for tests: short names for a scene with overrides, its motion, and its energies."""
+
+import numpy as np
+
+from bearing_twin.scene import load_scene
+from bearing_twin.scenes.bearing_model import BearingMotion
+
+TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
+"""A start from rest under a radial and axial offset: sliding, spin and ringing all at once."""
+
+
+def motion(*overrides, scene="bearing_6203", law="hertz", stepper="rodas4"):
+    """The motion of a scene with overrides."""
+    return BearingMotion(load_scene(scene, overrides).parameters, law, stepper)
+
+
+def stored_energy(out):
+    """Kinetic, elastic and potential energy [J] of each output."""
+    return out.kinetic_energy + out.elastic_energy + out.potential_energy
+
+
+def run(*overrides, count=40, period=5e-5, **names):
+    """Outputs of one chunk of `count` instants `period` [s] apart, with the motion they came from."""
+    moving = motion(*overrides, **names)
+    times = period * np.arange(1, count + 1)
+    return moving, moving.advance(times, times[-1])

@@ -1,0 +1,304 @@
+"""The bearing's equations of motion: balances, symmetries, closed forms and statics (paper 1, section 5)."""
+
+import math
+
+import numpy as np
+import pytest
+from bearings import TURNED_REST, motion, run, stored_energy
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+from bearing_twin.reference.kinematics import cage_speed, cage_speed_with_slip, frequencies, roll_rate
+from bearing_twin.scene import load_scene
+from bearing_twin.scenes.bearing import (
+    AXIS_DISTANCE,
+    ORBIT_ANGLE,
+    SPIN,
+    VELOCITY,
+    Drive,
+    ball_position,
+    ball_rates,
+    ball_vector,
+    mark_near,
+    pair_contact,
+)
+from bearing_twin.scenes.bearing_outputs import channels, contact_details, empty_outputs, wrenches, write_outputs
+from bearing_twin.simulate import Simulation, simulate
+
+NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
+
+
+def test_published_frequencies_of_the_6203():
+    """8 balls of 0.2656 in on a 1.122 in circle, per shaft turn; the ball's own spin, half of the usual table entry."""
+    found = frequencies(8, 0.2656, 1.122)
+    assert found.outer_passes == pytest.approx(3.0531, abs=5e-5)
+    assert found.inner_passes == pytest.approx(4.9469, abs=5e-5)
+    assert found.cage == pytest.approx(0.38164, abs=5e-6)
+    assert found.ball_spin == pytest.approx(1.9939, abs=1e-4)
+
+
+def test_frequencies_measured_from_the_motion_and_their_deviation_explained():
+    """Cage speed and roll rate within 1 % of pure rolling under load; contact radii and slip account for the rest."""
+    simulation = Simulation(load_scene("bearing_6203", ["run.output_rate=2000", "drive.offset=[0.0, 0.0, 0.0]"]))
+    block = simulation.advance(401)
+    half = 200
+    span = 1e-9 * (block.time_ns[-1] - block.time_ns[half])
+    orbit = (block.values["orbit_angle"][-1] - block.values["orbit_angle"][half]) / span
+    geometry = simulation.scene.parameters.geometry
+    speed = simulation.scene.parameters.drive.speed
+    diameters = geometry.ball_diameter, geometry.pitch_diameter
+    assert orbit == pytest.approx(cage_speed(speed, *diameters), rel=0.01)
+    rolled = block.values["roll_rate"][half:].mean(axis=0)
+    assert rolled == pytest.approx(roll_rate(speed, *diameters), rel=0.01)
+
+    point = np.linalg.norm(block.values["point"][half:, :, :, :2], axis=-1)
+    angle = block.values["orbit_angle"][half:]
+    tangent = np.stack([-np.sin(angle), np.cos(angle), np.zeros_like(angle)], axis=-1)
+    slip = np.einsum("skrv,skv->skr", block.values["slip"][half:], tangent)
+    centre = np.linalg.norm(block.values["position"][half:, :, :2], axis=-1)
+    arms = centre - point[..., 0], point[..., 1] - centre
+    predicted = cage_speed_with_slip(speed, centre, *arms, slip[..., 0], slip[..., 1])
+    momentary = np.einsum("skv,skv->sk", block.values["velocity"][half:], tangent) / centre
+    assert momentary == pytest.approx(predicted, rel=1e-10)
+    assert np.abs(predicted / cage_speed(speed, *diameters) - 1.0).max() > 1e-5  # there is something to explain
+
+
+def test_forces_on_the_rings_answer_those_on_the_balls():
+    _, out = run(*TURNED_REST)
+    forces = out.raceway_force.sum(axis=1) + out.inner_ring_force + out.outer_ring_force
+    assert np.abs(forces).max() < 1e-12 * np.abs(out.raceway_force).max() * out.raceway_force.shape[1]
+    torques = (
+        (out.raceway_torque + np.cross(out.position, out.raceway_force)).sum(axis=1)
+        + out.inner_ring_torque
+        + np.cross(out.inner_ring_offset, out.inner_ring_force)
+        + out.outer_ring_torque
+    )
+    assert np.abs(torques).max() < 1e-12 * np.abs(out.inner_ring_torque).max() * 100.0
+
+
+@pytest.mark.parametrize("law", ["hertz", "volumetric", "constant"])
+@pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_loose"])
+def test_energy_closes(scene, law):
+    """Work of the drive = change of stored energy + dissipation, within 1e-3 of the work, starting from rest."""
+    moving = motion("initial.motion=rest", scene=scene, law=law)
+    before = stored_energy(moving.first_outputs())[0]
+    out = moving.advance(np.arange(1, 51) * 2e-4, 1e-2)
+    assert out.drive_work[-1] > 1e-4
+    residual = out.drive_work[-1] - (stored_energy(out)[-1] - before) - out.dissipated[-1]
+    assert abs(residual) < 1e-5 * out.drive_work[-1]
+    assert np.all(np.diff(out.dissipated) >= -1e-15)
+
+
+def test_eight_balls_carry_the_same_without_gravity():
+    _, out = run(NO_GRAVITY, count=20, period=5e-4)
+    assert np.ptp(out.normal_load, axis=1) == pytest.approx(0.0, abs=1e-6 * out.normal_load.max())
+    share = out.normal_load[-1]
+    weight = (
+        motion().bearing.ball_mass * out.velocity[-1, 0] @ out.velocity[-1, 0] / np.linalg.norm(out.position[-1, 0])
+    )
+    assert share[:, 1] - share[:, 0] == pytest.approx(
+        weight, rel=1e-3
+    )  # the outer race also holds the centrifugal force
+
+
+@pytest.mark.parametrize("offset", [2e-6, 6e-6])
+def test_a_ring_offset_loads_the_balls_as_statics_says(offset):
+    """Slow turning, no gravity: each ball is two springs in series over the local interference."""
+    overrides = (NO_GRAVITY, "drive.speed=1.0", f"drive.offset=[{offset}, 0.0, 0.0]", "geometry.balls=7")
+    moving, out = run(*overrides, count=4, period=5e-3)
+    inner, outer = moving.bearing.inner.constant, moving.bearing.outer.constant
+    for ball, angle in enumerate(out.orbit_angle[-1]):
+        squeeze = 3e-6 + offset * math.cos(angle)  # minus a quarter of the clearance at either race, plus the offset
+        expected = 0.0
+        if squeeze > 0.0:
+            share = brentq(lambda h, s=squeeze: inner * h**1.5 - outer * (s - h) ** 1.5, 0.0, squeeze, xtol=1e-18)
+            expected = inner * share**1.5
+        assert out.normal_load[-1, ball, 0] == pytest.approx(expected, rel=2e-3, abs=2e-3)
+    assert out.normal_load[-1, :, 0].max() > 2.0 * out.normal_load[-1, :, 0].min()
+
+
+@pytest.mark.parametrize(("balls", "exact"), [(8, 4.3457), (200, 4.3701)])
+def test_static_load_of_the_most_loaded_ball(balls, exact):
+    """Zero clearance, ball under the load: Q_max = 4.3457 F_r/Z for 8 balls, Stribeck's 4.3701 for many."""
+    geometry = [
+        "geometry.radial_clearance=0.0",
+        f"geometry.balls={balls}",
+        f"geometry.ball_diameter={6.746e-3 * 8 / max(8, balls)}",
+    ]
+    overrides = (NO_GRAVITY, "drive.speed=1e-6", "drive.offset=[4.0e-6, 0.0, 0.0]", "contact.normal=hertz", *geometry)
+    out = motion(*overrides).first_outputs()
+    radial = -out.inner_ring_force[0, 0]
+    assert out.normal_load[0, 0, 0] * balls / radial == pytest.approx(exact, rel=2e-3)
+
+
+def test_turning_everything_turns_the_answer():
+    """Offset and gravity turned by a seventh of a ball's pitch of 2 pi/8 times 3: balls 0..7 behave as 3.. did."""
+    turn = 2.0 * math.pi * 3 / 8
+    rotation = Rotation.from_rotvec([0.0, 0.0, turn])
+    offset, gravity = np.array([2e-6, -1e-6, 4e-6]), np.array([3.0, -9.0, 1.0])
+
+    def outputs(vectors):
+        names = ("drive.offset", "gravity")
+        values = (f"{name}={list(map(float, vector))}" for name, vector in zip(names, vectors, strict=True))
+        return run("initial.motion=rest", "solver.tolerance=1e-5", *values, count=10, period=2e-5)[1]
+
+    first = outputs((offset, gravity))
+    second = outputs((rotation.apply(offset), rotation.apply(gravity)))
+    shifted = np.roll(second.normal_load, -3, axis=1)
+    assert shifted == pytest.approx(first.normal_load, rel=1e-5)
+    turned_force = np.roll(second.raceway_force, -3, axis=1)
+    assert rotation.apply(first.raceway_force.reshape(-1, 3)) == pytest.approx(turned_force.reshape(-1, 3), abs=1e-4)
+
+
+def test_reversing_the_drive_mirrors_the_motion():
+    _, forwards = run(NO_GRAVITY, "initial.motion=rest", count=10)
+    _, backwards = run(NO_GRAVITY, "initial.motion=rest", "drive.speed=-183.26", count=10)
+    assert backwards.normal_load == pytest.approx(forwards.normal_load, rel=1e-6)
+    assert backwards.roll_rate == pytest.approx(-forwards.roll_rate, rel=1e-6)
+
+
+def test_the_three_laws_differ_by_the_error_of_the_volumetric_law():
+    """At these contacts (b/a 0.10 and 0.14) the volumetric law is 0.3 to 0.46 % stiffer, so loads agree to that."""
+    loads = {
+        law: run(NO_GRAVITY, law=law, count=2, period=5e-4)[1].normal_load[-1]
+        for law in ("hertz", "hertz_exact", "volumetric", "constant")
+    }
+    assert loads["hertz"] == pytest.approx(loads["hertz_exact"], rel=1e-9)
+    assert loads["constant"] == pytest.approx(loads["hertz_exact"], rel=1e-5)
+    difference = loads["volumetric"] / loads["hertz_exact"] - 1.0
+    assert np.all((difference > 0.002) & (difference < 0.0047))
+
+
+def test_gyroscopic_torque_needs_a_contact_angle():
+    """Thrust tilts the roll axis; its turning around the bearing axis asks for a friction torque I w x W."""
+    moving, out = run(NO_GRAVITY, "drive.offset=[0.0, 0.0, 3.0e-5]", "drive.speed=1000.0", count=10, period=2e-3)
+    angle = out.contact_angle[-1, 0]
+    assert 0.02 < abs(angle[0]) < 0.5
+    assert angle[0] * angle[1] < 0.0
+    spin, orbit = out.angular_velocity[-1, 0], np.array([0.0, 0.0, out.velocity[-1, 0] @ np.array([0, 1, 0]) * 0.0])
+    radius = np.linalg.norm(out.position[-1, 0, :2])
+    orbit[2] = np.cross(out.position[-1, 0], out.velocity[-1, 0])[2] / radius**2
+    needed = moving.bearing.ball_inertia * np.cross(orbit, spin)
+    assert np.linalg.norm(needed) > 1e-6
+    assert out.raceway_torque[-1, 0] == pytest.approx(needed, abs=0.02 * np.linalg.norm(needed))
+
+
+def test_balls_push_each_other_off():
+    """Two balls of a full bearing driven together: forces opposite, torques equal, and they part again."""
+    moving = motion(NO_GRAVITY, "geometry.balls=12", "geometry.pitch_diameter=28.5e-3")
+    state = moving.state
+    bearing = moving.bearing
+    near = np.ones(12, np.bool_)
+    apart = 2.0 * math.asin((6.746e-3 - 2e-6) / (2.0 * state[0, AXIS_DISTANCE]))
+    state[0, ORBIT_ANGLE] = state[1, ORBIT_ANGLE] - apart
+    state[0, SPIN + 2] *= 0.5
+    ahead, behind = pair_contact(bearing, state, 0, 1), pair_contact(bearing, state, 1, -1)
+    angle = state[1, ORBIT_ANGLE] - state[0, ORBIT_ANGLE]
+    back = Rotation.from_rotvec([0.0, 0.0, angle]).apply(behind.force)
+    assert np.linalg.norm(ahead.force) > 0.1
+    assert np.array(ahead.force) == pytest.approx(-back, rel=1e-12)
+    assert ahead.torque[2] == pytest.approx(behind.torque[2], rel=1e-9)
+    start = stored_energy(moving.first_outputs())[0]
+    out = moving.advance(np.arange(1, 21) * 1e-4, 2e-3)
+    assert mark_near(bearing, moving.state, 0.0, near) >= 0.0
+    residual = out.drive_work[-1] - (stored_energy(out)[-1] - start) - out.dissipated[-1]
+    assert abs(residual) < 1e-3 * moving.gross_work()
+
+
+@pytest.mark.parametrize("balls", [1, 2, 3, 5, 13])
+def test_any_number_of_balls(balls):
+    _, out = run(f"geometry.balls={balls}", "geometry.pitch_diameter=30e-3", count=3, period=1e-3)
+    assert out.normal_load.shape == (3, balls, 2)
+    assert np.all(out.normal_load > 1.0)
+    assert np.all(np.isfinite(out.position))
+
+
+def test_loose_balls_lift_off_the_inner_ring():
+    _, out = run(scene="bearing_6203_loose", count=10, period=1e-3)
+    lifted = out.approach[-1, :, 0] < 0.0
+    assert lifted.sum() >= 3
+    assert (~lifted).sum() >= 2
+    assert np.all(out.normal_load[-1, lifted, 0] == 0.0)
+
+
+def test_the_state_is_constant_in_steady_rolling():
+    """In the frame that turns with the ball nothing but the orbit angle changes: rates vanish against their parts."""
+    moving = motion(NO_GRAVITY)
+    moving.advance(np.array([5e-3]), 5e-3)
+    rates = np.zeros_like(moving.state)
+    near = np.zeros(8, np.bool_)
+    ball_rates(moving.bearing, moving.drive, near, 0.0, moving.state, 0, rates)
+    velocity = ball_vector(moving.state, 0, VELOCITY)
+    centrifugal = velocity[1] ** 2 / ball_position(moving.state, 0)[0]
+    assert np.abs(rates[0, VELOCITY:SPIN]).max() < 1e-3 * centrifugal
+    assert rates[0, ORBIT_ANGLE] == pytest.approx(69.9, rel=0.01)
+
+
+def test_a_speed_command_is_followed_at_the_drives_acceleration():
+    simulation = Simulation(load_scene("bearing_6203"))
+    simulation.advance(11)
+    simulation.set_speed(200.0)
+    block = simulation.advance(40)
+    speed = block.values["inner_ring_speed"]
+    assert np.all(np.diff(speed) <= 2000.0 * 1e-3 * (1 + 1e-9))
+    assert speed[-1] == 200.0
+    assert np.gradient(block.values["inner_ring_angle"], 1e-3)[5:-5] == pytest.approx(speed[5:-5], rel=0.01)
+
+
+def test_outputs_do_not_depend_on_how_they_are_asked_for():
+    whole = Simulation(load_scene("bearing_6203")).advance(57)
+    parts = Simulation(load_scene("bearing_6203"))
+    pieces = [parts.advance(n).matrix() for n in (1, 9, 30, 17)]
+    assert np.array_equal(np.concatenate(pieces), whole.matrix())
+    parts.reset()
+    assert np.array_equal(parts.advance(57).matrix(), whole.matrix())
+    assert whole.time_ns[0] == 0
+    assert whole.time_ns[-1] == 56_000_000
+
+
+def test_wrenches_and_ellipses_of_a_sample():
+    scene = load_scene("bearing_6203")
+    sample = Simulation(scene).advance(3)[2]
+    found = wrenches(scene.parameters, sample)
+    assert [w.body for w in found] == [f"ball_{k}" for k in range(8)] + ["inner_ring", "outer_ring"]
+    for k in range(8):
+        load, normal = sample["normal_load"][k], sample["normal"][k]
+        force = (load[:, None] * normal + sample["friction_force"][k]).sum(axis=0)
+        assert found[k].force == pytest.approx(force, rel=1e-12, abs=1e-12)
+    details = contact_details(scene.parameters, sample)
+    assert np.all(details["semi_major"] > details["semi_minor"])
+    assert np.all(details["in_contact"])
+    pressure = 1.5 * sample["normal_load"] / (np.pi * details["semi_major"] * details["semi_minor"])
+    assert details["peak_pressure"] == pytest.approx(pressure, rel=1e-12)
+    assert np.abs(np.einsum("krv,krv->kr", details["major_axis"], sample["normal"])).max() < 1e-12
+    assert {c.name for c in channels(scene.parameters)} == set(sample.values)
+
+
+def test_the_compiled_kernel_is_the_readable_function():
+    """The same numbers from the plain Python functions: one ball's rates and outputs."""
+    moving = motion(*TURNED_REST)
+    moving.advance(np.array([1e-4]), 1e-4)
+    near, compiled, plain = np.zeros(8, np.bool_), np.zeros_like(moving.state), np.zeros_like(moving.state)
+    drive = Drive(0.0, 183.26, 10.0)
+    ball_rates(moving.bearing, drive, near, 1e-3, moving.state, 2, compiled)
+    ball_rates.py_func(moving.bearing, drive, near, 1e-3, moving.state, 2, plain)
+    assert plain == pytest.approx(compiled, rel=1e-12, abs=1e-12)
+    outs = empty_outputs(moving.parameters, 1), empty_outputs(moving.parameters, 1)
+    arguments = moving.bearing, drive, np.zeros(1), moving.state[None], moving.orientation[None]
+    write_outputs(*arguments, outs[0], 0)
+    write_outputs.py_func(*arguments, outs[1], 0)
+    for mine, other in zip(*outs, strict=True):
+        assert mine == pytest.approx(other, rel=1e-12, abs=1e-14)
+
+
+def test_the_report_of_a_run():
+    run_ = simulate("bearing_6203")
+    for _ in run_.blocks():
+        pass
+    report = run_.report.as_dict()
+    assert (report["law"], report["stepper"], report["status"]) == ("hertz", "rodas4", "done")
+    assert (report["samples"], report["simulated_s"]) == (1001, 1.0)
+    assert report["cage_speed_rad_s"] == pytest.approx(report["cage_speed_theory_rad_s"], rel=1e-3)
+    assert abs(report["energy_closure"]) < 1e-5
+    assert len(report["normal_load_inner_n"]) == len(report["friction_torque_nm"]) == 8
+    assert report["semi_major_inner_m"][0] > report["semi_minor_inner_m"][0] > 0.0

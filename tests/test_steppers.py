@@ -1,0 +1,158 @@
+"""Every stepper on the bearing: observed order in load and in friction torque, references, refusals, and the tableaux."""
+
+import numpy as np
+import pytest
+from bearings import TURNED_REST, motion, run
+from scipy.linalg import lu_factor, lu_solve
+
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.motion.steppers import METHODS, RK4, RODAS4, factorise, next_step, substitute
+
+
+def errors_against(reference, out):
+    """Relative error of normal load and of friction torque, greatest over balls and instants."""
+    load = np.abs(out.normal_load - reference.normal_load).max() / reference.normal_load.max()
+    torque = np.abs(out.raceway_torque - reference.raceway_torque).max() / np.abs(reference.raceway_torque).max()
+    return np.array([load, torque])
+
+
+def test_load_and_friction_torque_converge_with_the_order_of_rk4():
+    """Judged inside the transient, at instants where both are far from settled; reference from a step ten times finer."""
+    smooth = (*TURNED_REST, "contact.friction_regularisation=0.3")
+
+    def outputs(step):
+        return run(*smooth, f"solver.step={step}", stepper="rk4", count=8, period=1.2e-5)[1]
+
+    reference = outputs(2e-8)
+    errors = np.array([errors_against(reference, outputs(step)) for step in (1.2e-6, 6e-7, 3e-7)])
+    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(4.0, abs=0.15)
+
+
+def test_rodas4_has_order_four_on_a_stiff_problem_with_a_known_solution():
+    """y1' = -5 (y1 - cos t) - sin t and y2' = y1 - y2 in the method's own transformed form, constant steps."""
+    from math import cos, exp, sin
+
+    def rates(t, y):
+        return np.array([-5.0 * (y[0] - cos(t)) - sin(t), y[0] - y[1]])
+
+    jacobian = np.array([[-5.0, 0.0], [1.0, -1.0]])
+
+    def slope(t):
+        return np.array([-5.0 * sin(t) - cos(t), 0.0])
+
+    def end(steps):
+        y, h = np.array([1.0, 1.0]), 2.0 / steps
+        for i in range(steps):
+            t, k = i * h, np.zeros((6, 2))
+            factors = lu_factor(np.eye(2) / (h * RODAS4.gamma) - jacobian)
+            for stage in range(6):
+                trial = y + RODAS4.a[stage, :stage] @ k[:stage]
+                right = rates(t + RODAS4.alpha[stage] * h, trial) + RODAS4.c[stage, :stage] @ k[:stage] / h
+                k[stage] = lu_solve(factors, right + h * RODAS4.d[stage] * slope(t))
+            y = trial + k[5]
+        return y
+
+    exact = np.array([cos(2.0), 0.5 * (cos(2.0) + sin(2.0)) + 0.5 * exp(-2.0)])
+    errors = [np.abs(end(steps) - exact).max() for steps in (40, 80, 160)]
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.15)
+
+
+def test_rk4_tableau_satisfies_the_order_conditions():
+    a = np.array([[*row, *[0.0] * (4 - len(row))] for row in RK4.a])
+    b, c = np.array(RK4.b), np.array(RK4.c)
+    assert a.sum(axis=1) == pytest.approx(c)
+    conditions = [
+        b.sum(),
+        2 * b @ c,
+        3 * b @ c**2,
+        6 * b @ a @ c,
+        4 * b @ c**3,
+        8 * b @ (c * (a @ c)),
+        12 * b @ a @ c**2,
+        24 * b @ a @ a @ c,
+    ]
+    assert conditions == pytest.approx([1.0] * 8)
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """The start from rest by SciPy's Radau, far tighter than any contestant."""
+    return run(*TURNED_REST, stepper="radau")[1]
+
+
+@pytest.mark.parametrize("stepper", ["rk4", "rodas4", "dop853"])
+def test_steppers_agree_with_radau_inside_the_transient(reference, stepper):
+    """Load and friction torque within the wanted 1e-3, from rest through sliding and ringing."""
+    out = run(*TURNED_REST, stepper=stepper)[1]
+    assert np.all(errors_against(reference, out) < 1e-3)
+    assert out.orientation == pytest.approx(reference.orientation, abs=1e-6)
+
+
+def test_a_tighter_tolerance_is_more_accurate_and_dearer(reference):
+    runs = [run(*TURNED_REST, f"solver.tolerance={tolerance}") for tolerance in (1e-2, 1e-4, 1e-5)]
+    errors = np.array([errors_against(reference, out).max() for _, out in runs])
+    steps = [moving.costs()["ball_steps"] for moving, _ in runs]
+    assert np.all(np.diff(errors) < 0.0) and np.all(np.diff(steps) > 0)
+
+
+def test_dense_output_is_as_good_as_the_steps():
+    """Asking for ten times as many instants changes neither the steps nor the values at the common instants."""
+    few_motion, few = run(*TURNED_REST, count=10, period=1e-4)
+    many_motion, many = run(*TURNED_REST, count=100, period=1e-5)
+    assert few_motion.costs() == many_motion.costs()
+    assert many.normal_load[9::10] == pytest.approx(few.normal_load, rel=1e-9, abs=1e-9)
+
+
+def test_no_fixed_step_serves_a_tiny_regularisation_but_rodas4_does():
+    tiny = ("contact.friction_regularisation=1e-4",)
+    with pytest.raises(SceneError, match="friction answers at"):
+        motion(*tiny, "solver.step=2e-7", stepper="rk4")
+    moving, out = run(*tiny, count=10, period=1e-3)
+    assert moving.costs()["ball_steps"] < 8 * 400
+    finer = run(*tiny, "solver.tolerance=1e-5", count=10, period=1e-3)[1]
+    assert np.all(errors_against(finer, out)[0] < 1e-3)
+
+
+def test_a_step_longer_than_an_eighth_of_the_shortest_contact_is_refused():
+    with pytest.raises(SceneError, match="at least 8 steps"):
+        motion("solver.step=2e-6", "contact.friction_coefficient=0.0", stepper="rk4")
+
+
+def test_explicit_steps_past_stability_end_in_an_error_and_not_in_numbers():
+    """Past the refusals a stepper must notice by itself: not a number, or a ball through a raceway."""
+    moving = motion("contact.friction_coefficient=0.0", stepper="rk4")
+    moving.step = 2e-5
+    with pytest.raises(IntegrationError, match="ball [0-7]"):
+        for _ in range(20):
+            moving.advance(np.array([1e-2]), 1e-2)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("stepper", ["rk4", "rodas4"])
+def test_a_state_that_is_not_finite_is_an_error_with_the_ball(stepper, value):
+    moving = motion(stepper=stepper)
+    moving.state[3, 4] = value
+    with pytest.raises(IntegrationError, match="ball 3"):
+        moving.advance(np.array([1e-3]), 1e-3)
+
+
+def test_linear_solver_agrees_with_scipy():
+    rng = np.random.default_rng(5)
+    matrix, right = rng.normal(size=(18, 18)), rng.normal(size=18)
+    expected = np.linalg.solve(matrix, right)
+    pivots = np.zeros(18, np.int64)
+    assert factorise(matrix, pivots, 18)
+    substitute(matrix, pivots, 18, right)
+    assert right == pytest.approx(expected, rel=1e-10)
+    assert not factorise(np.zeros((3, 3)), pivots, 3)
+
+
+def test_step_control_stays_in_its_bounds():
+    assert next_step(1.0, 1e-20, 4) == 6.0
+    assert next_step(1.0, 1e9, 4) == 0.2
+    assert next_step(1.0, np.nan, 4) == 0.2
+    assert 0.85 < next_step(1.0, 1.0, 4) < 1.0
+
+
+def test_every_method_says_where_it_comes_from():
+    assert all(len(method.source) > 10 and method.order >= 4 for method in METHODS.values())

@@ -1,0 +1,56 @@
+"""The ball in a groove against geometry done the long way: nearest points and curvatures by brute force."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from bearing_twin.surfaces import ball_in_groove
+
+BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3
+
+
+def torus(locus, phi, tube):
+    radial = locus + GROOVE * np.cos(tube)
+    return np.array([radial * np.cos(phi), radial * np.sin(phi), GROOVE * np.sin(tube)])
+
+
+@pytest.mark.parametrize(("locus", "distance", "tube_guess"), [(14.1e-3, 14.25e-3, 0.1), (14.4e-3, 14.25e-3, 3.0)])
+@pytest.mark.parametrize("height", [0.0, 2e-5, -4e-5])
+def test_groove_normal_and_gap_are_those_of_the_extreme_point(locus, distance, height, tube_guess):
+    """The contact is where the torus is farthest from the ball's centre in the meridian plane of the groove."""
+    centre = np.array([distance, 0.0, height])
+    found = minimize(
+        lambda t: -np.linalg.norm(torus(locus, 0.0, t[0]) - centre) * -1e3, [tube_guess], tol=1e-14, method="Nelder-Mead",
+        options={"xatol": 1e-10, "fatol": 1e-16},
+    )  # fmt: skip
+    point = torus(locus, 0.0, found.x[0])
+    contact = ball_in_groove(distance, height, BALL, locus, GROOVE)
+    reach = np.linalg.norm(point - centre)
+    assert contact.approach == pytest.approx(BALL - reach, abs=1e-12)
+    direction = (point - centre) / reach
+    assert [contact.normal_radial, 0.0, contact.normal_axial] == pytest.approx(direction, abs=1e-4)
+
+
+@pytest.mark.parametrize(("locus", "tube"), [(10.7e-3, 0.0), (10.7e-3, 0.2), (17.7e-3, np.pi), (17.7e-3, np.pi - 0.15)])
+def test_curvatures_are_those_of_the_torus(locus, tube):
+    """Principal curvatures by finite differences of the parametrised torus, half the relative ones of the pair."""
+    step = 1e-4
+    normal = np.array([np.cos(tube), 0.0, np.sin(tube)])  # outwards from the tube: from ball to raceway
+    point = torus(locus, 0.0, tube)
+    along = (
+        (torus(locus, 0.0, tube + step) + torus(locus, 0.0, tube - step) - 2.0 * point) @ normal / (step * GROOVE) ** 2
+    )
+    radius = locus + GROOVE * np.cos(tube)
+    around = (torus(locus, step, tube) + torus(locus, -step, tube) - 2.0 * point) @ normal / (step * radius) ** 2
+    centre = point - (BALL - 1e-6) * normal
+    contact = ball_in_groove(centre[0], centre[2], BALL, locus, GROOVE)
+    assert contact.approach == pytest.approx(1e-6, abs=1e-12)
+    assert contact.curvature_small == pytest.approx(0.5 * (1.0 / BALL + along), rel=1e-4)
+    assert contact.curvature_large == pytest.approx(0.5 * (1.0 / BALL + around), rel=1e-4)
+    assert 0.0 < contact.curvature_small < contact.curvature_large
+
+
+def test_the_centre_circle_is_defined():
+    contact = ball_in_groove(0.014, 0.0, BALL, 0.014, GROOVE)
+    assert contact.approach < 0.0
+    assert (contact.normal_radial, contact.normal_axial) == (1.0, 0.0)
