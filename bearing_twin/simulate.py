@@ -8,10 +8,14 @@ import numpy as np
 
 from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.fidelity import Choice, choose
-from bearing_twin.report import Report, Statistics
+from bearing_twin.report import Report
 from bearing_twin.sample import Block, Sample
 from bearing_twin.scene import Scene, load_scene
 from bearing_twin.scenes.bearing_model import BearingMotion
+
+MOTIONS = {"bearing": BearingMotion}
+"""What moves each kind of scene: made from parameters, law and stepper, with `reset`, `first_outputs`,
+`advance(times, duration)` (one array a channel, in their order), `goal_speed`, `statistics`, `found`, `costs`."""
 
 CHUNK_NS = 10_000_000  # integrate at most this much simulated time between commands ...
 CHUNK_OUTPUTS = 200  # ... and at most this many outputs, so that memory stays small
@@ -31,8 +35,11 @@ class Simulation:
         self.channels = scene.channels
         self.output_period_ns = max(1, round(1e9 / scene.parameters.run.output_rate))
         self._per_chunk = max(1, min(CHUNK_OUTPUTS, CHUNK_NS // self.output_period_ns))
-        self._motion = BearingMotion(scene.parameters, self.choice.law, self.choice.stepper)
+        self._motion = self._new_motion()
         self.reset()
+
+    def _new_motion(self):
+        return MOTIONS[self.scene.kind](self.scene.parameters, self.choice.law, self.choice.stepper)
 
     @property
     def law(self) -> str:
@@ -55,15 +62,14 @@ class Simulation:
         self.sequence, self.time_ns = -1, -self.output_period_ns
         self._pending = self._motion.first_outputs()
         self._used = 0
-        self._statistics = Statistics(self.scene, self._motion.bearing.ball_radius)
+        self._statistics = self._motion.statistics()
         self._compute_seconds = 0.0
 
     def warm_up(self) -> float:
         """Compiles what this scene needs (or loads it from the cache) and returns the seconds it took."""
         start = time.perf_counter()
         period = 1e-9 * self.output_period_ns
-        scratch = BearingMotion(self.scene.parameters, self.law, self.stepper)
-        scratch.advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
+        self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
         return time.perf_counter() - start
 
     def set_speed(self, speed: float) -> None:
@@ -104,12 +110,22 @@ class Simulation:
 
     def report(self) -> Report:
         """What the run cost and how far to trust it, up to the last output given out."""
-        return self._statistics.report(
-            self.choice,
-            self._motion.costs(),
-            self._motion.gross_work(),
-            self._compute_seconds,
-            (self._per_chunk - self._used) if self.sequence > 0 else 0,
+        found = self._motion.found(self._statistics)
+        # Outputs computed but not given out took their share of the seconds.
+        share = (self.sequence + 1) / (self.sequence + 1 + len(self._pending[0]) - self._used)
+        return Report(
+            scene=self.scene.name,
+            law=self.choice.law,
+            stepper=self.choice.stepper,
+            choice_reason=self.choice.reason,
+            warnings=self.choice.warnings,
+            flags=found.flags,
+            status=found.status,
+            simulated_seconds=1e-9 * self.time_ns,
+            compute_seconds=share * self._compute_seconds,
+            samples=self.sequence + 1,
+            costs=self._motion.costs(),
+            figures=found.figures,
         )
 
 

@@ -1,4 +1,4 @@
-"""Every stepper on the bearing: observed order in load and in friction torque, references, refusals, and the tableaux."""
+"""Every stepper on the bearing: observed order in load and friction torque, references, refusals, tableaux."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def errors_against(reference, out):
 
 
 def test_load_and_friction_torque_converge_with_the_order_of_rk4():
-    """Judged inside the transient, at instants where both are far from settled; reference from a step ten times finer."""
+    """Judged inside the transient, where both are far from settled; the reference has a far finer step."""
     smooth = (*TURNED_REST, "contact.friction_regularisation=0.3")
 
     def outputs(step):
@@ -92,7 +92,8 @@ def test_a_tighter_tolerance_is_more_accurate_and_dearer(reference):
     runs = [run(*TURNED_REST, f"solver.tolerance={tolerance}") for tolerance in (1e-2, 1e-4, 1e-5)]
     errors = np.array([errors_against(reference, out).max() for _, out in runs])
     steps = [moving.costs()["ball_steps"] for moving, _ in runs]
-    assert np.all(np.diff(errors) < 0.0) and np.all(np.diff(steps) > 0)
+    assert np.all(np.diff(errors) < 0.0)
+    assert np.all(np.diff(steps) > 0)
 
 
 def test_dense_output_is_as_good_as_the_steps():
@@ -122,9 +123,8 @@ def test_explicit_steps_past_stability_end_in_an_error_and_not_in_numbers():
     """Past the refusals a stepper must notice by itself: not a number, or a ball through a raceway."""
     moving = motion("contact.friction_coefficient=0.0", stepper="rk4")
     moving.step = 2e-5
-    with pytest.raises(IntegrationError, match="ball [0-7]"):
-        for _ in range(20):
-            moving.advance(np.array([1e-2]), 1e-2)
+    with pytest.raises(IntegrationError, match=r"ball \d"):
+        moving.advance(np.array([0.2]), 0.2)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

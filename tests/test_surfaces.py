@@ -20,9 +20,11 @@ def test_groove_normal_and_gap_are_those_of_the_extreme_point(locus, distance, h
     """The contact is where the torus is farthest from the ball's centre in the meridian plane of the groove."""
     centre = np.array([distance, 0.0, height])
     found = minimize(
-        lambda t: -np.linalg.norm(torus(locus, 0.0, t[0]) - centre) * -1e3, [tube_guess], tol=1e-14, method="Nelder-Mead",
+        lambda t: 1e3 * np.linalg.norm(torus(locus, 0.0, t[0]) - centre),
+        [tube_guess],
+        method="Nelder-Mead",
         options={"xatol": 1e-10, "fatol": 1e-16},
-    )  # fmt: skip
+    )
     point = torus(locus, 0.0, found.x[0])
     contact = ball_in_groove(distance, height, BALL, locus, GROOVE)
     reach = np.linalg.norm(point - centre)

@@ -32,6 +32,7 @@ from bearing_twin.scenes.bearing import (
 )
 from bearing_twin.scenes.bearing_outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.scenes.bearing_parameters import BearingScene
+from bearing_twin.scenes.bearing_report import ENERGY_GAIN, Statistics
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
     NOT_FINITE,
@@ -50,6 +51,14 @@ APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position 
 STEP_SHARE = 0.1  # share of the wanted accuracy that one adaptive step may spend
 REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
 SCIPY = {"dop853": DOP853, "radau": Radau}
+
+
+class Found(NamedTuple):
+    """Figures of a run with SI-suffixed keys, what to doubt in it, and "done" or what failed."""
+
+    figures: dict
+    flags: tuple[str, ...]
+    status: str
 
 
 class Rates(NamedTuple):
@@ -232,9 +241,20 @@ class BearingMotion:
         self.steps = np.full(self.bearing.balls, 1e-6)
         self.counts = np.zeros(4, np.int64)
 
+    def statistics(self) -> Statistics:
+        """An empty collection of the figures of a run."""
+        return Statistics(self.parameters)
+
     def gross_work(self) -> float:
         """Work [J] moved through the inner contacts since the start, each contact's power counted by its magnitude."""
         return float(self.state[:, GROSS_WORK].sum())
+
+    def found(self, statistics: Statistics) -> Found:
+        """What the run found so far."""
+        work = self.gross_work()
+        figures = statistics.figures(work)
+        status = "failed: energy" if figures["energy_closure"] > ENERGY_GAIN else "done"
+        return Found(figures, statistics.flags(work), status)
 
     def costs(self) -> dict[str, int]:
         """Steps, rejected steps, evaluations of one ball's rates, and Jacobians, summed over the balls."""

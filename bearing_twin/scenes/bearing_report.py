@@ -1,0 +1,159 @@
+"""What a bearing run found: loads, speeds, ellipses, the energy balance, and what to doubt."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bearing_twin.reference.kinematics import cage_speed, roll_rate
+from bearing_twin.sample import Block
+from bearing_twin.scenes.bearing_outputs import contact_details
+from bearing_twin.scenes.bearing_parameters import BearingScene
+
+PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
+WIDEST_ELLIPSE = 0.1  # semi-major axis / ball radius beyond which the half-space theory is doubtful
+ENERGY_GAIN = 0.01  # of the work moved; more is never a success
+SUMS = ("count", "load", "torque", "drive_torque", "roll_rate", "speed")
+
+
+@dataclass
+class Statistics:
+    """Gathers a run's figures block by block, in memory that does not grow with the run."""
+
+    parameters: BearingScene
+    samples: int = 0
+    first: dict = field(default_factory=dict)
+    last: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        balls = self.parameters.geometry.balls
+        self.greatest_load = np.zeros((balls, 2))
+        self.at_greatest = {
+            name: np.zeros((balls, 2)) for name in ("curvature_small", "curvature_large", "contact_angle")
+        }
+        self.periods: list[dict] = []
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        load = block.values["normal_load"]
+        row = load.argmax(axis=0)
+        here = np.take_along_axis(load, row[None], axis=0)[0]
+        better = here > self.greatest_load
+        self.greatest_load = np.where(better, here, self.greatest_load)
+        for name, kept in self.at_greatest.items():
+            kept[better] = np.take_along_axis(block.values[name], row[None], axis=0)[0][better]
+        if not self.samples:
+            self.first = self._instant(block, 0)
+        self.last = self._instant(block, len(block) - 1)
+        self.samples += len(block)
+        self.periods.append(
+            {
+                "time": self.last["time"],
+                "orbit_angle": self.last["orbit_angle"],
+                "count": len(block),
+                "load": load.sum(axis=0),
+                "torque": np.linalg.norm(block.values["raceway_torque"], axis=-1).sum(axis=0),
+                "drive_torque": -block.values["inner_ring_torque"][:, 2].sum(),
+                "roll_rate": block.values["roll_rate"].mean(axis=1).sum(),
+                "speed": block.values["inner_ring_speed"].sum(),
+            }
+        )
+        if len(self.periods) > 256:
+            self.periods = [self._merge(a, b) for a, b in zip(self.periods[::2], self.periods[1::2], strict=False)] + (
+                self.periods[-1:] if len(self.periods) % 2 else []
+            )
+
+    @staticmethod
+    def _merge(a: dict, b: dict) -> dict:
+        return {**b, **{name: a[name] + b[name] for name in SUMS}}
+
+    @staticmethod
+    def _instant(block: Block, row: int) -> dict:
+        names = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
+        values = {name: float(block.values[name][row]) for name in names}
+        return {
+            "time": 1e-9 * int(block.time_ns[row]),
+            "orbit_angle": block.values["orbit_angle"][row].copy(),
+            **values,
+        }
+
+    def _second_half(self) -> tuple[dict, dict]:
+        """The merged second half of the run, and the instant it starts from."""
+        middle = 0.5 * (self.first["time"] + self.last["time"])
+        late = [period for period in self.periods if period["time"] > middle] or self.periods[-1:]
+        before = self.periods[len(self.periods) - len(late) - 1] if len(late) < len(self.periods) else self.first
+        merged = late[0]
+        for period in late[1:]:
+            merged = self._merge(merged, period)
+        return merged, before
+
+    def energy_closure(self, gross_work: float) -> float:
+        """Energy gained (+) or lost (-) by the numbers alone, as a share of the work moved through the bearing."""
+        stored = ("kinetic_energy", "elastic_energy", "potential_energy")
+        change = sum(self.last[name] - self.first[name] for name in stored)
+        residual = change + self.last["dissipated"] - self.last["drive_work"]
+        scale = max(gross_work, self.last["dissipated"], abs(change))
+        return residual / scale if scale > 0.0 else 0.0
+
+    def _peaks(self) -> dict[str, np.ndarray]:
+        """Ellipses and pressures at each contact's greatest load."""
+        greatest = {
+            **self.at_greatest,
+            "normal_load": self.greatest_load,
+            "approach": self.greatest_load,
+            "normal": np.broadcast_to([1.0, 0.0, 0.0], (*self.greatest_load.shape, 3)),
+        }
+        return contact_details(self.parameters, greatest)
+
+    def flags(self, gross_work: float) -> tuple[str, ...]:
+        """What in this run lies outside the theory's validity, one sentence each."""
+        peaks, closure = self._peaks(), self.energy_closure(gross_work)
+        pressure, width = peaks["peak_pressure"].max(), peaks["semi_major"].max()
+        flags = []
+        if pressure > PERMANENT_PRESSURE:
+            flags.append(f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents")
+        if width > WIDEST_ELLIPSE * 0.5 * self.parameters.geometry.ball_diameter:
+            flags.append(
+                f"contact ellipses reach {width:.3g} m: wide for the ball, Hertz's flat half-space is a rough picture"
+            )
+        if closure > ENERGY_GAIN:
+            flags.append(
+                f"energy grew by {100 * closure:.2g} % of the work moved: shorten the step or tighten the tolerance"
+            )
+        return tuple(flags)
+
+    def figures(self, gross_work: float) -> dict:
+        """The run in numbers, SI unit at the end of each key; one value a ball where it is a list.
+
+        Means (`normal_load_*`, `friction_torque_nm`, speeds) are over the second half of the run, `greatest_*` over
+        all of it, ellipses and pressures at the greatest load.
+        """
+        geometry = self.parameters.geometry
+        late, before = self._second_half()
+        span = late["time"] - before["time"]
+        orbit = (late["orbit_angle"] - before["orbit_angle"]).mean()
+        speed = late["speed"] / late["count"]
+        diameters = geometry.ball_diameter, geometry.pitch_diameter
+        peaks = self._peaks()
+        pairs = {}
+        for key, unit, array in (
+            ("normal_load", "n", late["load"] / late["count"]),
+            ("greatest_normal_load", "n", self.greatest_load),
+            ("contact_angle", "rad", self.at_greatest["contact_angle"]),
+            ("semi_major", "m", peaks["semi_major"]),
+            ("semi_minor", "m", peaks["semi_minor"]),
+            ("peak_pressure", "pa", peaks["peak_pressure"]),
+        ):
+            for side, ring in enumerate(("inner", "outer")):
+                pairs[f"{key}_{ring}_{unit}"] = [float(v) for v in array[:, side]]
+        return {
+            "cage_speed_rad_s": float(orbit / span) if span > 0.0 else 0.0,
+            "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
+            "roll_rate_rad_s": float(late["roll_rate"] / late["count"]),
+            "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
+            "energy_closure": self.energy_closure(gross_work),
+            "drive_work_j": self.last["drive_work"],
+            "dissipated_j": self.last["dissipated"],
+            "drive_torque_nm": float(late["drive_torque"] / late["count"]),
+            **pairs,
+            "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
+        }
