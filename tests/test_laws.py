@@ -20,7 +20,8 @@ CURVED = sorted(set(LAWS) - {"constant"})
 def test_rational_hertz_is_exact_to_1e_10_in_its_range_and_exact_outside():
     for ratio in np.concatenate([np.linspace(0.01, 1.0, 400), np.geomspace(1e-5, 0.01, 30)]):
         large = curvature_ratio(ratio)
-        assert hertz_rational(1.0, large, 1.0) == pytest.approx(hertz_coefficient(1.0, large, 1.0), rel=1e-10)
+        found = load_coefficient(LAWS["hertz"], 1.0, large, 1.0, 0.0)
+        assert found == pytest.approx(hertz_coefficient(1.0, large, 1.0), rel=1e-10)
 
 
 def test_the_fit_can_be_made_again():
@@ -68,7 +69,8 @@ def test_coefficients_scale_with_size_and_modulus(law, ratio, small, factor):
 def test_load_rises_with_approach_and_is_zero_for_a_gap(approach, more):
     load = elastic_load(2e10, approach)
     assert load >= 0.0
-    assert (load == 0.0) == (approach**1.5 * 2e10 == 0.0 if approach > 0.0 else True)
+    assert load > 0.0 if approach > 1e-12 else load < 1e-7
+    assert load == 0.0 or approach > 0.0
     assert elastic_load(2e10, approach + more) >= load
 
 

@@ -1,14 +1,13 @@
 """The viscous part of the normal load."""
 
-from numba import njit
+from bearing_twin.compiled import inlined
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def damped_load(elastic, approach_rate, damping):
     """Normal load [N] with the viscous term d(h) dh/dt, d(h) = damping * elastic load (Hunt and Crossley 1975).
 
     `damping` [s/m]; the term vanishes with the approach, as paper 1, section 5 asks. The load never pulls: when
     the bodies part faster than 1/damping it is zero and the elastic energy left is lost.
     """
-    factor = 1.0 + damping * approach_rate
-    return elastic * factor if factor > 0.0 else 0.0
+    return elastic * max(1.0 + damping * approach_rate, 0.0)

@@ -2,10 +2,10 @@
 
 import math
 
-from numba import njit
+from bearing_twin.compiled import inlined
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisation):
     """f [N s/m] of the regularised Coulomb friction force -f * slip on the slipping body.
 

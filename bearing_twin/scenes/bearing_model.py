@@ -8,7 +8,7 @@ from scipy.integrate import DOP853, Radau
 from scipy.optimize import brentq, root
 
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.normal import LAWS
+from bearing_twin.contact.normal import HERTZ_U_MAX, LAWS, shape_variable
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.materials import effective_modulus
 from bearing_twin.motion.steppers import RODAS4
@@ -26,12 +26,12 @@ from bearing_twin.scenes.bearing import (
     Drive,
     bearing_rates,
     mark_near,
-    raceway_contact,
     raceway_of,
+    single_contact,
     static_force,
 )
 from bearing_twin.scenes.bearing_outputs import Outputs, empty_outputs, write_outputs
-from bearing_twin.scenes.bearing_parameters import BearingScene
+from bearing_twin.scenes.bearing_parameters import BearingScene, Geometry
 from bearing_twin.scenes.bearing_report import ENERGY_GAIN, Statistics
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
@@ -75,18 +75,18 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     radius = 0.5 * geometry.ball_diameter
     mass = materials.ball.density * 4.0 / 3.0 * math.pi * radius**3
     pair = effective_modulus(materials.ball, materials.ball)
-    tag = LAWS[law]
+    inner_modulus = effective_modulus(materials.ball, materials.inner_ring)
+    outer_modulus = effective_modulus(materials.ball, materials.outer_ring)
+    # The rational form of the law hertz ends at b/a = 0.01; grooves closer than that take the exact solution.
+    narrow = law == "hertz" and max(shape_range(geometry)) > HERTZ_U_MAX
+    tag = LAWS["hertz_exact" if narrow else law]
     return Bearing(
         geometry.balls,
         radius,
         mass,
         0.4 * mass * radius**2,
-        raceway_of(
-            geometry, geometry.inner_conformity, -1.0, effective_modulus(materials.ball, materials.inner_ring), tag
-        ),
-        raceway_of(
-            geometry, geometry.outer_conformity, 1.0, effective_modulus(materials.ball, materials.outer_ring), tag
-        ),
+        raceway_of(geometry, geometry.inner_conformity, -1.0, inner_modulus, tag),
+        raceway_of(geometry, geometry.outer_conformity, 1.0, outer_modulus, tag),
         tuple(parameters.drive.offset),
         tuple(parameters.gravity),
         contact.damping,
@@ -94,6 +94,17 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         contact.friction_regularisation,
         hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
     )
+
+
+def shape_range(geometry: Geometry) -> tuple[float, float]:
+    """`shape_variable` of the inner and the outer contact at contact angle zero."""
+    ball = 2.0 / geometry.ball_diameter
+    shapes = []
+    for side, conformity in ((-1.0, geometry.inner_conformity), (1.0, geometry.outer_conformity)):
+        along = ball - 1.0 / (conformity * geometry.ball_diameter)
+        around = ball - side / (0.5 * geometry.pitch_diameter + side / ball)
+        shapes.append(shape_variable(0.5 * along, 0.5 * max(around, along)))
+    return shapes[0], shapes[1]
 
 
 def equilibrium(bearing: Bearing, orbit_rate: float, orbit_angle: float) -> tuple[float, float]:
@@ -145,8 +156,8 @@ def rolling(
 
     def slips(unknown):
         velocity, spin = (0.0, float(unknown[0]), 0.0), tuple(float(v) for v in unknown[1:])
-        inner = raceway_contact(bearing, bearing.inner, centre, inner_speed, position, velocity, spin)
-        outer = raceway_contact(bearing, bearing.outer, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
+        inner = single_contact(bearing, bearing.inner, centre, inner_speed, position, velocity, spin)
+        outer = single_contact(bearing, bearing.outer, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
         return np.array([*inner.slip, *outer.slip])
 
     none = slips(np.zeros(4))
@@ -181,7 +192,7 @@ def fastest_rates(bearing: Bearing, state: np.ndarray, inner_speed: float) -> Ra
     still = (0.0, 0.0, 0.0)
     for k in range(bearing.balls):
         position = (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
-        outer = raceway_contact(bearing, bearing.outer, still, 0.0, position, still, still)
+        outer = single_contact(bearing, bearing.outer, still, 0.0, position, still, still)
         approach = max(approach, outer.approach)
     stiffness = 1.5 * (bearing.inner.constant + bearing.outer.constant) * math.sqrt(approach)
     load = max(bearing.inner.constant, bearing.outer.constant) * approach**1.5
