@@ -4,8 +4,6 @@ The public names below are imported on first use, so that `import bearing_twin` 
 """
 
 import importlib
-import sys
-import types
 
 __version__ = "0.1.0"
 
@@ -13,7 +11,7 @@ _HOMES = {
     "load_scene": "bearing_twin.scene",
     "parse_scene": "bearing_twin.scene",
     "scene_names": "bearing_twin.scene",
-    "simulate": "bearing_twin.simulate",
+    "simulate": "bearing_twin.simulation",
     "read_log": "bearing_twin.log.mcap_log",
     "write_log": "bearing_twin.log.mcap_log",
     "BearingTwinError": "bearing_twin.errors",
@@ -24,21 +22,11 @@ _HOMES = {
 }
 
 
-class _Package(types.ModuleType):
-    """Keeps `bearing_twin.simulate` the function: importing the module of that name would replace it by the module."""
-
-    def __setattr__(self, name, value):
-        if not (name in _HOMES and isinstance(value, types.ModuleType)):
-            super().__setattr__(name, value)
-
-    def __dir__(self):
-        return ["__version__", *_HOMES]
+def __dir__():
+    return ["__version__", *_HOMES]
 
 
 def __getattr__(name):
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(_HOMES[name]), name)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -82,7 +82,7 @@ def _simulate(arguments) -> Outcome:
     scene = load_scene(arguments.scene, overrides)
 
     from bearing_twin.charts.history import LoadHistory
-    from bearing_twin.simulate import simulate
+    from bearing_twin.simulation import simulate
     from bearing_twin.terminal import progress, said_if_slow
 
     history = LoadHistory()
@@ -129,7 +129,7 @@ def _log_argument(parser):
 
 def _verify(arguments) -> Outcome:
     from bearing_twin.log.mcap_log import read_log
-    from bearing_twin.simulate import verify
+    from bearing_twin.simulation import verify
     from bearing_twin.terminal import progress
 
     with progress("simulating the scene of the log again") as update:

@@ -26,7 +26,7 @@ from bearing_twin.scenes.bearing import (
     pair_contact,
 )
 from bearing_twin.scenes.bearing_outputs import channels, contact_details, wrenches
-from bearing_twin.simulate import Simulation, simulate
+from bearing_twin.simulation import Simulation, simulate
 
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
 

@@ -11,7 +11,7 @@ from bearing_twin.charts.summary import summarise
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.sample import Block, Channel
 from bearing_twin.scene import load_scene
-from bearing_twin.simulate import simulate
+from bearing_twin.simulation import simulate
 
 PNG = b"\x89PNG\r\n\x1a\n"
 PITCH, BALL = 28.5e-3, 6.746e-3

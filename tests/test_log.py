@@ -20,7 +20,7 @@ from bearing_twin.log.mcap_log import LogWriter, content_digest, raw_messages, r
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.sample import Block
 from bearing_twin.scene import load_scene
-from bearing_twin.simulate import simulate, verify
+from bearing_twin.simulation import simulate, verify
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 230)

@@ -48,7 +48,7 @@ def test_cut_log_tells_what_can_be_recovered_and_gives_it(log_path, tmp_path, sh
         read_log(log_path)
     found = recover(log_path, tmp_path / "saved.mcap")
     assert f"{found.samples} samples ({found.messages} messages) can be recovered" in str(error.value)
-    assert "bearing_twin log-recover" in str(error.value)
+    assert "bearing_twin recover" in str(error.value)
     saved = read_log(tmp_path / "saved.mcap")
     assert bits(saved) == whole[: found.samples]
     assert (share - 0.25) * 400 < found.samples < 400

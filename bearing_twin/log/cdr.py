@@ -46,8 +46,12 @@ def is_known(ros_type: str) -> bool:
 
 
 def serialise(ros_type: str, message) -> bytes:
-    """The message in little-endian CDR behind the four-byte header, as rclpy sends it and rosbag2 stores it."""
-    return bytes(_typestore().serialize_cdr(message, ros_type, little_endian=True))
+    """The message in little-endian CDR behind the four-byte header, as rclpy sends it and rosbag2 stores it.
+
+    Filled up to whole words of four bytes, as the middleware does before it hands a message over.
+    """
+    data = bytes(_typestore().serialize_cdr(message, ros_type, little_endian=True))
+    return data + bytes(-len(data) % 4)
 
 
 def deserialise(ros_type: str, cdr: bytes):

@@ -21,7 +21,7 @@ from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files, raw_me
 from bearing_twin.log.recover import Recovered, advice, recover
 from bearing_twin.sample import Block, Channel, Sample
 from bearing_twin.scene import Scene, parse_scene
-from bearing_twin.simulate import Run
+from bearing_twin.simulation import Run
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",

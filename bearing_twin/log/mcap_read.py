@@ -59,7 +59,7 @@ class DamagedLog(LogError):
     """The file is cut or altered; `offset` is the byte at which it shows, `what` the reason."""
 
     def __init__(self, path, offset: int, what: str):
-        super().__init__(f"{path} is damaged at byte {offset}: {what}; `bearing_twin log-recover` saves what is whole")
+        super().__init__(f"{path} is damaged at byte {offset}: {what}; `bearing_twin recover` saves what is whole")
         self.path, self.offset, self.what = path, offset, what
 
 

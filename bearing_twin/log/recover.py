@@ -78,7 +78,7 @@ def advice(path, error: DamagedLog) -> LogError:
         return LogError(f"{damage}; nothing in it can be recovered, so run the scene again")
     return LogError(
         f"{damage}; {found.samples} samples ({found.messages} messages) can be recovered: run "
-        f"`bearing_twin log-recover {path} NEW_LOG`, or recover(path, out) in Python"
+        f"`bearing_twin recover {path} NEW_LOG`, or recover(path, out) in Python"
     )
 
 

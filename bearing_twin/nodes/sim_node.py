@@ -26,7 +26,7 @@ from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
 from bearing_twin.scene import load_scene
-from bearing_twin.simulate import Simulation
+from bearing_twin.simulation import Simulation
 
 PARAMETERS = (
     NodeParameter("scene", "bearing_6203", "scene to run: a name, or the path of a YAML file"),
