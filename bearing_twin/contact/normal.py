@@ -104,6 +104,12 @@ def elastic_load(coefficient, approach):
 
 
 @inlined
+def elastic_stiffness(coefficient, approach):
+    """d(load)/d(approach) [N/m]; zero for a gap."""
+    return 1.5 * coefficient * math.sqrt(max(approach, 0.0))
+
+
+@inlined
 def elastic_energy(coefficient, approach):
     """Energy [J] stored in a contact, the integral of `elastic_load` at constant coefficient (paper 1, section 4)."""
     depth = max(approach, 0.0)

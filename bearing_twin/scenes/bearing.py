@@ -24,7 +24,15 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import friction_factor
-from bearing_twin.contact.normal import CONSTANT, HERTZ, elastic_energy, elastic_load, hertz_rational, load_coefficient
+from bearing_twin.contact.normal import (
+    CONSTANT,
+    HERTZ,
+    elastic_energy,
+    elastic_load,
+    elastic_stiffness,
+    hertz_rational,
+    load_coefficient,
+)
 from bearing_twin.rotation import about_z, add, cross, dot, minus, scaled
 from bearing_twin.surfaces import ball_in_groove
 
@@ -65,6 +73,7 @@ class Bearing(NamedTuple):
     offset: tuple[float, float, float]
     gravity: tuple[float, float, float]
     damping: float
+    relaxation_time: float
     friction_coefficient: float
     friction_regularisation: float
     pair_coefficient: float
@@ -138,7 +147,8 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     rational = hertz_rational(geometry.curvature_small, geometry.curvature_large, raceway.effective_modulus)
     coefficient = rational if raceway.law == HERTZ else given
     elastic = elastic_load(coefficient, approach)
-    normal_load = damped_load(elastic, approach_rate, bearing.damping)
+    stiffness = elastic_stiffness(coefficient, approach)
+    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
         normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
     )
@@ -252,7 +262,8 @@ def pair_contact(bearing, state, k, side):
     approach_rate = dot(relative, normal)
     slip = minus(relative, scaled(approach_rate, normal))
     elastic = elastic_load(bearing.pair_coefficient, approach)
-    normal_load = damped_load(elastic, approach_rate, bearing.damping)
+    stiffness = elastic_stiffness(bearing.pair_coefficient, approach)
+    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
         normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
     )

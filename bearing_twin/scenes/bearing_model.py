@@ -36,7 +36,7 @@ from bearing_twin.scenes.bearing_steps import (
 )
 
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
-STEP_SHARE = 0.1  # share of the wanted accuracy that one adaptive step may spend
+STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
 SCIPY = {"dop853": DOP853, "radau": Radau}
 

@@ -54,6 +54,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         tuple(parameters.drive.offset),
         tuple(parameters.gravity),
         contact.damping,
+        contact.relaxation_time,
         contact.friction_coefficient,
         contact.friction_regularisation,
         hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
