@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -197,10 +198,44 @@ def _scenes(arguments) -> Outcome:
     return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
 
 
+def _chart_arguments(parser):
+    parser.add_argument("chart", choices=("steppers",), help="steppers: error in load and friction torque against cost")
+    parser.add_argument("--out", default=".", metavar="FOLDER", help="where steppers.png and steppers.csv go")
+    parser.add_argument("--problem", action="append", metavar="NAME", help="only this problem; may be repeated")
+
+
+def _chart(arguments) -> Outcome:
+    from bearing_twin.charts.work_precision import PROBLEMS, draw, measure, reading, write_table
+    from bearing_twin.parameters import echo, unknown
+
+    folder = Path(arguments.out)
+    if not folder.is_dir():
+        raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
+    names = arguments.problem or list(PROBLEMS)
+    for name in names:
+        if name not in PROBLEMS:
+            raise BearingTwinError(f"{echo(name)} is not a problem; {unknown(name, PROBLEMS)}")
+    points = []
+    for point in measure(names, lambda text: print(text, file=sys.stderr)):
+        points.append(point)
+    picture, table = folder / "steppers.png", folder / "steppers.csv"
+    draw(points, picture)
+    write_table(points, table)
+    sentences = reading(points)
+
+    def show():
+        print("\n".join(sentences), file=sys.stderr)
+        print(f"picture: {picture}\ntable:   {table}", file=sys.stderr)
+
+    rows = [vars(point) for point in points]
+    return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
+
+
 COMMANDS = {
     "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
     "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
+    "chart": Command("accuracy against speed of the steppers, as picture and table", _chart_arguments, _chart),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }

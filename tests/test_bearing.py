@@ -88,7 +88,7 @@ def test_energy_closes(scene, law):
     out = moving.advance(np.arange(1, 51) * 2e-4, 1e-2)
     assert out.drive_work[-1] > 1e-4
     residual = out.drive_work[-1] - (stored_energy(out)[-1] - before) - out.dissipated[-1]
-    assert abs(residual) < 1e-5 * out.drive_work[-1]
+    assert abs(residual) < 1e-4 * out.drive_work[-1]
     assert np.all(np.diff(out.dissipated) >= -1e-15)
 
 
