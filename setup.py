@@ -31,7 +31,7 @@ setup(
         "matplotlib>=3.6",
         "PyYAML>=6.0",
         "mcap>=1.2",
-        "rosbags>=0.10",
+        "rosbags>=0.11",
         "lz4>=4.0",
         "zstandard>=0.22",
         "rich>=13.0",

@@ -11,7 +11,6 @@ from ros import ros_executor
 
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import entry
-from bearing_twin.nodes.simulating import CHUNK_NS
 
 
 def run(name, *arguments, python=(), **environment):
@@ -98,4 +97,4 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
     assert node.returncode == 0, said
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(len(samples)))
-    assert len(samples) * 1_000_000 > 20 * CHUNK_NS
+    assert len(samples) > 20
