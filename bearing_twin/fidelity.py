@@ -11,7 +11,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.normal import LAWS, load_coefficient
 from bearing_twin.errors import SceneError
 from bearing_twin.scene import Scene
-from bearing_twin.scenes.bearing_model import bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, stable_step, start_state
 
 RINGING_OUTPUTS = 0.5
 """Outputs spaced closer than this share of a contact's duration ask for the ringing itself."""

@@ -8,8 +8,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from bearing_twin.compiled import kernel
 from bearing_twin.errors import SceneError
 
 PLANE, SPHERE, ELLIPSOID, TORUS, SUPERQUADRIC = range(5)
@@ -75,7 +75,7 @@ def _positive(**sizes):
             raise SceneError(f"{name} = {size:g} must be a finite number of metres above zero")
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def level(surface, point, gradient, hesse):
     """f [m] at `point` (3,); writes its gradient (3,) and Hesse matrix (3, 3) [1/m]. Undefined on a torus' own axis."""
     hesse[:] = 0.0
@@ -99,7 +99,7 @@ def level(surface, point, gradient, hesse):
     return value
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _quadric(point, x, y, z, gradient, hesse):
     """(s/2) (sum (r_i/a_i)^2 - 1), s the smallest semi-axis."""
     axes = (x, y, z)
@@ -112,7 +112,7 @@ def _quadric(point, x, y, z, gradient, hesse):
     return value
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _torus(point, locus, tube, gradient, hesse):
     """((rho - R)^2 + z^2 - r^2)/(2 r), rho the distance from the axis: a factor of paper 1's polynomial f_A."""
     rho = math.sqrt(point[0] * point[0] + point[1] * point[1])
@@ -128,7 +128,7 @@ def _torus(point, locus, tube, gradient, hesse):
     return 0.5 * (off * off + point[2] * point[2] - tube * tube) / tube
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _superquadric(point, sizes, gradient, hesse):
     """(s/m) (F - 1) with s the smallest semi-axis, m the exponent along z."""
     n, m = sizes[3], sizes[4]

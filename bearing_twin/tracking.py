@@ -13,8 +13,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from bearing_twin.compiled import kernel
 from bearing_twin.errors import SceneError
 from bearing_twin.implicit import Surface, level
 
@@ -61,7 +61,7 @@ def body(surface: Surface, position=(0, 0, 0), rotation=None, velocity=(0, 0, 0)
     return Body(surface, *(np.array(one, dtype=float) for one in (position, turn, velocity, spin)))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def level_at(one, point, gradient, hesse):
     """g = f(T^T (r - r_0)) [m] of a body at a point in fixed axes; writes its gradient and Hesse matrix there."""
     value = level(one.surface, one.rotation.T @ (point - one.position), gradient, hesse)
@@ -70,7 +70,7 @@ def level_at(one, point, gradient, hesse):
     return value
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def equations(a, b, unknowns, residual, jacobian):
     """Residual (8,) of equations (1) and its derivative (8, 8) by the unknowns."""
     gradient_a, gradient_b, hesse_a, hesse_b = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
@@ -93,7 +93,7 @@ def equations(a, b, unknowns, residual, jacobian):
     jacobian[7, 3:6] = gradient_b
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def projected(a, b, unknowns):
     """One Newton step on equations (1): what a step of the differential form is followed by."""
     residual, jacobian = np.empty(8), np.empty((8, 8))
@@ -101,7 +101,7 @@ def projected(a, b, unknowns):
     return unknowns - np.linalg.solve(jacobian, residual)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def opposing_rates(a, b, unknowns):
     """Time derivative (8,) of the unknowns, from paper 1, eqs. (2)-(3), for the bodies' velocities and spins.
 
@@ -126,7 +126,7 @@ def opposing_rates(a, b, unknowns):
     return np.linalg.solve(jacobian, right)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def frame_spin(a, unknowns, rates):
     """Angular velocity [rad/s] (3,) of the contact frame whose third axis is A's normal: Omega = gamma x d(gamma)/dt.
 
@@ -142,7 +142,7 @@ def frame_spin(a, unknowns, rates):
     return np.cross(normal, (change - (normal @ change) * normal) / length)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def tangent_axes(normal):
     """Two unit vectors as rows (2, 3) that complete the unit vector `normal` to a right-handed frame."""
     axes = np.zeros((2, 3))
@@ -154,7 +154,7 @@ def tangent_axes(normal):
     return axes
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def second_form(one, point, axes):
     """Curvature tensor (2, 2) [1/m] of a body's surface in tangent axes (2, 3), positive where the body bulges.
 
@@ -166,7 +166,7 @@ def second_form(one, point, axes):
     return axes @ hesse @ axes.T / math.sqrt(gradient @ gradient)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def classify(form_a, form_b, distance, factor):
     """FOUND, or what is wrong with a root of (1): curvature tensors (2, 2), distance -approach [m], and lambda.
 

@@ -66,7 +66,7 @@ def test_hunt_crossley_impact_has_the_restitution_asked_for(e):
     damping = damping_for_restitution(e, 0.7)
 
     def load(approach, rate):
-        return damped_load(COEFFICIENT * max(approach, 0.0) ** 1.5, rate, damping)
+        return damped_load(COEFFICIENT * max(approach, 0.0) ** 1.5, 0.0, rate, damping, 0.0)
 
     assert rebound(load, 0.7) == pytest.approx(e, rel=1e-6)
     assert rebound(load, 2.1) == pytest.approx(restitution_of(3.0 * damping_number(e)), rel=1e-6)

@@ -2,7 +2,8 @@
 
 Two laws, both with d(h) -> 0 as h -> 0 (paper 1, section 5), for the elastic load c h^1.5 and a reduced mass m:
 
-* `damped_load`, Hunt and Crossley: d(h) = chi c h^1.5. Its restitution falls with speed: e depends on chi v alone.
+* `damped_load` without a relaxation time, Hunt and Crossley: d(h) = chi c h^1.5. Its restitution falls with speed:
+  e depends on chi v alone.
 * `steady_damped_load`, after Tsuji, Tanaka and Ishida (Powder Technology 71, 1992): d(h) = d h^(1/4). With
   s = (2/sqrt 5) h^(5/4) it is a linear oscillator in s, so its restitution is the same at every speed.
 """
@@ -10,9 +11,9 @@ Two laws, both with d(h) -> 0 as h -> 0 (paper 1, section 5), for the elastic lo
 import math
 from typing import NamedTuple
 
-from numba import njit
 from scipy.optimize import brentq
 
+from bearing_twin.compiled import inlined
 from bearing_twin.errors import SceneError
 
 SERIES_BELOW = 0.05  # chi v: the logarithms cancel to its square, so their series is summed instead
@@ -25,18 +26,20 @@ class Shortcut(NamedTuple):
     restitution: float
 
 
-@njit(cache=True, error_model="numpy")
-def damped_load(elastic, approach_rate, damping):
-    """Normal load [N] with the viscous term d(h) dh/dt, d(h) = damping * elastic load (Hunt and Crossley 1975).
+@inlined
+def damped_load(elastic, stiffness, approach_rate, damping, relaxation_time):
+    """Normal load [N] with the viscous term d(h) dh/dt, d(h) = damping * load + relaxation_time * stiffness.
 
-    `damping` [s/m]; the term vanishes with the approach, as paper 1, section 5 asks. The load never pulls: when
-    the bodies part faster than 1/damping it is zero and the elastic energy left is lost.
+    `elastic` [N] and `stiffness` = d(load)/dh [N/m] belong to one approach h. The first part is Hunt and Crossley's
+    (1975), `damping` [s/m]; the second is a viscoelastic half-space's (Brilliantov et al. 1996), `relaxation_time` [s]:
+    the damping proportional to stiffness that Kraemer (1993) gives for rolling bearings. Both vanish with the
+    approach, as h^1.5 and h^0.5 (paper 1, section 5). The load never pulls: where the viscous part would, it is zero
+    and the elastic energy left is lost.
     """
-    factor = 1.0 + damping * approach_rate
-    return elastic * factor if factor > 0.0 else 0.0
+    return max(elastic + (damping * elastic + relaxation_time * stiffness) * approach_rate, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def steady_damped_load(elastic, approach, approach_rate, damping):
     """Normal load [N] with d(h) = damping * h^(1/4), `damping` [N s/m^(5/4)]: restitution independent of speed.
 

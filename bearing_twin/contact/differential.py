@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d
 
 SERIES_BELOW = 0.05  # parameter: the differential equations of K and E are 0/0 at the circle
@@ -29,7 +29,7 @@ class Shape(NamedTuple):
     second_kind: float
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def shape_of(curvature_small, curvature_large):
     """The shape solved afresh for 0 < P <= Q [1/m]; what the states start from."""
     ratio = axis_ratio(curvature_small, curvature_large)
@@ -37,7 +37,7 @@ def shape_of(curvature_small, curvature_large):
     return Shape((1.0 - ratio) * (1.0 + ratio), b + d, b + ratio * ratio * d)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _first_kind_series(parameter):
     """K and its first two derivatives by the power series, for a parameter near zero (also just below it)."""
     k, first, second = 0.0, 0.0, 0.0
@@ -51,7 +51,7 @@ def _first_kind_series(parameter):
     return k, first, second
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def first_kind_slopes(shape):
     """dK/dc and d2K/dc2 from the states: dK/dc = (E - (1-c) K)/(2 c (1-c)), the second from Legendre's equation."""
     c = shape.parameter
@@ -63,7 +63,7 @@ def first_kind_slopes(shape):
     return first, (0.25 * shape.first_kind - (1.0 - 2.0 * c) * first) / rest
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def shape_rates(shape, ratio_rate):
     """Rates of the states when C = P/Q changes at `ratio_rate` [1/s] (paper 1, section 3, after Theorem 1).
 
@@ -78,7 +78,7 @@ def shape_rates(shape, ratio_rate):
     return Shape(rate, first * rate, slope * rate)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def projected(shape, ratio):
     """One Newton step on equation (8), K/(2K') - (1-c) = C, from the parameter carried; K and E anew at its end.
 
@@ -94,7 +94,7 @@ def projected(shape, ratio):
     return Shape(c, b + d, b + (1.0 - c) * d)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def differential_coefficient(shape, curvature_small, effective_modulus):
     """c [N/m^1.5] of the load c h^1.5 from the states carried: (2 pi/3) E* K^(-3/2) sqrt(D/P), D = (K - E)/c."""
     k = shape.first_kind
@@ -106,7 +106,7 @@ def differential_coefficient(shape, curvature_small, effective_modulus):
     return (2.0 * math.pi / 3.0) * effective_modulus * math.sqrt(d / (curvature_small * k * k * k))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _moved(shape, factor, rates):
     return Shape(
         shape.parameter + factor * rates.parameter,
@@ -115,7 +115,7 @@ def _moved(shape, factor, rates):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def follow(ratios, ratio_rates, step, project):
     """States (n + 1, 3) carried by the classical Runge-Kutta method over n steps [s] along a history of C = P/Q.
 

@@ -9,7 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from bearing_twin.compiled import inlined, kernel
 
 RINGS, SPOKES = 24, 96  # of the quadrature over the spot
 COARSE_RINGS, COARSE_SPOKES = 6, 16
@@ -40,7 +41,7 @@ class SpotFriction(NamedTuple):
     torque: float
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisation):
     """f [N s/m] of the regularised Coulomb friction force -f * slip on the slipping body.
 
@@ -62,7 +63,7 @@ def creep_speed(tangential_load: float, normal_load: float, coefficient: float, 
     return regularisation * abs(tangential_load) / math.sqrt(limit * limit - tangential_load * tangential_load)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _over_spot(radii, shares, spokes, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
     """Means over the pressure of the slip's direction along both axes, and of its moment about the centre [m]."""
     along = across = moment = 0.0
@@ -80,7 +81,7 @@ def _over_spot(radii, shares, spokes, semi_major, semi_minor, slip_major, slip_m
     return along, across, moment
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
     """Friction over the ellipse by quadrature, for slip [m/s] at its centre and spin [rad/s] about its normal.
 
@@ -94,7 +95,7 @@ def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, s
     return SpotFriction(limit * along, limit * across, limit * moment)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def spot_friction_fast(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
     """As `spot_friction` from a quadrature of 96 points, at a 24th of the cost; FAST_ERROR says how far off."""
     along, across, moment = _over_spot(
