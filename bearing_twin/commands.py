@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from bearing_twin import contact_command
 from bearing_twin.errors import BearingTwinError
 
 GREATEST_CLOSURE = 1e-2  # of the work: a run that loses or gains more energy is not to be trusted
@@ -237,5 +238,6 @@ COMMANDS = {
     "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
     "chart": Command("accuracy against speed of the steppers, as picture and table", _chart_arguments, _chart),
+    "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }
