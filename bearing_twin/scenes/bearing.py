@@ -400,8 +400,11 @@ def bearing_rates(bearing, drive, near, time, state, rates):
 
 
 @kernel
-def mark_near(bearing, state, reach, near):
-    """Sets `near[k]` where the gap [m] from ball k to the next ahead is below `reach`; returns the least gap."""
+def mark_near(bearing, state, reach, ahead, near):
+    """Sets `near[k]` where ball k and the next ahead may meet within `ahead` [s]; returns the least gap [m].
+
+    They may where their gap is below `reach` plus twice what their present orbital speeds close it by.
+    """
     least = math.inf
     for k in range(bearing.balls):
         near[k] = False
@@ -412,7 +415,8 @@ def mark_near(bearing, state, reach, near):
         other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
         between = minus(other, ball_position(state, k))
         gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
-        near[k] = gap < reach
+        closing = abs(state[j, VELOCITY + 1] - state[k, VELOCITY + 1])
+        near[k] = gap < reach + 2.0 * ahead * closing
         least = min(least, gap)
     return least
 

@@ -35,6 +35,7 @@ from bearing_twin.scenes.bearing_steps import (
     relative_spin,
 )
 
+NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
@@ -135,10 +136,10 @@ class BearingMotion:
         orientations = np.empty((len(times), *self.orientation.shape))
         before = self.state.copy(), self.orientation.copy(), self.steps.copy()
         near = np.zeros(self.bearing.balls, np.bool_)
-        mark_near(self.bearing, self.state, self.bearing.ball_radius, near)
+        mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
         self._integrate(drive, near, times, duration, states, orientations)
         after = np.zeros_like(near)
-        mark_near(self.bearing, self.state, 0.5 * self.bearing.ball_radius, after)
+        mark_near(self.bearing, self.state, 0.5 * NEAR * self.bearing.ball_radius, 0.0, after)
         if np.any(after & ~near):
             # Balls came together that were integrated apart: once more, all together.
             self.state[:], self.orientation[:], self.steps[:] = before

@@ -201,7 +201,7 @@ def write_outputs(bearing, drive, times, states, orientations, out, first):
     """
     near = np.zeros(bearing.balls, np.bool_)
     for sample in range(len(times)):
-        mark_near(bearing, states[sample], 0.0, near)
+        mark_near(bearing, states[sample], 0.0, 0.0, near)
         row = first + sample
         time = times[sample]
         speed = drive.speed + drive.acceleration * time
