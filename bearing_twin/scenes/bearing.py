@@ -44,11 +44,12 @@ MOTION = 9  # the columns before this one are the motion; the rest only listen
 DRIVE_WORK, DISSIPATED, GROSS_WORK = 9, 10, 11
 COLUMNS = 12
 
-# Lane form: row r of lane k is number r * LANES + k of a flat array. After the columns of the state come the cosine and
-# sine of a reference orbit angle, that angle, and the two load coefficients that are given.
+# Lane form: row r of lane k is number r * LANES + k of a flat array. After the motion come the cosine and sine of a
+# reference orbit angle, that angle, and the two load coefficients that are given. (Without a gap between these rows:
+# one made LLVM give up on vector instructions; a test watches.)
 LANES = 16
-COSINE, SINE, REFERENCE, GIVEN = 12, 13, 14, 15
-LANE_ROWS = 17
+COSINE, SINE, REFERENCE, GIVEN = 9, 10, 11, 12
+LANE_ROWS = 14
 
 
 class Raceway(NamedTuple):

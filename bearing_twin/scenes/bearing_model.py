@@ -129,6 +129,9 @@ class BearingMotion:
 
         A new goal speed is approached at the drive's acceleration, constant within the chunk.
         """
+        if not np.all(np.isfinite(self.state)):
+            ball = int(np.argmin(np.isfinite(self.state).all(axis=1)))
+            raise IntegrationError(f"the state of ball {ball} is not finite; reset, and shorten solver.step")
         limit = self.parameters.drive.acceleration * duration
         change = min(limit, max(-limit, self.goal_speed - self.drive.speed))
         drive = Drive(self.drive.angle, self.drive.speed, change / duration)

@@ -21,43 +21,47 @@ from bearing_twin.scenes.bearing_steps import OK, RATES, STEPS, check_all, turn
 # steps than the contacts do; a state that cannot be right is looked for now and then and at every instant given out.
 AIM_EVERY, TURN_EVERY, CHECK_EVERY = 16, 8, 64
 
-
-@kernel
-def _to_lanes(state, first, count, lanes):
-    for lane in range(count):
-        for column in range(COLUMNS):
-            lanes[column * LANES + lane] = state[first + lane, column]
+# Values are the lanes of `raceway_rates` with the listening columns behind them; rates have one row a column.
+IN_VALUES, IN_RATES = LANE_ROWS, MOTION
+VALUE_ROWS = LANE_ROWS + COLUMNS - MOTION
 
 
 @kernel
-def _from_lanes(lanes, first, count, state):
-    for lane in range(count):
-        for column in range(COLUMNS):
-            state[first + lane, column] = lanes[column * LANES + lane]
+def _to_lanes(rows, blocks, listeners):
+    """One row a ball to lane form; the columns after the motion go to the lane rows from `listeners` on."""
+    for ball in range(len(rows)):
+        block, lane = blocks[ball // LANES], ball % LANES
+        for column in range(MOTION):
+            block[column * LANES + lane] = rows[ball, column]
+        for column in range(MOTION, COLUMNS):
+            block[(listeners + column - MOTION) * LANES + lane] = rows[ball, column]
 
 
 @kernel
-def _rows_of(values, balls, rows):
-    """Lane form to one row a ball."""
-    for block in range(len(values)):
-        _from_lanes(values[block], block * LANES, min(LANES, balls - block * LANES), rows)
+def _from_lanes(blocks, listeners, rows):
+    """The inverse of `_to_lanes`."""
+    for ball in range(len(rows)):
+        block, lane = blocks[ball // LANES], ball % LANES
+        for column in range(MOTION):
+            rows[ball, column] = block[column * LANES + lane]
+        for column in range(MOTION, COLUMNS):
+            rows[ball, column] = block[(listeners + column - MOTION) * LANES + lane]
 
 
 @kernel
 def _all_rates(bearing, drive, near, touching, time, values, rates, rows, row_rates):
-    """Rates of all balls (blocks, COLUMNS * LANES) from `values` (blocks, LANE_ROWS * LANES)."""
+    """Rates of all balls (blocks, COLUMNS * LANES) from `values` (blocks, VALUE_ROWS * LANES)."""
     speed = drive.speed + drive.acceleration * time
     for block in range(len(values)):
         count = min(LANES, bearing.balls - block * LANES)
         give_coefficients(bearing, count, values[block])
         raceway_rates(bearing, speed, count, values[block], rates[block])
     if touching:
-        _rows_of(values, bearing.balls, rows)
-        _rows_of(rates, bearing.balls, row_rates)
+        _from_lanes(values, IN_VALUES, rows)
+        _from_lanes(rates, IN_RATES, row_rates)
         for k in range(bearing.balls):
             add_pair_rates(bearing, near, rows, k, row_rates)
-        for block in range(len(values)):
-            _to_lanes(row_rates, block * LANES, min(LANES, bearing.balls - block * LANES), rates[block])
+        _to_lanes(row_rates, rates, IN_RATES)
 
 
 @kernel
@@ -66,15 +70,26 @@ def _aim(values, balls, others):
     for block in range(len(values)):
         for lane in range(min(LANES, balls - block * LANES)):
             aim_lane(values[block], lane)
-        others[block, COLUMNS * LANES :] = values[block, COLUMNS * LANES :]
+        others[block, MOTION * LANES : LANE_ROWS * LANES] = values[block, MOTION * LANES : LANE_ROWS * LANES]
 
 
 @kernel
 def _combine(start, factor, slope, out):
-    """out = start + factor * slope."""
-    for block in range(start.shape[0]):
-        for i in range(COLUMNS * LANES):
+    """out = start + factor * slope, from values and rates to values."""
+    for block in range(len(start)):
+        for i in range(MOTION * LANES):
             out[block, i] = start[block, i] + factor * slope[block, i]
+        for i in range(MOTION * LANES, COLUMNS * LANES):
+            j = i + (IN_VALUES - IN_RATES) * LANES
+            out[block, j] = start[block, j] + factor * slope[block, i]
+
+
+@kernel
+def _sum(total, factor, slope):
+    """total += factor * slope, all rates."""
+    for block in range(len(total)):
+        for i in range(COLUMNS * LANES):
+            total[block, i] += factor * slope[block, i]
 
 
 @kernel
@@ -111,7 +126,7 @@ def rk4_chunk(
     """
     balls = bearing.balls
     blocks = (balls + LANES - 1) // LANES
-    shape, rates_shape = (blocks, LANE_ROWS * LANES), (blocks, COLUMNS * LANES)
+    shape, rates_shape = (blocks, VALUE_ROWS * LANES), (blocks, COLUMNS * LANES)
     y, trial, turned_from = np.ones(shape), np.ones(shape), np.ones(shape)
     k1, k, total, turned_rates = (
         np.zeros(rates_shape),
@@ -121,8 +136,7 @@ def rk4_chunk(
     )
     rows, row_rates = state.copy(), np.zeros_like(state)
     touching = np.any(near)
-    for block in range(blocks):
-        _to_lanes(state, block * LANES, min(LANES, balls - block * LANES), y[block])
+    _to_lanes(state, y, IN_VALUES)
     _aim(y, balls, trial)
     time = 0.0
     _all_rates(bearing, drive, near, touching, time, y, k1, rows, row_rates)
@@ -142,7 +156,7 @@ def rk4_chunk(
                 half = 0.5 if stage < 3 else 1.0
                 _combine(y, half * h, k1 if stage == 1 else k, trial)
                 _all_rates(bearing, drive, near, touching, time + half * h, trial, k, rows, row_rates)
-                _combine(total, 2.0 if stage < 3 else 1.0, k, total)
+                _sum(total, 2.0 if stage < 3 else 1.0, k)
             _combine(y, h / 6.0, total, y)
             time = begin + (step + 1) * h
             _all_rates(bearing, drive, near, touching, time, y, k1, rows, row_rates)
@@ -155,7 +169,7 @@ def rk4_chunk(
             counts[STEPS] += balls
             counts[RATES] += 4 * balls
             if step % CHECK_EVERY == CHECK_EVERY - 1 or step == steps - 1:
-                _rows_of(y, balls, state)
+                _from_lanes(y, IN_VALUES, state)
                 status = check_all(bearing, drive, time, state, failure)
                 if status != OK:
                     return status
