@@ -117,7 +117,7 @@ def load_of_energy(law, energy):
 
 
 def deepest(law):
-    """Greatest approach [m] to which a load belongs: 8 a^2 / r by `line`, 8 r / e^2 by `johnson`; stiffness ends there."""
+    """Greatest approach [m] to which a load belongs: 8 a^2 / r by `line`, 8 r / e^2 by `johnson`."""
     return law.scale / (math.e * law.half_thickness)
 
 

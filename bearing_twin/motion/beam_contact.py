@@ -164,7 +164,7 @@ def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step,
     Writes starts, lengths, cubics and works of the pieces of contact, and start, state and motion of the next.
     Without separation before `until` [s] the status is TIME_UP.
     """
-    starts, lengths, forces, states, motions, works = pieces
+    starts, _, _, states, motions, works = pieces
     begun, piece = starts[first], first
     alpha, alpha_rate, prepared = 0.0, 1.0, 0.0
     alpha_rate = motions[first, 1]
@@ -288,7 +288,11 @@ def next_touch(rate, shape, state, sphere, position, velocity, limit, shortest):
     for _ in range(10_000_000):
         alpha, alpha_rate = gap_and_rate(rate, shape, state, sphere, position, velocity, time, out)
         speed = velocity + sphere.gravity * time
-        if sphere.gravity <= 0.0 and speed <= 0.0 and position + time * (velocity + 0.5 * sphere.gravity * time) < -reach:
+        if (
+            sphere.gravity <= 0.0
+            and speed <= 0.0
+            and position + time * (velocity + 0.5 * sphere.gravity * time) < -reach
+        ):
             return math.inf
         if time >= limit or not math.isfinite(alpha):
             return limit

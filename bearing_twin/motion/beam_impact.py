@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,20 +9,12 @@ from bearing_twin.errors import IntegrationError
 from bearing_twin.motion import beam_contact, volterra
 from bearing_twin.motion.beam import TERMS, Beam, Modes, beam_energy, response_at
 from bearing_twin.motion.beam_contact import FULL, NOT_FINITE, STALLED, TIME_UP, Sphere
+from bearing_twin.motion.collision import Contact
 
 METHODS = ("modes", "volterra", "sinusoidal")
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 GREATEST_CONTACTS = 1000
 GREATEST_VOLTERRA = 20  # kernel weights reach this many Hertz contact times
-
-
-class Contact(NamedTuple):
-    """One interval of contact: start and duration [s], peak force [N], impulse [N s]."""
-
-    start: float
-    duration: float
-    peak_force: float
-    impulse: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +72,7 @@ class BeamImpact:
         return np.imag(states) / np.imag(self.modes.rate)
 
     def energies(self) -> tuple[float, float, float]:
-        """(sphere's kinetic, beam's, dissipated) energy [J] at the end; the beam's from its state, not from the work."""
+        """(sphere's kinetic, beam's, dissipated) energy [J] at the end; the beam's from its state, not the work."""
         kinetic = 0.5 * self.sphere.mass * float(self.motions[-1, 1]) ** 2
         stored = float(beam_energy(self.modes, self.states[-1]))
         return kinetic, stored, float(self.works.sum()) - stored if self.beam.damping_ratio > 0.0 else 0.0
@@ -103,13 +94,13 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
     tail = modes.tail if with_tail else 0.0
     regular = hertz_contact_time(sphere, speed)
     length, shortest = regular / steps, min(FIRST_STEP * regular, regular / steps)
-    room = int((GREATEST_VOLTERRA if method == "volterra" else 4) * steps + 1000)
+    room = int(until / length) + 1000
     step = beam_contact.new_step(len(modes.rate))
     shape, common = modes.shape, (modes.rate, modes.shape, modes.modal_mass, tail, sphere)
     weights = np.empty(0)
     if method == "volterra":
         weights = volterra.kernel_weights(
-            modes.rate, shape, modes.modal_mass, sphere.mass, length, GREATEST_VOLTERRA * steps
+            modes.rate, shape, modes.modal_mass, sphere.mass, length, min(GREATEST_VOLTERRA * steps, room)
         )
     parts, contacts, gone = [], [], False
     pieces = _room(room, len(modes.rate))
@@ -146,7 +137,17 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
     end = (np.array([array[last]]) for array in (pieces[0], pieces[3], pieces[4]))
     starts, states, motions = (np.concatenate(pair) for pair in zip((starts, states, motions), end, strict=True))
     return BeamImpact(
-        beam, modes, sphere, starts, lengths, forces, states, motions, works, tuple(contacts), gone or sphere.gravity < 0
+        beam,
+        modes,
+        sphere,
+        starts,
+        lengths,
+        forces,
+        states,
+        motions,
+        works,
+        tuple(contacts),
+        gone or sphere.gravity < 0,
     )
 
 

@@ -171,8 +171,10 @@ def linear_work(sphere, tail, low, high, span, position, velocity, after):
     """Work [J] on the beam over one step: [f w] - f' times the integral of w, by Simpson's rule; w = s - alpha."""
     middle = 0.5 * (low + high)
     half = 0.5 * span
-    s = position + half * (velocity + 0.5 * sphere.gravity * half) - half * half * (2.0 * low + middle) / (
-        6.0 * sphere.mass
+    s = (
+        position
+        + half * (velocity + 0.5 * sphere.gravity * half)
+        - half * half * (2.0 * low + middle) / (6.0 * sphere.mass)
     )
     power = 2.0 / 3.0
     w0 = position - (low / sphere.coefficient) ** power

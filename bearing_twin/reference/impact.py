@@ -77,41 +77,56 @@ def damping_of_restitution(restitution, speed):
     return np.where(e < 1.0, 0.5 * (low + high), 0.0)[()] / speed
 
 
-def damped_impact(coefficient, reduced_mass, speed, damping, nodes=64):
+def damped_impact(coefficient, reduced_mass, speed, damping):
     """Contact time [s], peak force [N], greatest approach [m] and restitution of an impact with the Hunt-Crossley load.
 
-    The first integral 0.4 c h^2.5 = mu [(v - w)/chi - ln((1 + chi v)/(1 + chi w))/chi] of the motion gives the
-    approach h as a function of the approach rate w; the time is the quadrature of dt = -mu dw / load over the rates,
-    with the roots at both ends taken out by w = v - (v + e v) sin^2(angle)^(5/2) pieces. Numbers only.
+    The first integral  0.4 c h^2.5 = mu * integral of u du / (1 + chi u) from w to v  gives the approach h as a
+    function of the approach rate w, and the time is the quadrature of -mu dw / load (see `damped_history`). Numbers
+    only; `damping` = 0 gives the closed forms.
     """
     if damping == 0.0:
         bodies = coefficient, reduced_mass, speed
-        return contact_time(*bodies), peak_force(*bodies), greatest_approach(*bodies), 1.0
-    leaving = _leaving_rate(damping * speed) / damping
-
-    def approach(rate):
-        return (2.5 * reduced_mass / coefficient * _lost(speed, rate, damping)) ** 0.4
-
-    # Near either end the approach goes as (distance in rate)^0.4, so dw = d(y^(5/2)) leaves a smooth integrand.
-    points, weights = np.polynomial.legendre.leggauss(nodes)
-    share, weights = 0.5 * (points + 1.0), 0.5 * weights
-    time = 0.0
-    for end, span in ((speed, speed), (-leaving, -leaving)):
-        rates = end - span * share**2.5
-        slope = 2.5 * abs(span) * share**1.5
-        load = coefficient * approach(rates) ** 1.5 * (1.0 + damping * rates)
-        time += float(np.sum(weights * reduced_mass * slope / load))
-    # The load is greatest where 1.5 h'/h (1 + chi w) = -chi w'; bracketed and found on the rates.
+        return float(contact_time(*bodies)), float(peak_force(*bodies)), float(greatest_approach(*bodies)), 1.0
+    times, _, rates = damped_history(coefficient, reduced_mass, speed, damping)
+    # The load is greatest where 1.5 w (1 + chi w) = chi h load / mu; bisected on the rates.
     low, high = 0.0, speed
     for _ in range(200):
         rate = 0.5 * (low + high)
-        h = approach(rate)
+        h = _approach_at(rate, coefficient, reduced_mass, speed, damping)
         load = coefficient * h**1.5 * (1.0 + damping * rate)
         rising = 1.5 * rate * (1.0 + damping * rate) > damping * h * load / reduced_mass
         low, high = (low, rate) if rising else (rate, high)
-    rate = 0.5 * (low + high)
-    greatest = coefficient * approach(rate) ** 1.5 * (1.0 + damping * rate)
-    return time, float(greatest), float(approach(0.0)), float(leaving / speed)
+    deepest = _approach_at(0.0, coefficient, reduced_mass, speed, damping)
+    return float(times[-1]), float(load), float(deepest), float(-rates[-1] / speed)
+
+
+def damped_history(coefficient, reduced_mass, speed, damping, pieces=200):
+    """Times [s] from the first touch, approach [m] and its rate [m/s], by quadrature over the rates; damping > 0.
+
+    Near either end the approach goes as (distance in rate)^0.4, so rates are spaced as share^2.5 from both ends:
+    then the time goes evenly, and the Gauss rule in each piece has a smooth integrand.
+    """
+    leaving = _leaving_rate(damping * speed) / damping
+    points, weights = np.polynomial.legendre.leggauss(8)
+    edges = np.linspace(0.0, 1.0, pieces + 1)
+    share = edges[:-1, None] + 0.5 * (points + 1.0) / pieces
+    halves = []
+    for end in (speed, -leaving):
+        rates = end - end * share**2.5
+        load = coefficient * _approach_at(rates, coefficient, reduced_mass, speed, damping) ** 1.5
+        load = load * (1.0 + damping * rates)
+        span = 0.5 / pieces * np.sum(weights * reduced_mass * 2.5 * abs(end) * share**1.5 / load, axis=1)
+        halves.append((np.concatenate([[0.0], np.cumsum(span)]), end - end * edges**2.5))
+    (there, falling), (back, rising) = halves
+    times = np.concatenate([there, there[-1] + back[-1] - back[-2::-1]])
+    rates = np.concatenate([falling, rising[-2::-1]])
+    approach = _approach_at(rates, coefficient, reduced_mass, speed, damping)
+    approach[[0, -1]] = 0.0
+    return times, approach, rates
+
+
+def _approach_at(rate, coefficient, reduced_mass, speed, damping):
+    return (2.5 * reduced_mass / coefficient * _lost(speed, rate, damping)) ** 0.4
 
 
 def _lost(speed, rate, damping):
