@@ -13,7 +13,7 @@ from bearing_twin.motion.collision import FEW_STEPS, FIXED_STEP
 from bearing_twin.scene import Scene
 from bearing_twin.scenes import sphere_on_beam
 from bearing_twin.scenes.bearing_model import bearing_of, fastest_rates, stable_step, start_state
-from bearing_twin.scenes.impact_parameters import pair_contact_time
+from bearing_twin.scenes.pair_parameters import pair_contact_time
 
 RINGING_OUTPUTS = 0.5
 """Outputs spaced closer than this share of a contact's duration ask for the ringing itself."""

@@ -15,7 +15,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
 from bearing_twin.paths import share_path
 from bearing_twin.sample import Channel
-from bearing_twin.scenes import bearing_parameters, impact_parameters
+from bearing_twin.scenes import beam_parameters, bearing_parameters, pair_parameters
 
 GREATEST_FILE = 1_000_000  # bytes
 GREATEST_DEPTH = 20
@@ -42,22 +42,22 @@ class Kind(NamedTuple):
 KINDS = {
     "bearing": Kind(bearing_parameters.BearingScene, bearing_parameters.check, "bearing_twin.scenes.bearing_outputs"),
     "two_spheres": Kind(
-        impact_parameters.TwoSpheresScene,
-        impact_parameters.check_spheres,
+        pair_parameters.TwoSpheresScene,
+        pair_parameters.check_spheres,
         "bearing_twin.scenes.two_spheres",
-        impact_parameters.resolve,
+        pair_parameters.resolve,
     ),
     "two_discs": Kind(
-        impact_parameters.TwoDiscsScene,
-        impact_parameters.check_discs,
+        pair_parameters.TwoDiscsScene,
+        pair_parameters.check_discs,
         "bearing_twin.scenes.two_discs",
-        impact_parameters.resolve,
+        pair_parameters.resolve,
     ),
     "sphere_on_beam": Kind(
-        impact_parameters.SphereOnBeamScene,
-        impact_parameters.check_beam,
+        beam_parameters.SphereOnBeamScene,
+        beam_parameters.check_beam,
         "bearing_twin.scenes.sphere_on_beam",
-        impact_parameters.resolve,
+        beam_parameters.resolve,
     ),
 }
 

@@ -10,6 +10,7 @@ from bearing_twin.motion import beam_contact, volterra
 from bearing_twin.motion.beam import TERMS, Beam, Modes, beam_energy, response_at
 from bearing_twin.motion.beam_contact import FULL, NOT_FINITE, STALLED, TIME_UP, Sphere
 from bearing_twin.motion.collision import Contact
+from bearing_twin.motion.free_flight import next_touch
 
 METHODS = ("modes", "volterra", "sinusoidal")
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
@@ -91,31 +92,19 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
     """
     if method == "sinusoidal":
         return assume_half_sine(beam, modes, sphere, speed, until, steps)
-    tail = modes.tail if with_tail else 0.0
     regular = hertz_contact_time(sphere, speed)
-    length, shortest = regular / steps, min(FIRST_STEP * regular, regular / steps)
-    room = int(until / length) + 1000
-    step = beam_contact.new_step(len(modes.rate))
-    shape, common = modes.shape, (modes.rate, modes.shape, modes.modal_mass, tail, sphere)
-    weights = np.empty(0)
-    if method == "volterra":
-        weights = volterra.kernel_weights(
-            modes.rate, shape, modes.modal_mass, sphere.mass, length, min(GREATEST_VOLTERRA * steps, room)
-        )
+    room = int(until * steps / regular) + 1000
+    march = _marcher(method, modes, modes.tail if with_tail else 0.0, sphere, regular, steps, until, room)
     parts, contacts, gone = [], [], False
-    pieces = _room(room, len(modes.rate))
+    pieces, first = _room(room, len(modes.rate)), 0
     pieces[4][0] = 0.0, speed
-    first = 0
     while True:
-        if method == "volterra":
-            last, status = volterra.march_volterra(*common, length, weights, until, pieces, first)
-        else:
-            last, status = beam_contact.march(*common, shortest, length, until, step, pieces, first)
-        _refuse(status, pieces[0][last])
+        last, status = march(pieces, first)
+        time = float(pieces[0][last])
+        _refuse(status, time)
         contact = _contact(pieces, first, last)
         if contact.impulse > 0.0:
             contacts.append(contact)
-        time = float(pieces[0][last])
         if status == TIME_UP or time >= until:
             parts.append(_part(pieces, last))
             break
@@ -124,31 +113,30 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
                 f"the sphere has touched the beam {GREATEST_CONTACTS} times by {time:.6g} s and still bounces; "
                 "shorten run.duration or raise beam.damping_ratio"
             )
-        free = beam_contact.next_touch(
-            modes.rate, shape, pieces[3][last], sphere, *pieces[4][last], until - time, 1e-9 * regular
+        flight = next_touch(
+            modes.rate, modes.shape, pieces[3][last], sphere, *pieces[4][last], until - time, 1e-9 * regular
         )
-        gone = math.isinf(free)
-        last = _fly(modes, sphere, pieces, last, min(free, until - time))
+        gone = math.isinf(flight)
+        last = _fly(modes, sphere, pieces, last, min(flight, until - time))
         parts.append(_part(pieces, last))
-        if gone or time + free >= until:
+        if gone or time + flight >= until:
             break
-        pieces, first = _again(pieces, last), 0
+        _begin_again(pieces, last)
     starts, lengths, forces, states, motions, works = (np.concatenate(column) for column in zip(*parts, strict=True))
-    end = (np.array([array[last]]) for array in (pieces[0], pieces[3], pieces[4]))
+    end = (array[last : last + 1] for array in (pieces[0], pieces[3], pieces[4]))
     starts, states, motions = (np.concatenate(pair) for pair in zip((starts, states, motions), end, strict=True))
-    return BeamImpact(
-        beam,
-        modes,
-        sphere,
-        starts,
-        lengths,
-        forces,
-        states,
-        motions,
-        works,
-        tuple(contacts),
-        gone or sphere.gravity < 0,
-    )
+    return BeamImpact(beam, modes, sphere, starts, lengths, forces, states, motions, works, tuple(contacts), gone)
+
+
+def _marcher(method, modes, tail, sphere, regular, steps, until, room):
+    """The function (pieces, first) -> (last, status) that marches one contact by the method."""
+    common, length = (modes.rate, modes.shape, modes.modal_mass, tail, sphere), regular / steps
+    if method == "volterra":
+        count = min(GREATEST_VOLTERRA * steps, room)
+        weights = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, length, count)
+        return lambda pieces, first: volterra.march_volterra(*common, length, weights, until, pieces, first)
+    shortest, step = min(FIRST_STEP * regular, length), beam_contact.new_step(len(modes.rate))
+    return lambda pieces, first: beam_contact.march(*common, shortest, length, until, step, pieces, first)
 
 
 def assume_half_sine(beam, modes, sphere, speed, until, steps) -> BeamImpact:
@@ -191,11 +179,10 @@ def _part(pieces, last):
     return tuple(array[:last].copy() for array in pieces)
 
 
-def _again(pieces, last):
+def _begin_again(pieces, last):
     """The same room, beginning where the piece `last` would."""
     for array in (pieces[0], pieces[3], pieces[4]):
         array[0] = array[last]
-    return pieces
 
 
 def _fly(modes, sphere, pieces, piece, span):

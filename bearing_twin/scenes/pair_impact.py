@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.motion.collision import Contact, Spring, collide, spring_elastic, spring_energy, spring_load
 from bearing_twin.sample import Channel
 from bearing_twin.scenes.impact import Impact, output_times
-from bearing_twin.scenes.impact_parameters import resolve
+from bearing_twin.scenes.pair_parameters import resolve
 
 CHANNELS = (
     Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),

@@ -22,15 +22,14 @@ from bearing_twin.motion.beam import beam_energy, deflection_shapes, first_frequ
 from bearing_twin.motion.beam_impact import BeamImpact, hertz_contact_time, throw
 from bearing_twin.motion.collision import peak_of
 from bearing_twin.sample import Channel
-from bearing_twin.scenes.impact import Impact, ImpactMotion, output_times, theory_flags
-from bearing_twin.scenes.impact_parameters import (
+from bearing_twin.scenes.beam_parameters import (
     SphereOnBeamScene,
     beam_of,
     resolve,
-    sphere_mass,
     thrown_sphere,
     touch_speed,
 )
+from bearing_twin.scenes.impact import Impact, ImpactMotion, output_times, theory_flags
 
 FEWEST_MODES, MOST_MODES = 15, 4000
 SLENDER = 10.0  # span / height below which shear and rotary inertia matter
@@ -203,7 +202,7 @@ def _flags(parameters, found, peak, deflection, stress):
     if deflection > 0.02 * beam.span:
         flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
     total = sum(contact.impulse for contact in found.contacts)
-    most = 2.0 * sphere_mass(sphere) * touch_speed(parameters.blow)
+    most = 2.0 * found.sphere.mass * touch_speed(parameters.blow)
     if found.sphere.gravity == 0.0 and total > most * (1.0 + 1e-9):
         flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {most:.4g} N s: the numbers are wrong")
     if not found.gone:

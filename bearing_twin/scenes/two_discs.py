@@ -23,8 +23,8 @@ from bearing_twin.motion.collision import Contact, Spring
 from bearing_twin.reference import disc_impact
 from bearing_twin.sample import Channel
 from bearing_twin.scenes.impact import Impact, ImpactMotion, theory_flags
-from bearing_twin.scenes.impact_parameters import TwoDiscsScene, disc_law, disc_mass
 from bearing_twin.scenes.pair_impact import CHANNELS, pair_impact
+from bearing_twin.scenes.pair_parameters import TwoDiscsScene, disc_law, disc_mass
 
 PIECES = 400  # of the history by quadrature
 
@@ -90,6 +90,6 @@ def _flags(parameters, contact):
     )
     if disc.thickness < disc.radius:
         flags.append(
-            f"a thickness of {disc.thickness:g} m is below the radius of {disc.radius:g} m: the laws assume plane strain"
+            f"a thickness of {disc.thickness:g} m is below the radius of {disc.radius:g} m: both assume plane strain"
         )
     return flags

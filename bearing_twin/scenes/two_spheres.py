@@ -20,8 +20,9 @@ from bearing_twin.motion.collision import NO_LINE, Contact, Spring
 from bearing_twin.reference import impact as closed_forms
 from bearing_twin.sample import Channel
 from bearing_twin.scenes.impact import Impact, ImpactMotion, theory_flags
-from bearing_twin.scenes.impact_parameters import TwoSpheresScene, pair_contact_time, sphere_mass, sphere_pair
+from bearing_twin.scenes.impact_parameters import sphere_mass
 from bearing_twin.scenes.pair_impact import CHANNELS, pair_impact
+from bearing_twin.scenes.pair_parameters import TwoSpheresScene, pair_contact_time, sphere_pair
 
 
 def channels(parameters: TwoSpheresScene) -> tuple[Channel, ...]:
