@@ -13,13 +13,13 @@ from bearing_twin.motion.collision import FEW_STEPS, FIXED_STEP
 from bearing_twin.scene import Scene
 from bearing_twin.scenes import sphere_on_beam
 from bearing_twin.scenes.bearing_model import bearing_of, fastest_rates, stable_step, start_state
-from bearing_twin.scenes.pair_parameters import pair_contact_time
+from bearing_twin.scenes.pair_parameters import contact_time_by, pair_contact_time
 
 RINGING_OUTPUTS = 0.5
 """Outputs spaced closer than this share of a contact's duration ask for the ringing itself."""
 
-LINE_LAW_ERRORS = {"line": 0.22, "johnson": 0.04}
-"""Error of contact times against plane-strain elasticity for a disc as thick as its radius."""
+JOHNSON_ERROR = 0.04
+"""Of contact times by Johnson's line contact, against plane-strain elasticity of a disc as thick as its radius."""
 
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""
@@ -122,16 +122,16 @@ def choose_discs(scene: Scene) -> Choice:
     parameters = scene.parameters
     pinned, solver, warnings = parameters.contact.normal, parameters.solver, []
     law = "johnson" if pinned == "auto" else pinned
-    error = LINE_LAW_ERRORS[law]
     if pinned == "auto":
-        reasons = ["johnson, because it is within 4 % of plane-strain elasticity where eq. (14) is 19 to 25 % off"]
+        error, reasons = JOHNSON_ERROR, ["johnson, because thick discs follow its two-dimensional solution"]
     else:
-        reasons = [f"{law}, as the scene asks"]
-    if error > 0.1:
-        warnings.append(
-            f"the law {law} gives contact times about {100 * error:.2g} % off plane-strain elasticity for discs as "
-            "thick as their radius; contact.normal: johnson costs no more"
-        )
+        times = [contact_time_by(parameters, one) for one in (law, "johnson")]
+        error, reasons = JOHNSON_ERROR + abs(times[0] / times[1] - 1.0), [f"{law}, as the scene asks"]
+        if error > 2.0 * JOHNSON_ERROR:
+            warnings.append(
+                f"the law {law} gives a contact time {100.0 * (times[0] / times[1] - 1.0):.2g} % from Johnson's, "
+                "which thick discs follow; contact.normal: johnson costs no more"
+            )
     if solver.stepper != "auto":
         stepper = solver.stepper
         reasons.append(f"{stepper}, as the scene asks")

@@ -15,7 +15,8 @@ from bearing_twin.motion.free_flight import next_touch
 METHODS = ("modes", "volterra", "sinusoidal")
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 GREATEST_CONTACTS = 1000
-GREATEST_VOLTERRA = 20  # kernel weights reach this many Hertz contact times
+LONGEST_CONTACT = 200  # in Hertz contact times: a sphere 20 times as heavy as the beam stays for some 60
+LONGEST_VOLTERRA = 20  # the same for the integral equation, whose cost grows as the square
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
     if method == "sinusoidal":
         return assume_half_sine(beam, modes, sphere, speed, until, steps)
     regular = hertz_contact_time(sphere, speed)
-    room = int(until * steps / regular) + 1000
+    room = int(steps * min(until / regular, LONGEST_CONTACT)) + 1000
     march = _marcher(method, modes, modes.tail if with_tail else 0.0, sphere, regular, steps, until, room)
     parts, contacts, gone = [], [], False
     pieces, first = _room(room, len(modes.rate)), 0
@@ -132,7 +133,7 @@ def _marcher(method, modes, tail, sphere, regular, steps, until, room):
     """The function (pieces, first) -> (last, status) that marches one contact by the method."""
     common, length = (modes.rate, modes.shape, modes.modal_mass, tail, sphere), regular / steps
     if method == "volterra":
-        count = min(GREATEST_VOLTERRA * steps, room)
+        count = min(LONGEST_VOLTERRA * steps, room)
         weights = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, length, count)
         return lambda pieces, first: volterra.march_volterra(*common, length, weights, until, pieces, first)
     shortest, step = min(FIRST_STEP * regular, length), beam_contact.new_step(len(modes.rate))
@@ -225,7 +226,7 @@ def _peak(starts, forces) -> float:
 
 def _refuse(status, time):
     reasons = {
-        FULL: "the contact does not end; the sphere is too heavy or too slow for this beam, or shorten run.duration",
+        FULL: "the contact does not end; the sphere is too heavy for this beam, or use solver.stepper: modes",
         NOT_FINITE: "the contact force is not finite; check the scene's numbers",
         STALLED: "Newton's method for the contact force stalls; raise solver.steps",
     }

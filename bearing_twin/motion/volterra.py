@@ -5,7 +5,7 @@
 
 s_0 and w_0 being sphere and beam without the force. The force is piecewise linear on even steps and the kernel is
 integrated exactly against it, so the error falls as step^2. Each step is one scalar equation, solved by Newton's
-method: Picard's iteration over a whole interval diverges beyond a fifth to a half of the contact.
+method; Picard's iteration diverges in steps longer than a fifth to a half of the contact.
 """
 
 import math
@@ -163,7 +163,7 @@ def march_volterra(rate, shape, modal_mass, tail, sphere, length, weights, until
         piece += 1
     if gap < count:
         return piece, SEPARATED
-    return piece, FULL if count == room else TIME_UP
+    return piece, TIME_UP if starts[piece] >= until else FULL
 
 
 @njit(cache=True, error_model="numpy")

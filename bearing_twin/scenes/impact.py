@@ -1,7 +1,8 @@
 """What every impact scene hands back, and how it becomes a run like any other: an impact is a run, only short."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ FEWEST_TRANSITS = 5.0  # of waves through a body: a shorter contact leaves much 
 class Impact:
     """An impact, solved: figures, and `at(times)` -> one array a channel at increasing times [s] from the start.
 
+    `run` is the resolved one: `time`, `values` and the histories read off them are its outputs, computed when asked.
     `contacts` in order, `restitution` = relative speed away over relative speed before (negative: the sphere follows
     the beam), `energy_closure` = energy gained by the numbers as a share of what was brought, `figures` the scene's
     own with SI-suffixed keys, `costs` of the solution.
@@ -25,7 +27,7 @@ class Impact:
 
     names: tuple[str, ...]
     at: Callable[[np.ndarray], tuple[np.ndarray, ...]]
-    time: np.ndarray
+    run: Any
     contacts: tuple[Contact, ...]
     restitution: float
     peak_force: float
@@ -34,11 +36,17 @@ class Impact:
     flags: tuple[str, ...]
     figures: dict[str, Any]
     costs: dict[str, int]
-    values: dict[str, np.ndarray] = field(init=False)
 
-    def __post_init__(self):
-        values = dict(zip(self.names, self.at(self.time), strict=True))
-        object.__setattr__(self, "values", values)
+    @cached_property
+    def time(self) -> np.ndarray:
+        """The instants [s] of the run's outputs, whole nanoseconds."""
+        period_ns = max(1, round(1e9 / self.run.output_rate))
+        return 1e-9 * period_ns * np.arange(int(1e9 * self.run.duration // period_ns) + 1)
+
+    @cached_property
+    def values(self) -> dict[str, np.ndarray]:
+        """All channels by name at `time`."""
+        return dict(zip(self.names, self.at(self.time), strict=True))
 
     @property
     def force(self) -> np.ndarray:
@@ -80,12 +88,6 @@ class Impact:
             "energy_closure": self.energy_closure,
             **self.figures,
         }
-
-
-def output_times(run) -> np.ndarray:
-    """The instants [s] of a resolved run's outputs, whole nanoseconds."""
-    period_ns = max(1, round(1e9 / run.output_rate))
-    return 1e-9 * period_ns * np.arange(int(1e9 * run.duration // period_ns) + 1)
 
 
 class Watched:

@@ -4,7 +4,7 @@ import numpy as np
 
 from bearing_twin.motion.collision import Contact, Spring, collide, spring_elastic, spring_energy, spring_load
 from bearing_twin.sample import Channel
-from bearing_twin.scenes.impact import Impact, output_times
+from bearing_twin.scenes.impact import Impact
 from bearing_twin.scenes.pair_parameters import resolve
 
 CHANNELS = (
@@ -67,7 +67,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, f
 
     placed = Contact(touch, *contact[1:])
     return Impact(
-        tuple(channel.name for channel in CHANNELS), at, output_times(parameters.run), (placed,), restitution,
+        tuple(channel.name for channel in CHANNELS), at, parameters.run, (placed,), restitution,
         contact.peak_force, deepest, closure, tuple(flags_of(contact)), {"impact_speed_m_s": motion.speed}, costs,
     )  # fmt: skip
 

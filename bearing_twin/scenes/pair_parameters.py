@@ -120,8 +120,13 @@ def pair_contact_time(parameters) -> float:
     if isinstance(parameters, TwoSpheresScene):
         coefficient, first, second = sphere_pair(parameters)
         return float(impact.contact_time(coefficient, first * second / (first + second), speed))
-    law = disc_law(parameters.disc, "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal)
-    return float(disc_impact.contact_time(law, 0.5 * disc_mass(parameters.disc), speed))
+    return contact_time_by(parameters, "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal)
+
+
+def contact_time_by(parameters: TwoDiscsScene, law: str) -> float:
+    """Contact time [s] of the discs by one law of line contact; NaN where it has no solution."""
+    reduced = 0.5 * disc_mass(parameters.disc)
+    return float(disc_impact.contact_time(disc_law(parameters.disc, law), reduced, parameters.motion.speed))
 
 
 def check_spheres(parameters: TwoSpheresScene) -> list[str]:

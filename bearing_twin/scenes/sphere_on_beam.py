@@ -29,7 +29,7 @@ from bearing_twin.scenes.beam_parameters import (
     thrown_sphere,
     touch_speed,
 )
-from bearing_twin.scenes.impact import Impact, ImpactMotion, output_times, theory_flags
+from bearing_twin.scenes.impact import Impact, ImpactMotion, theory_flags
 
 FEWEST_MODES, MOST_MODES = 15, 4000
 SLENDER = 10.0  # span / height below which shear and rotary inertia matter
@@ -115,7 +115,7 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     return Impact(
         tuple(channel.name for channel in channels(parameters)),
         watch,
-        output_times(parameters.run),
+        parameters.run,
         found.contacts,
         -leaving / speed,
         peak,

@@ -4,8 +4,7 @@
 
 x being the mutual approach of the centres. The closed form is the quadrature of `reference.disc_impact` for contact
 time and peak force; histories come from the same quadrature run up to each instant, or from the differential
-equation. Discs as thick as their radius answer nearly in plane strain: there eq. (14) is 19 to 25 % too long in contact
-time, Johnson's law within 3 to 4 %.
+equation. Thick discs answer nearly in plane strain, as Johnson's law assumes.
 
 Breaks: where the kinetic energy exceeds what the law can store it has no solution (soft discs: use finite
 elasticity), and where the half-width of the contact is no longer small against the radius.
