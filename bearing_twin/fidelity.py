@@ -12,7 +12,7 @@ from bearing_twin.contact.normal import LAWS, load_coefficient
 from bearing_twin.motion.collision import FEW_STEPS, FIXED_STEP
 from bearing_twin.scene import Scene
 from bearing_twin.scenes import sphere_on_beam
-from bearing_twin.scenes.bearing_model import bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.scenes.pair_parameters import contact_time_by, pair_contact_time
 
 RINGING_OUTPUTS = 0.5

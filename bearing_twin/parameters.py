@@ -135,6 +135,7 @@ def unknown(word: Any, legal: Iterable[str]) -> str:
 
 
 def with_unit(unit: str) -> str:
+    """A unit to append to a number or word; nothing where there is none."""
     return "" if unit in ("", "1") else f" {unit}"
 
 

@@ -17,5 +17,5 @@ def share_path(*parts: str) -> Path:
         if (root / "package.xml").is_file() and (found := root.joinpath(*parts)).exists():
             return found
     raise BearingTwinError(
-        f"{'/'.join(parts)} of bearing_twin is not at {roots[0]} nor in a share/bearing_twin above it: reinstall the package."
+        f"{'/'.join(parts)} of bearing_twin is neither in {roots[0]} nor in a share/bearing_twin above: reinstall it."
     )

@@ -3,46 +3,47 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from bearing_twin.compiled import inlined, kernel
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def dot(a, b):
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def cross(a, b):
     """Vector product a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def add(a, b):
     """a + b."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def minus(a, b):
     """a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def scaled(factor, a):
     """factor * a."""
     return (factor * a[0], factor * a[1], factor * a[2])
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def about_z(cosine, sine, a):
     """The vector `a` turned about z by the angle of the given cosine and sine."""
     return (cosine * a[0] - sine * a[1], sine * a[0] + cosine * a[1], a[2])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def quaternion_product(p, q):
     """p q: first the rotation q, then p."""
     return (
@@ -53,7 +54,7 @@ def quaternion_product(p, q):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def quaternion_from_vector(vector):
     """Quaternion of the rotation by |vector| [rad] about `vector`."""
     angle = math.sqrt(dot(vector, vector))
@@ -61,7 +62,7 @@ def quaternion_from_vector(vector):
     return (factor * vector[0], factor * vector[1], factor * vector[2], math.cos(0.5 * angle))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def turned(quaternion, omega_start, omega_middle, omega_end, step):
     """The orientation after `step` [s] at an angular velocity [rad/s] known at start, middle and end, in fixed axes.
 

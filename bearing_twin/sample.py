@@ -5,6 +5,7 @@ is one row of it. Nothing here knows where the numbers came from, so a stream re
 from the integrator cannot be told apart.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -23,7 +24,7 @@ class Channel(NamedTuple):
     @property
     def width(self) -> int:
         """Number of float64 values one sample of this channel holds."""
-        return int(np.prod(self.shape, dtype=np.int64))
+        return math.prod(self.shape)
 
 
 class Wrench(NamedTuple):

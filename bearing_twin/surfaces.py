@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from numba import njit
+from bearing_twin.compiled import inlined
 
 
 class GrooveContact(NamedTuple):
@@ -16,7 +16,7 @@ class GrooveContact(NamedTuple):
     curvature_large: float
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radius):
     """Approach [m], outward normal and gap curvatures [1/m] of a ball in a toroidal groove (paper 1, section 5).
 
@@ -24,18 +24,19 @@ def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radiu
     plane; the groove's centre circle has radius `locus_radius`, its meridian `groove_radius` > ball radius. The
     normal points from the ball's centre to the raceway: outwards on an outer ring (the ball is outside the centre
     circle), inwards on an inner ring; one formula serves both. Curvatures are halves of the relative principal
-    curvatures: `curvature_small` along the meridian, `curvature_large` along the rolling direction. Undefined at the
-    centre circle itself, where the approach is far below zero: returned with normal (1, 0).
+    curvatures: `curvature_small` along the meridian, `curvature_large` along the rolling direction. On the
+    centre circle itself, where the approach is far below zero, the normal is returned as zero.
     """
     radial = axis_distance - locus_radius
-    distance = math.sqrt(radial * radial + axial * axial)
-    approach = distance + ball_radius - groove_radius
-    if distance > 0.0:
-        normal_radial, normal_axial = radial / distance, axial / distance
-    else:
-        normal_radial, normal_axial = 1.0, 0.0
+    # The tiny number keeps the centre circle defined without a branch, so that loops over balls become vector code.
+    distance = math.sqrt(radial * radial + axial * axial + 1e-300)
+    normal_radial, normal_axial = radial / distance, axial / distance
     ball = 1.0 / ball_radius
     rolling = normal_radial / (locus_radius + groove_radius * normal_radial)
     return GrooveContact(
-        approach, normal_radial, normal_axial, 0.5 * (ball - 1.0 / groove_radius), 0.5 * (ball - rolling)
+        distance + ball_radius - groove_radius,
+        normal_radial,
+        normal_axial,
+        0.5 * (ball - 1.0 / groove_radius),
+        0.5 * (ball - rolling),
     )

@@ -6,9 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from bearing_twin.charts.impacts import ImpactHistory, plot_impact
+from bearing_twin.cli import main
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.fidelity import choose
 from bearing_twin.scene import KINDS, load_scene, parse_scene
-from bearing_twin.simulate import MOTIONS, Simulation, simulate
+from bearing_twin.simulation import MOTIONS, Simulation, simulate
 
 SCENES = (
     "two_spheres", "two_discs", "sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm",
@@ -93,3 +96,19 @@ def test_a_force_that_is_assumed_never_reports_success():
     list(run)
     assert run.report.status == "failed: energy"
     assert math.isfinite(run.report.figures["peak_stress_pa"])
+
+
+@pytest.mark.parametrize("name", ["two_spheres", "sphere_on_beam_drop_50mm"])
+def test_the_command_line_prints_and_draws_an_impact(name, tmp_path, capsys):
+    picture = tmp_path / "impact.png"
+    assert main(["simulate", name, "--plot", str(picture), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert set(report) >= KEYS
+    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_picture_needs_samples_and_a_place(tmp_path):
+    with pytest.raises(LogError, match="no sample"):
+        plot_impact(ImpactHistory(), tmp_path / "empty.png")
+    with pytest.raises(BearingTwinError, match="cannot be written"):
+        plot_impact(simulate("two_spheres"), tmp_path / "nowhere" / "impact.png")

@@ -14,7 +14,7 @@ hold the same information without subtraction: K = B + D, E = B + (1-m) D, (K - 
 import math
 from typing import NamedTuple
 
-from numba import njit
+from bearing_twin.compiled import kernel
 
 AXIS_RATIO_MIN = 1e-6
 """Below this b/a the contact is a line for every practical purpose and is not treated as an ellipse."""
@@ -31,7 +31,7 @@ class Ellipse(NamedTuple):
     peak_pressure: float
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def elliptic_b_d(complementary):
     """The complete elliptic integrals B(m) and D(m) as functions of kc = sqrt(1 - m) in (0, 1].
 
@@ -57,14 +57,14 @@ def elliptic_b_d(complementary):
     return scale * (b_b + a_b * mean), scale * (b_d + a_d * mean)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def curvature_ratio(axis_ratio):
     """Q/P of the gap whose contact ellipse has semi-axis ratio b/a in (0, 1] (paper 1, eq. 8, solved for P/Q)."""
     b, d = elliptic_b_d(axis_ratio)
     return b / (axis_ratio * axis_ratio * d)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def axis_ratio(curvature_small, curvature_large):
     """Semi-axis ratio b/a in (0, 1] of the contact ellipse, the unique root of paper 1, eq. (8) (Theorem 1).
 
@@ -98,7 +98,7 @@ def axis_ratio(curvature_small, curvature_large):
     return math.exp(x1)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def hertz_coefficient(curvature_small, curvature_large, effective_modulus):
     """c [N/m^1.5] of the exact Hertz load c h^1.5 for approach h [m] (Hertz 1882; paper 1, eqs. 7-8).
 
@@ -109,7 +109,7 @@ def hertz_coefficient(curvature_small, curvature_large, effective_modulus):
     return (2.0 * math.pi / 3.0) * effective_modulus * math.sqrt(d / (curvature_small * k * k * k))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def ellipse(curvature_small, curvature_large, effective_modulus, normal_load):
     """Semi-axes [m] and peak pressure [Pa] of an elliptic Hertz contact under `normal_load` [N].
 

@@ -1,11 +1,47 @@
-"""Friction in the contact plane."""
+"""Friction in the contact plane: at a point, and over an elliptic spot that slides and spins (Contensou, Erismann).
+
+On a spot with Hertz's pressure each point slides with v + omega x r, so spin weakens the friction force and sliding
+weakens the drilling torque. The usual closed forms (Pade, Zhuravlev 1998) fit circles; on the narrow ellipses of a
+bearing, forms with the right limits still miss most of the torque in between, so both forms here are quadratures.
+"""
 
 import math
+from typing import NamedTuple
 
-from numba import njit
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+
+RINGS, SPOKES = 24, 96  # of the quadrature over the spot
+COARSE_RINGS, COARSE_SPOKES = 6, 16
+FINE_ERROR, FAST_ERROR = 0.015, 0.12
+"""Greatest errors of the two quadratures for b/a >= 0.03 without regularisation, where the motion's pole lies in the
+spot: of mu N for the force, of 3/8 a mu N for the torque."""
 
 
-@njit(cache=True, error_model="numpy")
+def rings(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Radii (count,) of rings on the unit disc and their shares of the pressure 3/2 sqrt(1 - rho^2), by Gauss.
+
+    In rho = sin(t) both the pressure's edge and the kink at the centre of a spinning spot are smooth.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    angle = 0.25 * math.pi * (nodes + 1.0)
+    shares = weights * np.cos(angle) ** 2 * np.sin(angle)
+    return np.sin(angle), shares / shares.sum()
+
+
+_FINE, _COARSE = rings(RINGS), rings(COARSE_RINGS)
+
+
+class SpotFriction(NamedTuple):
+    """Friction on the slipping body, along the ellipse's axes [N], and about the spot's normal [N m]."""
+
+    force_major: float
+    force_minor: float
+    torque: float
+
+
+@inlined
 def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisation):
     """f [N s/m] of the regularised Coulomb friction force -f * slip on the slipping body.
 
@@ -14,3 +50,56 @@ def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisa
     """
     speed = math.sqrt(slip_x * slip_x + slip_y * slip_y + slip_z * slip_z + regularisation * regularisation)
     return coefficient * normal_load / speed
+
+
+def creep_speed(tangential_load: float, normal_load: float, coefficient: float, regularisation: float) -> float:
+    """Speed [m/s] at which a regularised contact creeps where true friction would stick; inf where it slides.
+
+    The load T below mu N is held by a slip of v_s T/sqrt((mu N)^2 - T^2): the price of `friction_factor`'s smoothness.
+    """
+    limit = coefficient * normal_load
+    if abs(tangential_load) >= limit:
+        return math.inf
+    return regularisation * abs(tangential_load) / math.sqrt(limit * limit - tangential_load * tangential_load)
+
+
+@kernel
+def _over_spot(radii, shares, spokes, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
+    """Means over the pressure of the slip's direction along both axes, and of its moment about the centre [m]."""
+    along = across = moment = 0.0
+    for ring in range(len(radii)):
+        rho, weight = radii[ring], shares[ring] / spokes
+        for spoke in range(spokes):
+            angle = 2.0 * math.pi * (spoke + 0.5) / spokes
+            x, y = semi_major * rho * math.cos(angle), semi_minor * rho * math.sin(angle)
+            u, v = slip_major - spin * y, slip_minor + spin * x
+            speed = math.sqrt(u * u + v * v + regularisation * regularisation)
+            if speed > 0.0:
+                along += weight * u / speed
+                across += weight * v / speed
+                moment += weight * (x * v - y * u) / speed
+    return along, across, moment
+
+
+@kernel
+def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
+    """Friction over the ellipse by quadrature, for slip [m/s] at its centre and spin [rad/s] about its normal.
+
+    -mu p u/sqrt(u^2 + v_s^2) summed over Hertz's pressure p, u = v + spin x r, v_s = `regularisation` [m/s], which
+    for spin = 0 is `friction_factor`. FINE_ERROR says how far off at worst.
+    """
+    along, across, moment = _over_spot(
+        _FINE[0], _FINE[1], SPOKES, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation
+    )
+    limit = -coefficient * normal_load
+    return SpotFriction(limit * along, limit * across, limit * moment)
+
+
+@kernel
+def spot_friction_fast(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
+    """As `spot_friction` from a quadrature of 96 points, at a 24th of the cost; FAST_ERROR says how far off."""
+    along, across, moment = _over_spot(
+        _COARSE[0], _COARSE[1], COARSE_SPOKES, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation
+    )
+    limit = -coefficient * normal_load
+    return SpotFriction(limit * along, limit * across, limit * moment)

@@ -19,7 +19,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, vectorize
+from numba import vectorize
+
+from bearing_twin.compiled import kernel
 
 LINE_LAWS = ("line", "johnson")
 
@@ -43,7 +45,7 @@ def line_law(name, radius, thickness, young_modulus, poisson_ratio):
     raise ValueError(f"{name} is no law of line contact; legal: {', '.join(LINE_LAWS)}")
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def lambert_lower(x):
     """Branch -1 of Lambert's function, w exp(w) = x with w <= -1, for -1/e <= x < 0; NaN elsewhere, -inf at 0.
 
@@ -79,7 +81,7 @@ def _lambert_lower_of_arrays(x):
     return lambert_lower(x)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def load(law, approach):
     """Load [N] at an approach [m]: zero for a gap, NaN beyond `deepest`."""
     if approach <= 0.0:
@@ -89,7 +91,7 @@ def load(law, approach):
     return -ratio / lambert_lower(-ratio) * law.scale / law.compliance
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def energy(law, load):
     """Energy [J] stored at a load [N]: the integral of F dx, (F V)^2 [ln(B e^s / (F V)) - 1/2] / (2 a V)."""
     if load <= 0.0:

@@ -7,8 +7,7 @@ place that chooses. To add a law, write its coefficient as a function and give i
 
 import math
 
-from numba import njit
-
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import elliptic_b_d, hertz_coefficient
 
 HERTZ, HERTZ_EXACT, VOLUMETRIC, CONSTANT = range(4)
@@ -38,25 +37,29 @@ HERTZ_DENOMINATOR = (
 HERTZ_U_MAX = 0.9144848400609057
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
+def shape_variable(curvature_small, curvature_large):
+    """u = (P+Q-2g)/(P+Q+2g), g = sqrt(PQ): 0 for a circle, towards 1 for a line; even in ln(P/Q)."""
+    g = math.sqrt(curvature_small * curvature_large)
+    total = curvature_small + curvature_large
+    return (total - 2.0 * g) / (total + 2.0 * g)
+
+
+@inlined
 def hertz_rational(curvature_small, curvature_large, effective_modulus):
     """Hertz coefficient [N/m^1.5] by a rational function, within 1e-10 of `hertz_coefficient` for b/a in [0.01, 1].
 
-    The exact coefficient is even in ln(P/Q), hence a smooth function of u = (P+Q-2g)/(P+Q+2g), g = sqrt(PQ).
-    The quotient has poles just outside the fitted range, so narrower ellipses go to the exact solution.
+    The exact coefficient is even in ln(P/Q), hence a smooth function of `shape_variable`. The quotient has poles just
+    outside the fitted range, so u stops at its end: narrower ellipses need `load_coefficient`, which looks first.
     """
-    g = math.sqrt(curvature_small * curvature_large)
-    total = curvature_small + curvature_large
-    u = (total - 2.0 * g) / (total + 2.0 * g)
-    if not u <= HERTZ_U_MAX:
-        return hertz_coefficient(curvature_small, curvature_large, effective_modulus)
     n, d = HERTZ_NUMERATOR, HERTZ_DENOMINATOR
+    u = min(shape_variable(curvature_small, curvature_large), HERTZ_U_MAX)
     p = n[0] + u * (n[1] + u * (n[2] + u * (n[3] + u * (n[4] + u * (n[5] + u * (n[6] + u * n[7]))))))
     q = d[0] + u * (d[1] + u * (d[2] + u * (d[3] + u * (d[4] + u * (d[5] + u * (d[6] + u * d[7]))))))
-    return effective_modulus * p / (q * math.sqrt(g))
+    return effective_modulus * p / (q * math.sqrt(math.sqrt(curvature_small * curvature_large)))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def volumetric_coefficient(curvature_small, curvature_large, effective_modulus):
     """Coefficient [N/m^1.5] of the volumetric law, paper 1, eq. (9) with the square root over E(c1) restored.
 
@@ -77,33 +80,37 @@ def volumetric_coefficient(curvature_small, curvature_large, effective_modulus):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def load_coefficient(law, curvature_small, curvature_large, effective_modulus, constant):
     """c [N/m^1.5] of `load = c * approach^1.5` by the law's number in `LAWS`; `constant` is what the law constant uses.
 
     The law constant freezes c at one geometry (paper 1, section 5, after Lee et al. 2007): right only while the
     curvatures stay what they were there.
     """
-    if law == HERTZ:
+    if law == HERTZ and shape_variable(curvature_small, curvature_large) <= HERTZ_U_MAX:
         return hertz_rational(curvature_small, curvature_large, effective_modulus)
     if law == VOLUMETRIC:
         return volumetric_coefficient(curvature_small, curvature_large, effective_modulus)
-    if law == HERTZ_EXACT:
+    if law in (HERTZ, HERTZ_EXACT):
         return hertz_coefficient(curvature_small, curvature_large, effective_modulus)
     return constant
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def elastic_load(coefficient, approach):
     """Elastic normal load [N]; zero for a gap."""
-    if approach <= 0.0:
-        return 0.0
-    return coefficient * approach * math.sqrt(approach)
+    depth = max(approach, 0.0)
+    return coefficient * depth * math.sqrt(depth)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
+def elastic_stiffness(coefficient, approach):
+    """d(load)/d(approach) [N/m]; zero for a gap."""
+    return 1.5 * coefficient * math.sqrt(max(approach, 0.0))
+
+
+@inlined
 def elastic_energy(coefficient, approach):
     """Energy [J] stored in a contact, the integral of `elastic_load` at constant coefficient (paper 1, section 4)."""
-    if approach <= 0.0:
-        return 0.0
-    return 0.4 * coefficient * approach * approach * math.sqrt(approach)
+    depth = max(approach, 0.0)
+    return 0.4 * coefficient * depth * depth * math.sqrt(depth)

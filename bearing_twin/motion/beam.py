@@ -20,7 +20,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from bearing_twin.compiled import kernel
 
 TERMS = 4  # coefficients of a cubic force
 NEGLIGIBLE = 1e-12  # a mode with a smaller shape at the force is never moved
@@ -117,7 +118,7 @@ def beam_energy(modes: Modes, state) -> np.ndarray:
     return 0.5 * modes.modal_mass * np.sum(rate**2 + (modes.omega * q) ** 2, axis=-1)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def moments(z, out):
     """out[k] = integral of exp(z (1 - u)) u^k over u = 0 .. 1, k < TERMS: what a force u^k leaves in a mode.
 
@@ -139,7 +140,7 @@ def moments(z, out):
         out[k] = total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def propagate(rate, shape, modal_mass, step, share, force, start, out):
     """State z of all modes `share` of `step` [s] after `start`, under force[0] + force[1] u + ... , u = time / step."""
     moment = np.empty(TERMS, np.complex128)
@@ -155,7 +156,7 @@ def propagate(rate, shape, modal_mass, step, share, force, start, out):
         out[n] = np.exp(z) * start[n] + shape[n] / modal_mass * span * pushed
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def response_at(rate, shape, modal_mass, starts, steps, forces, states, times, out, force):
     """States z (times, modes) and force [N] at increasing `times`, from pieces with their start time, length and cubic.
 

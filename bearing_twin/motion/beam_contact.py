@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from bearing_twin.compiled import kernel
 from bearing_twin.motion.beam import TERMS, moments
 
 POINTS = (0.0, 0.5 - 0.1 * math.sqrt(5.0), 0.5 + 0.1 * math.sqrt(5.0), 1.0)
@@ -53,7 +53,7 @@ def new_step(modes: int) -> Step:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def prepare(rate, shape, modal_mass, sphere, length, step):
     """Fills the buffers with all that depends on the step's length [s] alone."""
     moment = np.empty(TERMS, np.complex128)
@@ -77,7 +77,7 @@ def prepare(rate, shape, modal_mass, sphere, length, step):
             step.sums[i, j] = total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def solve3(a, b):
     """Solution of three linear equations in place: `b` becomes it. No pivots: the diagonal leads."""
     for i in range(3):
@@ -92,7 +92,7 @@ def solve3(a, b):
         b[i] /= a[i, i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def solve_step(rate, shape, tail, sphere, length, step, state, position, velocity):
     """Newton's method for the approaches at the three points from `step.values`; True when it converged.
 
@@ -132,14 +132,14 @@ def solve_step(rate, shape, tail, sphere, length, step, state, position, velocit
     return change <= 1e-11 * greatest
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def guess(step, length, alpha, alpha_rate):
     """A start for Newton's method: the approach goes on at its rate."""
     for i in range(3):
         step.values[i] = alpha + alpha_rate * POINTS[i + 1] * length
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def last_step(rate, shape, modal_mass, tail, sphere, longest, step, state, position, velocity, alpha, alpha_rate):
     """Length [s] of the step at whose end the approach is zero, at most `longest`; the buffers hold that step."""
     low, high = 0.0, longest
@@ -157,7 +157,7 @@ def last_step(rate, shape, modal_mass, tail, sphere, longest, step, state, posit
     return length
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step, pieces, first):
     """Marches one contact from piece `first`, whose start, state and motion are set; returns (next piece, status).
 
@@ -215,7 +215,7 @@ def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step,
     return piece, FULL
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def finish_step(sphere, tail, length, step, pieces, piece):
     """Writes the piece and the start of the next; returns the work [J] done on the beam, tail included."""
     starts, lengths, forces, states, motions, _ = pieces

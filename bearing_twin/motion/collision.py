@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
+from bearing_twin.compiled import kernel
 from bearing_twin.contact import line
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.normal import elastic_energy, elastic_load
@@ -47,7 +47,7 @@ class Spring(NamedTuple):
 NO_LINE = line.LineLaw(0.0, 0.0, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def spring_elastic(spring, approach):
     """Elastic load [N]."""
     if spring.line_law.scale > 0.0:
@@ -55,7 +55,7 @@ def spring_elastic(spring, approach):
     return elastic_load(spring.coefficient, approach)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def spring_energy(spring, approach):
     """Elastic energy [J]."""
     if spring.line_law.scale > 0.0:
@@ -63,23 +63,23 @@ def spring_energy(spring, approach):
     return elastic_energy(spring.coefficient, approach)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def spring_load(spring, approach, approach_rate):
     """Load [N] with its viscous part."""
-    return damped_load(spring_elastic(spring, approach), approach_rate, spring.damping)
+    return damped_load(spring_elastic(spring, approach), 0.0, approach_rate, spring.damping, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def rates(spring, reduced_mass, state, out):
     """Time derivative of (approach [m], approach rate [m/s], dissipated energy [J])."""
     elastic = spring_elastic(spring, state[0])
-    load = damped_load(elastic, state[1], spring.damping)
+    load = damped_load(elastic, 0.0, state[1], spring.damping, 0.0)
     out[0] = state[1]
     out[1] = -load / reduced_mass
     out[2] = (load - elastic) * state[1]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def march_fixed(method, spring, reduced_mass, speed, step, phase, nodes):
     """Marches one contact from `phase` of a step before the first touch; returns the nodes written, negative if full.
 

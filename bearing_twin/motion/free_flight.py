@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from bearing_twin.compiled import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def gap_and_rate(rate, shape, state, sphere, position, velocity, time, out):
     """(alpha, d alpha / dt) of free flight `time` [s] later; `out` [modes] receives the modes' state."""
     alpha = position + time * (velocity + 0.5 * sphere.gravity * time)
@@ -20,7 +21,7 @@ def gap_and_rate(rate, shape, state, sphere, position, velocity, time, out):
     return alpha, alpha_rate
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def next_touch(rate, shape, state, sphere, position, velocity, limit, shortest):
     """Time [s] until sphere and freely swinging beam touch again, `limit` if not before, inf if never.
 

@@ -13,7 +13,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from bearing_twin.compiled import inlined, kernel
 
 
 class RungeKutta(NamedTuple):
@@ -93,7 +94,7 @@ RODAS4 = Rosenbrock(
 )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def factorise(matrix, pivots, size):
     """LU factors of matrix[:size, :size] in place, with partial pivoting; False when it is singular or not finite."""
     for column in range(size):
@@ -119,7 +120,7 @@ def factorise(matrix, pivots, size):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def substitute(matrix, pivots, size, vector):
     """Solves in place with the factors of `factorise`."""
     for column in range(size):
@@ -136,7 +137,7 @@ def substitute(matrix, pivots, size, vector):
             vector[row] -= matrix[row, column] * value
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def next_step(step, error, order):
     """The step that should just meet an error of 1, given the error norm of this one; changes by 0.2 to 6 at most."""
     if not error < math.inf:
@@ -144,7 +145,7 @@ def next_step(step, error, order):
     return step * min(6.0, max(0.2, 0.9 * max(error, 1e-10) ** (-1.0 / order)))
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def rosenbrock_dense(fraction, start, end, third, fourth):
     """The interpolant of a Rosenbrock step at `fraction` of it, for one component."""
     rest = 1.0 - fraction

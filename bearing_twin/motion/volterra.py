@@ -11,13 +11,13 @@ method; Picard's iteration diverges in steps longer than a fifth to a half of th
 import math
 
 import numpy as np
-from numba import njit
 
+from bearing_twin.compiled import kernel
 from bearing_twin.motion.beam import TERMS, moments
 from bearing_twin.motion.beam_contact import FULL, NOT_FINITE, SEPARATED, TIME_UP
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def hat_answers(rate, shape, modal_mass, length):
     """What a unit hat (zero, one, zero at three neighbouring steps) leaves in z: at its top, and one step later."""
     top, after = np.empty_like(rate), np.empty_like(rate)
@@ -30,7 +30,7 @@ def hat_answers(rate, shape, modal_mass, length):
     return top, after
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def kernel_weights(rate, shape, modal_mass, mass, length, count):
     """Weights [m/N]: approach lost at step k for a unit hat of force centred j <= k steps is weights[k - j]."""
     top, after = hat_answers(rate, shape, modal_mass, length)
@@ -48,7 +48,7 @@ def kernel_weights(rate, shape, modal_mass, mass, length, count):
     return weights
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def contact_force(coefficient, given, stiffness):
     """Force [N] with (f / c)^(2/3) + stiffness f = given, by Newton's method on y = f^(1/3); zero for a gap."""
     if given <= 0.0:
@@ -63,7 +63,7 @@ def contact_force(coefficient, given, stiffness):
     return y * y * y
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def march_forces(coefficient, tail, weights, free, force):
     """Forces [N] at the steps 1 .. from the approach [m] `free` of the force; returns the first step with a gap."""
     force[0] = 0.0
@@ -79,7 +79,7 @@ def march_forces(coefficient, tail, weights, free, force):
     return len(free)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def free_approach(rate, shape, sphere, length, state, position, velocity, count):
     """Approach [m] at steps 0 .. count - 1 if no force acted."""
     free = np.empty(count)
@@ -94,7 +94,7 @@ def free_approach(rate, shape, sphere, length, state, position, velocity, count)
     return free
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def end_of_contact(rate, shape, modal_mass, sphere, length, state, position, velocity, force):
     """Length [s] <= `length` of the last, shortened step, over which the force falls to zero and alpha with it."""
     low, high = 0.0, length
@@ -116,7 +116,7 @@ def end_of_contact(rate, shape, modal_mass, sphere, length, state, position, vel
     return high
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def march_volterra(rate, shape, modal_mass, tail, sphere, length, weights, until, pieces, first):
     """One contact as in `beam_contact.march`: pieces written from `first`; returns (next piece, status)."""
     starts, lengths, forces, states, motions, works = pieces
@@ -166,7 +166,7 @@ def march_volterra(rate, shape, modal_mass, tail, sphere, length, weights, until
     return piece, TIME_UP if starts[piece] >= until else FULL
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def linear_work(sphere, tail, low, high, span, position, velocity, after):
     """Work [J] on the beam over one step: [f w] - f' times the integral of w, by Simpson's rule; w = s - alpha."""
     middle = 0.5 * (low + high)

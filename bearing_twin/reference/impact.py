@@ -10,6 +10,8 @@ import math
 import numpy as np
 from scipy.special import betaincinv
 
+from bearing_twin.contact.damping import restitution_of
+
 CONTACT_CONSTANT = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
 """C_H = contact time * speed / greatest approach = 2.9432751843; the 2.94 of paper 3, eq. (2)."""
 
@@ -59,24 +61,6 @@ def force_history(times, coefficient, reduced_mass, speed):
     return coefficient * approach_history(times, coefficient, reduced_mass, speed) ** 1.5
 
 
-def damping_of_restitution(restitution, speed):
-    """chi [s/m] of `load = c h^1.5 (1 + chi dh/dt)` that gives a coefficient of restitution at this speed, exactly.
-
-    The root of chi v (1 + e) = ln[(1 + chi v) / (1 - e chi v)]; the usual shortcuts miss e = 0.5 by up to a third.
-    0 < e <= 1; e = 1 gives 0. A small 1 - e starts from its series, Newton does the rest.
-    """
-    e = np.asarray(restitution, float)
-    # Between 0 and 1/e the difference rises from -0 to infinity, past one minimum: bisect what lies beyond it.
-    low, high = np.zeros_like(e), 1.0 / e
-    low = np.where(e < 1.0, (1.0 - e) / e, 0.0)  # there the difference is least: its derivative vanishes
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            above = np.log1p(middle) - np.log1p(-e * middle) > middle * (1.0 + e)
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return np.where(e < 1.0, 0.5 * (low + high), 0.0)[()] / speed
-
-
 def damped_impact(coefficient, reduced_mass, speed, damping):
     """Contact time [s], peak force [N], greatest approach [m] and restitution of an impact with the Hunt-Crossley load.
 
@@ -106,7 +90,7 @@ def damped_history(coefficient, reduced_mass, speed, damping, pieces=200):
     Near either end the approach goes as (distance in rate)^0.4, so rates are spaced as share^2.5 from both ends:
     then the time goes evenly, and the Gauss rule in each piece has a smooth integrand.
     """
-    leaving = _leaving_rate(damping * speed) / damping
+    leaving = restitution_of(damping * speed) * speed
     points, weights = np.polynomial.legendre.leggauss(8)
     edges = np.linspace(0.0, 1.0, pieces + 1)
     share = edges[:-1, None] + 0.5 * (points + 1.0) / pieces
@@ -137,14 +121,3 @@ def _lost(speed, rate, damping):
         powers = [(-1.0) ** k * (x**k - y**k) / k for k in range(2, 8)]
         return np.maximum(sum(powers), 0.0) / damping**2
     return np.maximum((x - y) - np.log1p((x - y) / (1.0 + y)), 0.0) / damping**2
-
-
-def _leaving_rate(x):
-    """chi times the leaving speed, for chi times the approach speed x: y with x - ln(1+x) = -y - ln(1-y)."""
-    low, high = 0.0, 1.0
-    goal = x - math.log1p(x) if x > 1e-3 else x**2 / 2 - x**3 / 3 + x**4 / 4 - x**5 / 5 + x**6 / 6
-    for _ in range(200):
-        y = 0.5 * (low + high)
-        value = -y - math.log1p(-y) if y > 1e-3 else y**2 / 2 + y**3 / 3 + y**4 / 4 + y**5 / 5 + y**6 / 6
-        low, high = (y, high) if value < goal else (low, y)
-    return 0.5 * (low + high)

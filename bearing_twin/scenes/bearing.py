@@ -8,6 +8,9 @@ Per ball: position (axis distance, orbit angle, height), velocity, and angular v
 three integrals kept for the energy balance. The orientation of a homogeneous ball does not act back on its motion;
 it is carried along by the steppers (`rotation.turned`).
 
+Lanes. `raceway_rates` evaluates many balls side by side: LANES of them in flat arrays, one row of LANES numbers a
+quantity, which the compiler turns into vector instructions. The functions it is made of are the readable ones below.
+
 Signs. A contact's `normal` points from the ball's centre to the raceway, so the load on the ball is
 `-normal_load * normal`. `slip` is the velocity of the ball's surface relative to the raceway.
 """
@@ -15,12 +18,21 @@ Signs. A contact's `normal` points from the ball's centre to the raceway, so the
 import math
 from typing import NamedTuple
 
-from numba import njit
+import numpy as np
 
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import friction_factor
-from bearing_twin.contact.normal import elastic_energy, elastic_load, load_coefficient
+from bearing_twin.contact.normal import (
+    CONSTANT,
+    HERTZ,
+    elastic_energy,
+    elastic_load,
+    elastic_stiffness,
+    hertz_rational,
+    load_coefficient,
+)
 from bearing_twin.rotation import about_z, add, cross, dot, minus, scaled
 from bearing_twin.surfaces import ball_in_groove
 
@@ -31,6 +43,12 @@ SPIN = 6  # angular velocity: radial, tangential, axial
 MOTION = 9  # the columns before this one are the motion; the rest only listen
 DRIVE_WORK, DISSIPATED, GROSS_WORK = 9, 10, 11
 COLUMNS = 12
+
+# Lane form: row r of lane k is number r * LANES + k of a flat array. After the columns of the state come the cosine and
+# sine of a reference orbit angle, that angle, and the two load coefficients that are given.
+LANES = 16
+COSINE, SINE, REFERENCE, GIVEN = 12, 13, 14, 15
+LANE_ROWS = 17
 
 
 class Raceway(NamedTuple):
@@ -55,6 +73,7 @@ class Bearing(NamedTuple):
     offset: tuple[float, float, float]
     gravity: tuple[float, float, float]
     damping: float
+    relaxation_time: float
     friction_coefficient: float
     friction_regularisation: float
     pair_coefficient: float
@@ -97,12 +116,13 @@ class PairContact(NamedTuple):
     dissipation: float
 
 
-@njit(cache=True, error_model="numpy")
-def raceway_contact(bearing, raceway, centre, ring_speed, position, velocity, spin):
+@inlined
+def raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin):
     """Contact of a ball with a raceway whose ring has its centre at `centre` and turns at `ring_speed` about z.
 
-    All vectors in the ball's frame, positions from the bearing's centre. The forces act at one point, half the
-    approach inside the ball's surface, so that what one body loses the other gains. A gap gives zero loads.
+    All vectors in the ball's frame, positions from the bearing's centre. `given` [N/m^1.5] is the load coefficient
+    for every law but hertz, whose rational form is evaluated here. The forces act at one point, half the approach
+    inside the ball's surface, so that what one body loses the other gains. A gap gives zero loads.
     """
     # Where: the meridian plane of the ring through the ball's centre.
     offset = minus(position, centre)
@@ -110,9 +130,10 @@ def raceway_contact(bearing, raceway, centre, ring_speed, position, velocity, sp
     geometry = ball_in_groove(
         axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
     )
+    approach = geometry.approach
     in_plane = geometry.normal_radial / axis_distance
     normal = (in_plane * offset[0], in_plane * offset[1], geometry.normal_axial)
-    arm = scaled(bearing.ball_radius - 0.5 * geometry.approach, normal)
+    arm = scaled(bearing.ball_radius - 0.5 * approach, normal)
 
     # How fast: the ball's surface against the raceway.
     point = add(offset, arm)
@@ -123,33 +144,21 @@ def raceway_contact(bearing, raceway, centre, ring_speed, position, velocity, sp
     spin_rate = dot(spin, normal) - ring_speed * normal[2]
 
     # How hard: elastic law, viscous term, friction.
-    normal_load, elastic, energy, resistance = 0.0, 0.0, 0.0, 0.0
-    if geometry.approach > 0.0:
-        coefficient = load_coefficient(
-            raceway.law,
-            geometry.curvature_small,
-            geometry.curvature_large,
-            raceway.effective_modulus,
-            raceway.constant,
-        )
-        elastic = elastic_load(coefficient, geometry.approach)
-        energy = elastic_energy(coefficient, geometry.approach)
-        normal_load = damped_load(elastic, approach_rate, bearing.damping)
-        resistance = friction_factor(
-            normal_load,
-            slip[0],
-            slip[1],
-            slip[2],
-            bearing.friction_coefficient,
-            bearing.friction_regularisation,
-        )
+    rational = hertz_rational(geometry.curvature_small, geometry.curvature_large, raceway.effective_modulus)
+    coefficient = rational if raceway.law == HERTZ else given
+    elastic = elastic_load(coefficient, approach)
+    stiffness = elastic_stiffness(coefficient, approach)
+    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
+    resistance = friction_factor(
+        normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
+    )
     friction = scaled(-resistance, slip)
     force = add(scaled(-normal_load, normal), friction)
     return RacewayContact(
-        geometry.approach,
+        approach,
         approach_rate,
         normal_load,
-        energy,
+        elastic_energy(coefficient, approach),
         geometry.curvature_small,
         geometry.curvature_large,
         normal,
@@ -164,47 +173,60 @@ def raceway_contact(bearing, raceway, centre, ring_speed, position, velocity, sp
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
+def given_coefficient(bearing, raceway, centre, position):
+    """The load coefficient [N/m^1.5] of a ball at `position` by the raceway's law; not needed, hence 0, for hertz."""
+    coefficient = raceway.constant
+    if raceway.law != CONSTANT:
+        offset = minus(position, centre)
+        axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+        geometry = ball_in_groove(
+            axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
+        )
+        coefficient = load_coefficient(
+            raceway.law,
+            geometry.curvature_small,
+            geometry.curvature_large,
+            raceway.effective_modulus,
+            raceway.constant,
+        )
+    return coefficient
+
+
+@inlined
 def ball_position(state, k):
     """Centre of ball k in its own frame [m]."""
     return (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def ball_vector(state, k, column):
     """Three consecutive columns of ball k as a vector: VELOCITY [m/s] or SPIN [rad/s]."""
     return (state[k, column], state[k, column + 1], state[k, column + 2])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
+def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spin):
+    """One contact by itself, whatever the law: `raceway_contact` with its coefficient looked up."""
+    given = given_coefficient(bearing, raceway, centre, position)
+    return raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
+
+
+@inlined
 def inner_contact(bearing, inner_centre, inner_speed, state, k):
     """Contact of ball k with the turning inner raceway."""
-    return raceway_contact(
-        bearing,
-        bearing.inner,
-        inner_centre,
-        inner_speed,
-        ball_position(state, k),
-        ball_vector(state, k, VELOCITY),
-        ball_vector(state, k, SPIN),
-    )
+    velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
+    return single_contact(bearing, bearing.inner, inner_centre, inner_speed, ball_position(state, k), velocity, spin)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def outer_contact(bearing, state, k):
     """Contact of ball k with the outer raceway at rest."""
-    return raceway_contact(
-        bearing,
-        bearing.outer,
-        (0.0, 0.0, 0.0),
-        0.0,
-        ball_position(state, k),
-        ball_vector(state, k, VELOCITY),
-        ball_vector(state, k, SPIN),
-    )
+    velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
+    return single_contact(bearing, bearing.outer, (0.0, 0.0, 0.0), 0.0, ball_position(state, k), velocity, spin)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def neighbour_angle(bearing, state, k, side):
     """Orbit angle [rad] from ball k to its neighbour ahead (side = 1) or behind (side = -1)."""
     j = (k + side) % bearing.balls
@@ -214,7 +236,7 @@ def neighbour_angle(bearing, state, k, side):
     return angle
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def pair_contact(bearing, state, k, side):
     """Contact of ball k with its neighbour ahead (side = 1) or behind (side = -1); there is no cage to keep them apart.
 
@@ -240,7 +262,8 @@ def pair_contact(bearing, state, k, side):
     approach_rate = dot(relative, normal)
     slip = minus(relative, scaled(approach_rate, normal))
     elastic = elastic_load(bearing.pair_coefficient, approach)
-    normal_load = damped_load(elastic, approach_rate, bearing.damping)
+    stiffness = elastic_stiffness(bearing.pair_coefficient, approach)
+    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
         normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
     )
@@ -253,7 +276,7 @@ def pair_contact(bearing, state, k, side):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def touchable(bearing, near, k, side):
     """Whether ball k may touch its neighbour on this side; `near[k]` speaks of the gap from ball k to the next ahead.
 
@@ -264,59 +287,119 @@ def touchable(bearing, near, k, side):
     return near[(k - 1) % bearing.balls]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def in_ball_frame(state, k, vector):
     """A vector of `bearing_link` in the frame of ball k."""
     angle = state[k, ORBIT_ANGLE]
     return about_z(math.cos(angle), -math.sin(angle), vector)
 
 
-@njit(cache=True, error_model="numpy")
-def ball_rates(bearing, drive, near, time, state, k, rates):
-    """Writes d(state[k])/dt at `time` [s] into `rates[k]`: Newton's and Euler's equations of one ball.
+@inlined
+def lane_direction(lanes, k):
+    """Cosine and sine of a lane's orbit angle, from those of its reference angle and the small angle between.
+
+    Taylor's series to the eighth power, below 1e-16 for differences up to 0.1 rad.
+    """
+    cosine, sine = lanes[COSINE * LANES + k], lanes[SINE * LANES + k]
+    x = lanes[ORBIT_ANGLE * LANES + k] - lanes[REFERENCE * LANES + k]
+    y = x * x
+    small_cosine = 1.0 - y * (0.5 - y * (1.0 / 24.0 - y * (1.0 / 720.0 - y / 40320.0)))
+    small_sine = x * (1.0 - y * (1.0 / 6.0 - y * (1.0 / 120.0 - y / 5040.0)))
+    return cosine * small_cosine - sine * small_sine, sine * small_cosine + cosine * small_sine
+
+
+@kernel
+def raceway_rates(bearing, inner_speed, count, lanes, rates):
+    """Newton's and Euler's equations of `count` balls side by side, neighbours apart: d(state)/dt in lane form.
 
     In the frame turning with the ball at `orbit_rate` about z, velocity and angular velocity gain the terms
     -orbit_rate z x (.), which hold the centrifugal, Coriolis and gyroscopic effects.
     """
-    inner_centre = in_ball_frame(state, k, bearing.offset)
-    gravity = in_ball_frame(state, k, bearing.gravity)
-    inner = inner_contact(bearing, inner_centre, drive.speed + drive.acceleration * time, state, k)
-    outer = outer_contact(bearing, state, k)
-    force = add(inner.force, outer.force)
-    torque = add(inner.torque, outer.torque)
-    dissipation = inner.dissipation + outer.dissipation
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    for k in range(count):
+        cosine, sine = lane_direction(lanes, k)
+        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+        velocity = (lanes[3 * LANES + k], lanes[4 * LANES + k], lanes[5 * LANES + k])
+        spin = (lanes[6 * LANES + k], lanes[7 * LANES + k], lanes[8 * LANES + k])
+        inner_centre = about_z(cosine, -sine, bearing.offset)
+        gravity = about_z(cosine, -sine, bearing.gravity)
+        given = lanes[GIVEN * LANES + k]
+        inner = raceway_contact(bearing, bearing.inner, given, inner_centre, inner_speed, position, velocity, spin)
+        given = lanes[(GIVEN + 1) * LANES + k]
+        outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
+        force = add(inner.force, outer.force)
+        torque = add(inner.torque, outer.torque)
+        orbit_rate = velocity[1] / position[0]
+        rates[0 * LANES + k] = velocity[0]
+        rates[1 * LANES + k] = orbit_rate
+        rates[2 * LANES + k] = velocity[2]
+        rates[3 * LANES + k] = force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1]
+        rates[4 * LANES + k] = force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0]
+        rates[5 * LANES + k] = force[2] * inverse_mass + gravity[2]
+        rates[6 * LANES + k] = torque[0] * inverse_inertia + orbit_rate * spin[1]
+        rates[7 * LANES + k] = torque[1] * inverse_inertia - orbit_rate * spin[0]
+        rates[8 * LANES + k] = torque[2] * inverse_inertia
+        rates[9 * LANES + k] = inner.drive_power
+        rates[10 * LANES + k] = inner.dissipation + outer.dissipation
+        rates[11 * LANES + k] = abs(inner.drive_power)
+
+
+@kernel
+def aim_lane(lanes, k):
+    """Sets a lane's reference angle to its orbit angle."""
+    angle = lanes[ORBIT_ANGLE * LANES + k]
+    lanes[REFERENCE * LANES + k] = angle
+    lanes[COSINE * LANES + k] = math.cos(angle)
+    lanes[SINE * LANES + k] = math.sin(angle)
+
+
+@kernel
+def give_coefficients(bearing, count, lanes):
+    """Looks up the load coefficients of the laws that `raceway_contact` does not evaluate itself."""
+    if bearing.inner.law == HERTZ:
+        return
+    for k in range(count):
+        cosine, sine = lane_direction(lanes, k)
+        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+        centre = about_z(cosine, -sine, bearing.offset)
+        lanes[GIVEN * LANES + k] = given_coefficient(bearing, bearing.inner, centre, position)
+        lanes[(GIVEN + 1) * LANES + k] = given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position)
+
+
+@kernel
+def add_pair_rates(bearing, near, state, k, rates):
+    """Adds what neighbours that ball k may touch do to `rates[k]`."""
     for side in (1, -1):
         if touchable(bearing, near, k, side):
             pair = pair_contact(bearing, state, k, side)
-            force = add(force, pair.force)
-            torque = add(torque, pair.torque)
-            dissipation += pair.dissipation
-
-    velocity = ball_vector(state, k, VELOCITY)
-    spin = ball_vector(state, k, SPIN)
-    orbit_rate = velocity[1] / state[k, AXIS_DISTANCE]
-    rates[k, 0] = velocity[0]
-    rates[k, 1] = orbit_rate
-    rates[k, 2] = velocity[2]
-    rates[k, 3] = force[0] / bearing.ball_mass + gravity[0] + orbit_rate * velocity[1]
-    rates[k, 4] = force[1] / bearing.ball_mass + gravity[1] - orbit_rate * velocity[0]
-    rates[k, 5] = force[2] / bearing.ball_mass + gravity[2]
-    rates[k, 6] = torque[0] / bearing.ball_inertia + orbit_rate * spin[1]
-    rates[k, 7] = torque[1] / bearing.ball_inertia - orbit_rate * spin[0]
-    rates[k, 8] = torque[2] / bearing.ball_inertia
-    rates[k, 9] = inner.drive_power
-    rates[k, 10] = dissipation
-    rates[k, 11] = abs(inner.drive_power)
+            for axis in range(3):
+                rates[k, VELOCITY + axis] += pair.force[axis] / bearing.ball_mass
+                rates[k, SPIN + axis] += pair.torque[axis] / bearing.ball_inertia
+            rates[k, DISSIPATED] += pair.dissipation
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel
+def ball_rates(bearing, drive, near, time, state, k, rates, lanes, lane_rates):
+    """Writes d(state[k])/dt at `time` [s] into `rates[k]`; `lanes` and `lane_rates` are room to work in."""
+    for column in range(MOTION):
+        lanes[column * LANES] = state[k, column]
+    aim_lane(lanes, 0)
+    give_coefficients(bearing, 1, lanes)
+    raceway_rates(bearing, drive.speed + drive.acceleration * time, 1, lanes, lane_rates)
+    for column in range(COLUMNS):
+        rates[k, column] = lane_rates[column * LANES]
+    add_pair_rates(bearing, near, state, k, rates)
+
+
+@kernel
 def bearing_rates(bearing, drive, near, time, state, rates):
-    """d(state)/dt of all balls."""
+    """d(state)/dt of all balls at `time` [s]."""
+    lanes, lane_rates = np.zeros(LANE_ROWS * LANES), np.zeros(COLUMNS * LANES)
     for k in range(bearing.balls):
-        ball_rates(bearing, drive, near, time, state, k, rates)
+        ball_rates(bearing, drive, near, time, state, k, rates, lanes, lane_rates)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def mark_near(bearing, state, reach, near):
     """Sets `near[k]` where the gap [m] from ball k to the next ahead is below `reach`; returns the least gap."""
     least = math.inf
@@ -334,15 +417,15 @@ def mark_near(bearing, state, reach, near):
     return least
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel
 def static_force(bearing, orbit_rate, axis_distance, orbit_angle, height):
     """Radial and axial force [N] on a ball from elastic contacts and its orbit alone: what equilibrium makes zero."""
     cosine, sine = math.cos(orbit_angle), math.sin(orbit_angle)
     centre = about_z(cosine, -sine, bearing.offset)
     position = (axis_distance, 0.0, height)
     still = (0.0, 0.0, 0.0)
-    inner = raceway_contact(bearing, bearing.inner, centre, 0.0, position, still, still)
-    outer = raceway_contact(bearing, bearing.outer, still, 0.0, position, still, still)
+    inner = single_contact(bearing, bearing.inner, centre, 0.0, position, still, still)
+    outer = single_contact(bearing, bearing.outer, still, 0.0, position, still, still)
     radial = -inner.normal_load * inner.normal[0] - outer.normal_load * outer.normal[0]
     axial = -inner.normal_load * inner.normal[2] - outer.normal_load * outer.normal[2]
     return radial + bearing.ball_mass * axis_distance * orbit_rate * orbit_rate, axial

@@ -1,11 +1,12 @@
 """What a bearing scene gives out: its channels, the wrenches, and the contact ellipses of published samples."""
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.materials import effective_modulus
 from bearing_twin.rotation import about_z, add, dot, minus, quaternion_product, scaled
@@ -66,6 +67,7 @@ class Outputs(NamedTuple):
     dissipated: np.ndarray
 
 
+@functools.cache
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     """The channels of a bearing with N balls; vectors in `bearing_link`, contact rows ball x (inner, outer)."""
     n = parameters.geometry.balls
@@ -113,13 +115,13 @@ def empty_outputs(parameters: BearingScene, count: int) -> Outputs:
     return Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(parameters)))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _store(array, row, k, side, vector):
     for axis in range(3):
         array[row, k, side, axis] = vector[axis]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _write_contact(out, row, k, side, contact, position, cosine, sine):
     out.approach[row, k, side] = contact.approach
     out.normal_load[row, k, side] = contact.normal_load
@@ -134,7 +136,7 @@ def _write_contact(out, row, k, side, contact, position, cosine, sine):
     _store(out.slip, row, k, side, about_z(cosine, sine, contact.slip))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _react(force_sum, torque_sum, row, centre, point, force):
     """Adds the reaction to `force` on a ball at `point` to a ring's force and torque about its centre."""
     arm = minus(point, centre)
@@ -145,7 +147,7 @@ def _react(force_sum, torque_sum, row, centre, point, force):
     torque_sum[row, 2] -= arm[0] * force[1] - arm[1] * force[0]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation, out, row):
     """Writes ball k and its two contacts; adds its share of energies and ring reactions."""
     inner = inner_contact(bearing, in_ball_frame(state, k, inner_centre), inner_speed, state, k)
@@ -191,7 +193,7 @@ def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation,
     out.dissipated[row] += state[k, DISSIPATED]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel
 def write_outputs(bearing, drive, times, states, orientations, out, first):
     """Fills `out` from row `first` with the states (count, N, columns) and orientations (count, N, 4) at `times` [s].
 
@@ -223,7 +225,7 @@ def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
     return rows
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _ellipses(moduli, small, large, load, semi_major, semi_minor, pressure):
     for k in range(load.shape[0]):
         for side in range(2):

@@ -43,10 +43,10 @@ class Contact:
 
     normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one")
     damping: float = quantity(
-        0.2,
-        "s/m",
-        "viscous term: normal load = elastic load * (1 + damping * approach rate), never below zero",
-        at_least=0.0,
+        0.0, "s/m", "viscous term of Hunt and Crossley: damping * elastic load * approach rate", at_least=0.0
+    )
+    relaxation_time: float = quantity(
+        1.0e-6, "s", "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate", at_least=0.0
     )
     friction_coefficient: float = quantity(0.08, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
     friction_regularisation: float = quantity(

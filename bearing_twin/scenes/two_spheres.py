@@ -15,6 +15,7 @@ import math
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.materials import effective_modulus
 from bearing_twin.motion.collision import NO_LINE, Contact, Spring
 from bearing_twin.reference import impact as closed_forms
@@ -34,9 +35,11 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
     """The impact by `closed_form`, `dop853`, `rk4` or `symplectic_euler`; raises IntegrationError where one fails."""
     coefficient, first, second = sphere_pair(parameters)
     reduced, speed = first * second / (first + second), parameters.motion.speed
-    damping = float(closed_forms.damping_of_restitution(parameters.contact.restitution, speed))
+    damping = damping_for_restitution(parameters.contact.restitution, speed)
     spring = Spring(coefficient, NO_LINE, damping)
-    closed = _closed(coefficient, reduced, speed, damping) if stepper == "closed_form" else None
+    closed = None
+    if stepper == "closed_form":
+        closed = _closed(coefficient, reduced, speed, damping, parameters.contact.restitution)
     return pair_impact(
         parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed,
         functools.partial(_flags, parameters),
@@ -48,7 +51,7 @@ def motion(parameters: TwoSpheresScene, law: str, stepper: str) -> ImpactMotion:
     return ImpactMotion(solve, parameters, law, stepper)
 
 
-def _closed(coefficient, reduced, speed, damping):
+def _closed(coefficient, reduced, speed, damping, wanted):
     duration, peak, deepest, restitution = closed_forms.damped_impact(coefficient, reduced, speed, damping)
     contact = Contact(0.0, float(duration), float(peak), reduced * speed * (1.0 + restitution))
     brought = 0.5 * reduced * speed**2
@@ -68,15 +71,8 @@ def _closed(coefficient, reduced, speed, damping):
     if damping == 0.0:
         closure = 0.4 * coefficient * float(deepest) ** 2.5 / brought - 1.0
     else:
-        closure = restitution**2 - _asked(damping * speed, restitution)
+        closure = restitution**2 - wanted**2
     return contact, float(deepest), restitution, closure, history
-
-
-def _asked(x, restitution):
-    """Square of the restitution that the damping was made for, by the exact relation, as a check on the quadrature."""
-    residual = x * (1.0 + restitution) - math.log((1.0 + x) / (1.0 - restitution * x))
-    slope = x - x / (1.0 - restitution * x)
-    return (restitution - residual / slope) ** 2
 
 
 def _flags(parameters, contact):

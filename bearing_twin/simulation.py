@@ -23,7 +23,7 @@ MOTIONS = {
 """What moves each kind of scene: made from parameters, law and stepper, with `reset`, `first_outputs`,
 `advance(times, duration)` (one array a channel, in their order), `goal_speed`, `statistics`, `found`, `costs`."""
 
-CHUNK_NS = 10_000_000  # integrate at most this much simulated time between commands ...
+CHUNK_NS = 20_000_000  # integrate at most this much simulated time between commands ...
 CHUNK_OUTPUTS = 200  # ... and at most this many outputs, so that memory stays small
 BLOCK_OUTPUTS = 50  # outputs in the blocks a Run hands out
 
@@ -31,7 +31,7 @@ BLOCK_OUTPUTS = 50  # outputs in the blocks a Run hands out
 class Simulation:
     """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
 
-    Integration runs in compiled code that releases the GIL. Commands take effect at the next chunk, at most 10 ms of
+    Integration runs in compiled code that releases the GIL. Commands take effect at the next chunk, at most 20 ms of
     simulated time (or one output, if outputs are rarer) ahead.
     """
 

@@ -1,0 +1,91 @@
+# make demo    set up what is missing, then simulate, publish, log and replay the 8-ball bearing
+# make test    set up what is missing, then run all tests; one file: make test T=tests/test_x.py
+# make lint    style and formatting
+# make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/
+# make clean   remove everything the set-up made
+
+SHELL := /bin/bash
+PYTHON ?= python3
+.DEFAULT_GOAL := help
+.PHONY: help setup test lint format demo clean missing
+.NOTPARALLEL:
+
+, := ,
+STAMPS := .venv/stamps
+STARTED := $(shell date +%s)
+stage = @echo "== $$(( $$(date +%s) - $(STARTED) )) s: $(1)" >&2
+
+# What building the interface package needs from the machine; a sentence when it is not there.
+CXX_FOUND := $(shell for c in $(CXX) c++ g++ clang++; do command -v $$c && break; done)
+HEADERS_FOUND := $(shell $(PYTHON) -c 'import os, sysconfig; print(*filter(os.path.exists, [sysconfig.get_path("include") + "/Python.h"]))' 2>/dev/null)
+MISSING := $(if $(CXX_FOUND),$(if $(HEADERS_FOUND),,the headers of Python (Debian: apt install python3-dev)),a C++ compiler (Debian: apt install g++))
+ifdef MISSING
+  FLAVOUR := plain
+  REQUIREMENTS := requirements/runtime.txt requirements/test.txt
+else
+  FLAVOUR := ros
+  REQUIREMENTS := requirements/runtime.txt requirements/test.txt requirements/ros.txt requirements/build.txt
+endif
+PACKAGES := $(STAMPS)/packages-$(FLAVOUR)
+INTERFACES := $(if $(MISSING),missing,install/.interfaces)
+
+help:
+	@sed -n 's/^# make/make/p' Makefile
+
+setup: $(PACKAGES) $(STAMPS)/package $(INTERFACES)
+
+missing:
+	@echo "The nodes are left out, because $(MISSING) is missing; command line, logs and pictures work without." >&2
+	@test -z "$(CI)"
+
+$(STAMPS)/venv:
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 10) or sys.exit("Python 3.10 or newer is needed and $(PYTHON) is %d.%d: use make PYTHON=/path/to/python3." % sys.version_info[:2])'
+	$(call stage,virtual environment .venv with $(PYTHON))
+	@$(PYTHON) -m venv .venv
+	@.venv/bin/python -m pip install --quiet -r requirements/pip.txt
+	@mkdir -p $(STAMPS) && touch $@
+
+# One resolver call for everything: faster than one a file, and the pins are checked against each other.
+$(PACKAGES): $(STAMPS)/venv $(REQUIREMENTS)
+	$(call stage,Python packages$(if $(MISSING),, and ROS 2 Jazzy)$(,) about 40 s)
+	@.venv/bin/python -m pip install $(addprefix -r ,$(REQUIREMENTS))
+	@touch $@
+
+$(STAMPS)/package: $(PACKAGES) setup.py setup.cfg pyproject.toml package.xml
+	$(call stage,bearing_twin into .venv)
+	@.venv/bin/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+install/.interfaces: $(PACKAGES) cmake/relocate.cmake $(shell find msg_schemas -type f)
+	$(call stage,interface package bearing_twin_msgs$(,) about 40 s)
+	@mkdir -p install && rm -f install/local_setup.bash && source env.bash && colcon --log-level error build --packages-select bearing_twin_msgs \
+	  --event-handlers console_direct+ console_cohesion- --cmake-clean-cache \
+	  --cmake-args -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DCMAKE_INSTALL_MESSAGE=NEVER \
+	  -DCMAKE_PROJECT_INCLUDE="$(CURDIR)/cmake/relocate.cmake" -Wno-dev
+	@touch $@
+
+# With CI set no ROS test may be skipped: a missing ROS is then an error.
+test: setup
+	$(call stage,tests)
+	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest $(T)
+
+lint: $(PACKAGES)
+	@.venv/bin/ruff check .
+	@.venv/bin/ruff format --check .
+
+format: $(PACKAGES)
+	@.venv/bin/ruff check --fix .
+	@.venv/bin/ruff format .
+
+demo: setup
+	$(call stage,demo)
+ifdef MISSING
+	@mkdir -p demo && run=demo/$$(date +%Y%m%d_%H%M%S) && \
+	  .venv/bin/bearing_twin simulate bearing_6203 --duration 5 --out $$run.mcap --plot $$run.png
+else
+	@source env.bash && python -m bearing_twin.nodes.entry demo
+endif
+
+clean:
+	rm -rf .venv build install log bearing_twin.egg-info .pytest_cache .ruff_cache
+	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +

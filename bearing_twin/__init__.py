@@ -1,0 +1,32 @@
+"""The digital twin of a ball bearing: simulate, publish, log, replay and verify.
+
+The public names below are imported on first use, so that `import bearing_twin` costs nothing.
+"""
+
+import importlib
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "load_scene": "bearing_twin.scene",
+    "parse_scene": "bearing_twin.scene",
+    "scene_names": "bearing_twin.scene",
+    "simulate": "bearing_twin.simulation",
+    "read_log": "bearing_twin.log.mcap_log",
+    "write_log": "bearing_twin.log.mcap_log",
+    "BearingTwinError": "bearing_twin.errors",
+    "SceneError": "bearing_twin.errors",
+    "LogError": "bearing_twin.errors",
+    "IntegrationError": "bearing_twin.errors",
+    "MissingInterfacesError": "bearing_twin.errors",
+}
+
+
+def __dir__():
+    return ["__version__", *_HOMES]
+
+
+def __getattr__(name):
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)

@@ -1,0 +1,7 @@
+"""`python -m bearing_twin` is the command line."""
+
+import sys
+
+from bearing_twin.cli import main
+
+sys.exit(main())

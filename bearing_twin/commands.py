@@ -1,0 +1,254 @@
+"""The subcommands, one table: what each takes, does and hands back. Imports are late, so that --help is quick."""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from bearing_twin import contact_command
+from bearing_twin.errors import BearingTwinError
+
+GREATEST_CLOSURE = 1e-2  # of the work: a run that loses or gains more energy is not to be trusted
+
+
+class Outcome(NamedTuple):
+    """Of a subcommand: the JSON object, what is doubtful about it, and how to show it (None: as tables)."""
+
+    result: dict
+    doubts: list[str]
+    show: Callable[[], None] | None = None
+
+
+class Command(NamedTuple):
+    """One subcommand."""
+
+    help: str
+    arguments: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[argparse.Namespace], Outcome]
+
+
+class _Watched:
+    """A run whose blocks are remembered for a picture on their way into a log."""
+
+    def __init__(self, run, history):
+        self._run, self._history = run, history
+
+    def __getattr__(self, name):
+        return getattr(self._run, name)
+
+    def blocks(self):
+        for block in self._run.blocks():
+            self._history.add_block(block)
+            yield block
+
+    def __iter__(self):
+        for block in self.blocks():
+            yield from block
+
+
+def _new_log(text) -> Path:
+    """Refused before anything is computed, although the writer would refuse it as well."""
+    from bearing_twin.log.raw_log import refuse_existing
+
+    refuse_existing(text)
+    return Path(text)
+
+
+def _picture(text) -> Path:
+    path = Path(text)
+    if path.suffix.lower() != ".png":
+        raise BearingTwinError(f"{path} is not the name of a picture; give one that ends in .png")
+    if not path.parent.is_dir():
+        raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
+    return path
+
+
+def _simulate_arguments(parser):
+    parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
+    parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
+    parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, or the impact")
+
+
+def _simulate(arguments) -> Outcome:
+    from bearing_twin.scene import load_scene
+
+    overrides = list(arguments.set)
+    if arguments.duration is not None:
+        overrides.append(f"run.duration={arguments.duration}")
+    log = _new_log(arguments.out) if arguments.out else None
+    picture = _picture(arguments.plot) if arguments.plot else None
+    scene = load_scene(arguments.scene, overrides)
+    if log and scene.kind != "bearing":
+        raise BearingTwinError(f"a scene of kind {scene.kind} has no topics for a log yet; leave out --out, use --plot")
+
+    from bearing_twin.simulation import simulate
+    from bearing_twin.terminal import progress, said_if_slow
+
+    history = _history_of(scene)
+    with progress(f"simulating {scene.name}") as update:
+        run = simulate(scene, update)
+        with said_if_slow("compiling the kernel, once on a machine: some 20 s"):
+            compile_seconds = run.simulation.warm_up()
+        run = _Watched(run, history)
+        if log:
+            from bearing_twin.log.mcap_log import write_log
+
+            write_log(run, log)
+        else:
+            for _ in run.blocks():
+                pass
+    result = run.report.as_dict() | {"compile_s": compile_seconds}
+    if log:
+        result["log"] = str(log)
+    if picture:
+        facts = {"scene": scene, "law": result["law"], "stepper": result["stepper"]}
+        result["plot"] = _draw(history, picture, facts)
+    return Outcome(result, _doubts(result))
+
+
+def _doubts(result) -> list[str]:
+    doubts = [str(flag) for flag in result.get("flags", ())]
+    closure = result["energy_closure"]
+    if abs(closure) > GREATEST_CLOSURE and not any("energy" in doubt for doubt in doubts):
+        doubts.append(f"the energy balance is open by {100 * abs(closure):.2g} % of the work")
+    return doubts
+
+
+def _history_of(scene):
+    """What remembers the blocks for the picture of a scene's kind."""
+    from bearing_twin.charts.history import LoadHistory
+    from bearing_twin.charts.impacts import ImpactHistory
+
+    return LoadHistory() if scene is None or scene.kind == "bearing" else ImpactHistory()
+
+
+def _draw(history, picture, facts=None) -> str:
+    from bearing_twin.charts.impacts import ImpactHistory, plot_impact
+    from bearing_twin.charts.runs import plot_ball_loads
+    from bearing_twin.terminal import said_if_slow
+
+    plot = plot_impact if isinstance(history, ImpactHistory) else plot_ball_loads
+    with said_if_slow(f"drawing {picture}"):
+        return str(plot(history, picture, facts=facts))
+
+
+def _log_argument(parser):
+    parser.add_argument("log", metavar="LOG", help="an MCAP log")
+
+
+def _verify(arguments) -> Outcome:
+    from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.simulation import verify
+    from bearing_twin.terminal import progress
+
+    with progress("simulating the scene of the log again") as update:
+        verification = verify(read_log(arguments.log), update)
+    doubts = [f"the log deviates by up to {verification.greatest:.3g} from a new run"] if verification.greatest else []
+    return Outcome({"log": str(arguments.log)} | verification.as_dict(), doubts)
+
+
+def _report_arguments(parser):
+    _log_argument(parser)
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
+
+
+def _report(arguments) -> Outcome:
+    from bearing_twin.charts.history import LoadHistory
+    from bearing_twin.charts.summary import run_facts, summarise
+    from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.terminal import with_progress
+
+    picture = _picture(arguments.plot) if arguments.plot else None
+    stream = read_log(arguments.log, allow_gaps=True)
+    history = LoadHistory()
+    duration = stream.scene.parameters.run.duration if stream.scene else math.inf
+    blocks = with_progress(stream.blocks(), duration, f"reading {arguments.log}")
+    result = {"log": str(arguments.log)} | summarise(stream, blocks, history)
+    if picture:
+        result["plot"] = _draw(history, picture, run_facts(stream))
+    doubts = [f"{result['missing_outputs']} outputs are missing from the log"] if result["missing_outputs"] else []
+    return Outcome(result, doubts + _doubts(result))
+
+
+def _recover_arguments(parser):
+    _log_argument(parser)
+    parser.add_argument(
+        "out", metavar="OUT", help="the log to write what can be read into; an existing file is refused"
+    )
+
+
+def _recover(arguments) -> Outcome:
+    from bearing_twin.log.mcap_log import recover
+    from bearing_twin.terminal import said_if_slow
+
+    with said_if_slow(f"reading what is left of {arguments.log}"):
+        recovered = recover(arguments.log, _new_log(arguments.out))
+    return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
+
+
+def _scenes_arguments(parser):
+    parser.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
+
+
+def _scenes(arguments) -> Outcome:
+    from bearing_twin.parameters import describe
+    from bearing_twin.scene import KINDS, load_scene, scene_names
+    from bearing_twin.terminal import show_rows
+
+    if arguments.keys:
+        rows = [(kind, row) for kind, entry in KINDS.items() for row in describe(entry.parameters)]
+        names = ("key", "type", "default", "unit", "limits", "help")
+        keys = [{"kind": kind} | {name: getattr(row, name) for name in names} for kind, row in rows]
+        return Outcome({"keys": keys}, [], lambda: show_rows(names, ([key[name] for name in names] for key in keys)))
+    scenes = [load_scene(name) for name in scene_names()]
+    result = {"scenes": [{"name": one.name, "kind": one.kind, "description": one.description} for one in scenes]}
+    header = ("name", "kind", "description")
+    return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
+
+
+def _chart_arguments(parser):
+    parser.add_argument("chart", choices=("steppers",), help="steppers: error in load and friction torque against cost")
+    parser.add_argument("--out", default=".", metavar="FOLDER", help="where steppers.png and steppers.csv go")
+    parser.add_argument("--problem", action="append", metavar="NAME", help="only this problem; may be repeated")
+
+
+def _chart(arguments) -> Outcome:
+    from bearing_twin.charts.work_precision import PROBLEMS, draw, measure, reading, write_table
+    from bearing_twin.parameters import echo, unknown
+
+    folder = Path(arguments.out)
+    if not folder.is_dir():
+        raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
+    names = arguments.problem or list(PROBLEMS)
+    for name in names:
+        if name not in PROBLEMS:
+            raise BearingTwinError(f"{echo(name)} is not a problem; {unknown(name, PROBLEMS)}")
+    points = []
+    for point in measure(names, lambda text: print(text, file=sys.stderr)):
+        points.append(point)
+    picture, table = folder / "steppers.png", folder / "steppers.csv"
+    draw(points, picture)
+    write_table(points, table)
+    sentences = reading(points)
+
+    def show():
+        print("\n".join(sentences), file=sys.stderr)
+        print(f"picture: {picture}\ntable:   {table}", file=sys.stderr)
+
+    rows = [vars(point) for point in points]
+    return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
+
+
+COMMANDS = {
+    "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
+    "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
+    "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
+    "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
+    "chart": Command("accuracy against speed of the steppers, as picture and table", _chart_arguments, _chart),
+    "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
+    "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
+}

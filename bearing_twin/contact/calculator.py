@@ -1,0 +1,200 @@
+"""One Hertz contact answered in full: any of load, approach, pressure, semi-axes or impact in, everything else out.
+
+At fixed curvatures every quantity is a power of the load (approach ~ F^(2/3), semi-axes and pressure ~ F^(1/3)), so
+the contact under 1 N gives all inverses in closed form.
+"""
+
+import math
+from typing import NamedTuple
+
+from bearing_twin.contact import validity
+from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, ellipse, hertz_coefficient
+from bearing_twin.contact.normal import LAWS, elastic_load, load_coefficient
+from bearing_twin.contact.stress import greatest_shear
+from bearing_twin.errors import SceneError
+from bearing_twin.materials import Material, effective_modulus
+from bearing_twin.surfaces import ball_in_groove
+
+DURATION_FACTOR = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
+"""Contact duration of an elastic impact over greatest approach/speed (2.9432751843)."""
+
+
+class Gap(NamedTuple):
+    """z = P x^2 + Q y^2 between undeformed bodies: P <= Q [1/m], and the least radius [m] of the two bodies."""
+
+    curvature_small: float
+    curvature_large: float
+    least_radius: float
+
+
+class Contact(NamedTuple):
+    """A loaded Hertz contact, exact; SI units."""
+
+    approach: float
+    normal_load: float
+    semi_major: float
+    semi_minor: float
+    axis_ratio: float
+    peak_pressure: float
+    stiffness: float
+
+
+class LawResult(NamedTuple):
+    """A law's load [N] at the contact's approach, and its relative error against exact Hertz."""
+
+    normal_load: float
+    error: float
+
+
+def gap_of_curvatures(small: float, large: float) -> Gap:
+    """The gap with these coefficients P and Q [1/m]; raises SceneError where they make no ellipse."""
+    if not (math.isfinite(small) and math.isfinite(large)):
+        raise SceneError(f"curvatures {small:g} and {large:g} 1/m are not finite; give numbers in 1/m")
+    if large <= 0.0 or small < 0.0:
+        raise SceneError(
+            f"curvatures {small:g} and {large:g} 1/m of the gap are not above zero: the bodies conform or overlap "
+            "elsewhere and touch in no ellipse; a hollow must be wider than what lies in it"
+        )
+    if small == 0.0:
+        raise SceneError(
+            "the smaller curvature of the gap is zero: the bodies touch along a line, not in an ellipse; "
+            "give at least one body a crown"
+        )
+    if small > large:
+        raise SceneError(f"the smaller curvature {small:g} 1/m is above the larger, {large:g} 1/m; exchange the two")
+    ratio = axis_ratio(small, large)
+    if ratio < AXIS_RATIO_MIN:
+        raise SceneError(
+            f"the ellipse would have b/a = {ratio:.2g}, below {AXIS_RATIO_MIN:g}: this is a line contact; "
+            "use a theory of line contact with the length of the bodies"
+        )
+    return Gap(small, large, 0.5 / large)
+
+
+def gap_of_radii(first, second, angle: float = 0.0, hollow: tuple[bool, bool] = (False, False)) -> Gap:
+    """The gap of two bodies by principal radii [m], each (along x, along y), math.inf for flat; raises SceneError.
+
+    `hollow` marks directions in which the second body is hollow (its centre of curvature on the first body's side);
+    `angle` [rad] turns the second body's principal directions about the normal. Half the sum and the difference of
+    the relative curvatures follow Hertz (1882).
+    """
+    for radius in (*first, *second):
+        if not radius > 0.0:
+            raise SceneError(f"radius {radius:g} m must be above zero; give inf for a plane and mark a hollow as such")
+    if not math.isfinite(angle):
+        raise SceneError(f"the angle {angle:g} between the bodies must be a finite number of radians")
+    x1, y1 = (1.0 / radius for radius in first)
+    x2, y2 = (-1.0 / radius if dent else 1.0 / radius for radius, dent in zip(second, hollow, strict=True))
+    total = 0.5 * (x1 + y1 + x2 + y2)
+    d1, d2 = x1 - y1, x2 - y2
+    difference = 0.5 * math.sqrt(max(d1 * d1 + d2 * d2 + 2.0 * d1 * d2 * math.cos(2.0 * angle), 0.0))
+    if abs(math.sin(2.0 * angle)) < 1e-15:  # along the same directions nothing need be subtracted from a sum
+        pair = (x1 + x2, y1 + y2) if abs(math.cos(angle)) > 0.5 else (x1 + y2, y1 + x2)
+        small, large = 0.5 * min(pair), 0.5 * max(pair)
+    else:
+        small, large = 0.5 * (total - difference), 0.5 * (total + difference)
+    gap = gap_of_curvatures(small, large)
+    return gap._replace(least_radius=min(radius for radius in (*first, *second)))
+
+
+def gap_in_groove(ball_diameter: float, pitch_diameter: float, conformity: float, side: float) -> Gap:
+    """The gap of a ball at the bottom of its raceway, contact angle zero; `side` -1 inner, +1 outer ring."""
+    radius, groove = 0.5 * ball_diameter, conformity * ball_diameter
+    distance = 0.5 * pitch_diameter
+    touching = ball_in_groove(distance, 0.0, radius, distance - side * (groove - radius), groove)
+    gap = gap_of_curvatures(touching.curvature_small, touching.curvature_large)
+    return gap._replace(least_radius=min(radius, groove))
+
+
+def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> Contact:
+    """The contact under `normal_load` [N] > 0 by exact Hertz; `modulus` [Pa] is E*."""
+    coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
+    approach = (normal_load / coefficient) ** (2.0 / 3.0)
+    spot = ellipse(gap.curvature_small, gap.curvature_large, modulus, normal_load)
+    return Contact(
+        approach,
+        normal_load,
+        spot.semi_major,
+        spot.semi_minor,
+        axis_ratio(gap.curvature_small, gap.curvature_large),
+        spot.peak_pressure,
+        1.5 * normal_load / approach,
+    )
+
+
+POWERS = {"normal_load": 1.0, "approach": 1.5, "peak_pressure": 3.0, "semi_major": 3.0, "semi_minor": 3.0}
+"""What may be given, and the power of it that the load follows."""
+
+
+def solve(gap: Gap, modulus: float, given: str, value: float) -> Contact:
+    """The contact in which `given`, a name in `POWERS`, has that value (SI, above zero); raises SceneError."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise SceneError(f"{given} = {value:g} must be a finite number above zero")
+    unit = contact_under_load(gap, modulus, 1.0)
+    try:
+        load = (value / getattr(unit, given)) ** POWERS[given]
+        contact = contact_under_load(gap, modulus, load)._replace(**{given: value})
+    except (OverflowError, ZeroDivisionError):
+        contact = None
+    if contact is None or not all(math.isfinite(one) and one > 0.0 for one in contact):
+        raise SceneError(f"{given} = {value:g} leads to numbers no computer holds; give a value of this world")
+    return contact
+
+
+def impact(gap: Gap, modulus: float, speed: float, mass: float) -> tuple[Contact, float]:
+    """The greatest compression of an elastic impact and its duration [s]; `mass` [kg] is m1 m2/(m1 + m2).
+
+    Energy: 2/5 c h^(5/2) = m v^2/2; duration 2.9433 h/v (Hertz 1882; paper 3, eq. 2, with the constant recomputed).
+    """
+    for name, value in (("speed", speed), ("mass", mass)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise SceneError(f"{name} = {value:g} must be a finite number above zero")
+    coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
+    contact = solve(gap, modulus, "approach", (1.25 * mass * speed * speed / coefficient) ** 0.4)
+    return contact, DURATION_FACTOR * contact.approach / speed
+
+
+def laws_at(gap: Gap, modulus: float, approach: float) -> dict[str, LawResult]:
+    """Every law of `LAWS` at this approach [m]; `constant` has its coefficient frozen at a circle of equal sqrt(PQ).
+
+    A coefficient that does not follow the curvatures has to be frozen somewhere; the circle shows what that costs.
+    """
+    small, large = gap.curvature_small, gap.curvature_large
+    mean = math.sqrt(small * large)
+    frozen = hertz_coefficient(mean, mean, modulus)
+    exact = elastic_load(hertz_coefficient(small, large, modulus), approach)
+    found = {}
+    for name, law in LAWS.items():
+        load = elastic_load(load_coefficient(law, small, large, modulus, frozen), approach)
+        found[name] = LawResult(load, load / exact - 1.0)
+    return found
+
+
+def answer(gap: Gap, first: Material, second: Material, contact: Contact, yield_strength: float | None) -> dict:
+    """The contact with laws side by side, shear and doubts, by SI-suffixed keys; `yield_strength` [Pa] may be None."""
+    modulus = effective_modulus(first, second)
+    laws = laws_at(gap, modulus, contact.approach)
+    spot = contact.semi_major, contact.semi_minor, contact.peak_pressure
+    shears = [greatest_shear(*spot, body.poisson_ratio) for body in (first, second)]
+    shear = max(shears, key=lambda one: one.stress)
+    flags = validity.gathered(
+        validity.pressure_doubt(contact.peak_pressure, yield_strength),
+        validity.width_doubt(contact.semi_major, gap.least_radius),
+        *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if name != "constant"),
+    )
+    return {
+        "approach_m": contact.approach,
+        "normal_load_n": contact.normal_load,
+        "semi_major_m": contact.semi_major,
+        "semi_minor_m": contact.semi_minor,
+        "axis_ratio": contact.axis_ratio,
+        "peak_pressure_pa": contact.peak_pressure,
+        "stiffness_n_per_m": contact.stiffness,
+        "max_shear_pa": shear.stress,
+        "max_shear_depth_m": shear.depth,
+        "curvature_small_per_m": gap.curvature_small,
+        "curvature_large_per_m": gap.curvature_large,
+        "effective_modulus_pa": modulus,
+        "laws": {name: {"normal_load_n": law.normal_load, "error": law.error} for name, law in laws.items()},
+        "flags": flags,
+    }

@@ -1,0 +1,302 @@
+"""An MCAP file while it is written: what has been appended stays readable, whatever happens next.
+
+Every append is all or nothing. Chunks end by content alone, so that the same messages give the same bytes;
+`flush` puts the unfinished chunk on disk as well, where the finished one will later overwrite it. A little disk space
+is held back, so that the index can still be written when the disk is full.
+"""
+
+import contextlib
+import os
+import struct
+import tempfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
+
+from bearing_twin.errors import LogError
+
+MAGIC = b"\x89MCAP0\r\n"
+CHUNK_BYTES = 512 * 1024
+RESERVE_BYTES = 256 * 1024
+COMPRESSION_LEVEL = 1  # half the time of the default level 3, for files 2 % larger
+_MESSAGE = struct.Struct("<BQHIQQ")
+_MESSAGE_FIELDS = 22  # bytes of a message record besides its data
+_FOOTER_START = struct.Struct("<BQQQ")
+
+
+class McapWriter:
+    """A new MCAP file at `path`, profile `ros2`; raises LogError if the path exists or cannot be written."""
+
+    def __init__(self, path: Path, library: str):
+        self.path = Path(path)
+        try:
+            self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        except FileExistsError as error:
+            raise LogError(f"{path} exists and is not overwritten; give another name or remove it first") from error
+        except OSError as error:
+            raise LogError(f"{path} cannot be written ({error.strerror}); give another place for the log") from error
+        self._end = 0  # what lies before is complete
+        self._size = 0  # of the file, the unfinished chunk included
+        self._crc = 0
+        self._failure: str | None = None
+        self._closed = False
+        self._reserved = 0
+        self._reserve_file = None
+        self._chunk = bytearray()
+        self._chunk_index: dict[int, list[int]] = {}
+        self._chunk_times = (0, 0)
+        self._chunk_messages = 0
+        self._on_disk = 0  # messages of the unfinished chunk that `flush` has put on disk
+        self._waiting: list[Schema | Channel] = []  # described in the unfinished chunk
+        self._schemas: dict[tuple[str, bytes], int] = {}
+        self._channels = 0
+        self._described: list[Schema | Channel] = []
+        self._chunks: list[ChunkIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self.counts: dict[int, int] = {}  # messages on disk for good, by channel
+        self.first_ns: int | None = None
+        self.last_ns = 0
+        self._summary_bytes = 0
+        try:
+            self._reserve()
+            self._append(MAGIC + _record(Header("ros2", library)))
+        except (OSError, LogError) as error:
+            self.discard()
+            raise LogError(f"{path} cannot be written ({error}); give another place for the log") from error
+
+    def register(self, topic: str, ros_type: str, definition: str, metadata: Mapping[str, str]) -> int:
+        """Describes a channel of CDR messages and returns its number."""
+        data = definition.encode()
+        schema_id = self._schemas.get((ros_type, data))
+        if schema_id is None:
+            schema_id = self._schemas[ros_type, data] = len(self._schemas) + 1
+            self._describe(Schema(id=schema_id, data=data, encoding="ros2msg", name=ros_type))
+        self._channels += 1
+        self._describe(
+            Channel(
+                id=self._channels, topic=topic, message_encoding="cdr", metadata=dict(metadata), schema_id=schema_id
+            )
+        )
+        self.counts[self._channels] = 0
+        return self._channels
+
+    def write(self, channel: int, log_time: int, publish_time: int, data: bytes) -> None:
+        """Adds one message; raises LogError, saying what was kept, once the file cannot grow."""
+        self._check()
+        if self._chunk_messages:
+            first, last = self._chunk_times
+            self._chunk_times = (min(first, log_time), max(last, log_time))
+        else:
+            self._chunk_times = (log_time, log_time)
+        self._chunk_messages += 1
+        self._chunk_index.setdefault(channel, []).extend((log_time, len(self._chunk)))
+        self._chunk += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_FIELDS + len(data), channel, 0, log_time, publish_time)
+        self._chunk += data
+        if len(self._chunk) >= CHUNK_BYTES:
+            self.end_chunk()
+
+    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """Adds a metadata record; it ends the chunk in progress."""
+        self._check()
+        self.end_chunk()
+        record = _record(Metadata(name, dict(values)))
+        index = MetadataIndex(self._end, len(record), name)
+        self._append(record)
+        self._metadata.append(index)
+
+    def end_chunk(self) -> None:
+        """Appends the chunk in progress for good; descriptions without a message wait for the next."""
+        if not self._chunk_messages:
+            return
+        data, index = self._sealed()
+        self._append(data)
+        self._chunks.append(index)
+        for channel, entries in self._chunk_index.items():
+            self.counts[channel] += len(entries) // 2
+        first, last = self._chunk_times
+        self.first_ns = first if self.first_ns is None else min(self.first_ns, first)
+        self.last_ns = max(self.last_ns, last)
+        self._described += self._waiting
+        self._waiting = []
+        self._chunk = bytearray()
+        self._chunk_index = {}
+        self._chunk_messages = self._on_disk = 0
+        self._summary_bytes += len(_record(index))
+        if 2 * self._summary_bytes > self._reserved:
+            with contextlib.suppress(OSError):  # the next append will tell
+                self._reserve()
+
+    def flush(self) -> None:
+        """Puts every message so far on disk, readable after a crash of this process."""
+        self._check()
+        if self._chunk_messages > self._on_disk:
+            self._put(self._sealed()[0])
+            self._on_disk = self._chunk_messages
+
+    def close(self) -> None:
+        """Writes the index and closes the file, also after a failed `write`; raises LogError if that is impossible."""
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            if self._failure is None:
+                self.end_chunk()
+        finally:
+            self._failure = None
+            self._release()
+            try:
+                self._put(self._tail())
+                with contextlib.suppress(OSError):
+                    os.fsync(self._file)
+            finally:
+                os.close(self._file)
+
+    def discard(self) -> None:
+        """Closes and removes the file."""
+        self._closed = True
+        self._release()
+        os.close(self._file)
+        self.path.unlink(missing_ok=True)
+
+    @property
+    def begun(self) -> bool:
+        """Whether a message has been written."""
+        return self._chunk_messages > 0 or self.first_ns is not None
+
+    @property
+    def failed(self) -> bool:
+        """Whether the file could not grow; only `close` is possible then."""
+        return self._failure is not None
+
+    @property
+    def bytes(self) -> int:
+        """Size of the file so far."""
+        return self._size
+
+    def _check(self) -> None:
+        if self._failure is not None:
+            raise LogError(self._failure)
+        if self._closed:
+            raise LogError(f"{self.path} is closed; write to a new log")
+
+    def _describe(self, record: Schema | Channel) -> None:
+        self._chunk += _record(record)
+        self._waiting.append(record)
+
+    def _sealed(self) -> tuple[bytes, ChunkIndex]:
+        """The chunk in progress with its message index, as it would stand at the end of the file."""
+        first, last = self._chunk_times
+        content = bytes(self._chunk)
+        packed = zstandard.compress(content, COMPRESSION_LEVEL)
+        chunk = _record(
+            Chunk(
+                compression="zstd",
+                data=packed,
+                message_start_time=first,
+                message_end_time=last,
+                uncompressed_crc=zlib.crc32(content),
+                uncompressed_size=len(content),
+            )
+        )
+        parts = [chunk]
+        offsets = {}
+        position = self._end + len(chunk)
+        for channel, entries in self._chunk_index.items():
+            offsets[channel] = position
+            head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries))
+            parts.append(head + struct.pack(f"<{len(entries)}Q", *entries))
+            position += len(parts[-1])
+        index = ChunkIndex(
+            chunk_length=len(chunk),
+            chunk_start_offset=self._end,
+            compression="zstd",
+            compressed_size=len(packed),
+            message_end_time=last,
+            message_index_length=position - self._end - len(chunk),
+            message_index_offsets=offsets,
+            message_start_time=first,
+            uncompressed_size=len(content),
+        )
+        return b"".join(parts), index
+
+    def _tail(self) -> bytes:
+        """End of the data section, summary and footer for what is on disk for good."""
+        data_end = _record(DataEnd(self._crc))
+        start = self._end + len(data_end)
+        channels = [record.id for record in self._described if isinstance(record, Channel)]
+        statistics = Statistics(
+            attachment_count=0,
+            channel_count=len(channels),
+            channel_message_counts={channel: self.counts[channel] for channel in channels},
+            chunk_count=len(self._chunks),
+            message_count=sum(self.counts.values()),
+            message_end_time=self.last_ns,
+            message_start_time=self.first_ns or 0,
+            metadata_count=len(self._metadata),
+            schema_count=len(self._described) - len(channels),
+        )
+        schemas_first = sorted(self._described, key=lambda record: isinstance(record, Channel))
+        summary = b"".join(_record(each) for each in (*schemas_first, statistics, *self._chunks, *self._metadata))
+        crc = zlib.crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, 0), zlib.crc32(summary))
+        footer = _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc))
+        return data_end + summary + footer + MAGIC
+
+    def _append(self, data: bytes) -> None:
+        self._put(data)
+        self._end += len(data)
+        self._crc = zlib.crc32(data, self._crc)
+
+    def _put(self, data: bytes) -> None:
+        """Makes `data` the end of the file, behind what is complete; on failure leaves only what is complete."""
+        try:
+            view, position = memoryview(data), self._end
+            while view:
+                written = os.pwrite(self._file, view, position)
+                view, position = view[written:], position + written
+            if position < self._size:
+                os.ftruncate(self._file, position)
+            self._size = position
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, self._end)
+            self._size = self._end
+            until = f"up to t = {self.last_ns * 1e-9:.6f} s" if self.first_ns is not None else "none"
+            self._failure = (
+                f"{self.path} cannot grow ({error.strerror}): {sum(self.counts.values())} messages ({until}) are kept "
+                "in it; make room and write to a new log"
+            )
+            raise LogError(self._failure) from error
+
+    def _reserve(self) -> None:
+        """Holds back disk space in a file without a name, which vanishes with this process."""
+        if self._reserve_file is None:
+            self._reserve_file = tempfile.TemporaryFile(dir=self.path.resolve().parent, buffering=0)  # noqa: SIM115
+        self._reserve_file.write(bytes(RESERVE_BYTES))
+        self._reserved += RESERVE_BYTES
+
+    def _release(self) -> None:
+        if self._reserve_file is not None:
+            self._reserve_file.close()
+            self._reserve_file = None
+
+
+def _record(record) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return builder.end()

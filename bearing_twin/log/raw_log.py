@@ -1,0 +1,215 @@
+"""Logs of any ROS topics, without decoding: what recorder_node writes and replay_node reads.
+
+A log is one `.mcap` file, or a rosbag2 folder when its path has no suffix `.mcap`: `<name>/<name>_0.mcap` beside a
+`metadata.yaml`, which is there from the start, so that a crash leaves a bag that other tools accept after recovery.
+"""
+
+import datetime
+import os
+import platform
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path, PurePath
+
+import yaml
+
+import bearing_twin
+from bearing_twin.errors import LogError
+from bearing_twin.log.bag import LoggedTopic, Qos, as_yaml, bag_information, qos_profiles
+from bearing_twin.log.mcap_read import LoggedMessage, McapReader
+from bearing_twin.log.mcap_write import McapWriter
+
+SUFFIX = ".mcap"
+BAG_RECORD = "rosbag2"
+RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
+FLUSH_SECONDS = 1.0
+_LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml
+
+
+class RawLogWriter:
+    """A new log of arbitrary topics; use as a context manager, from any thread.
+
+    Raises LogError if `path` exists, before anything is written; and, once the disk is full, an error that says what
+    was kept. `run_record` False leaves out date and host.
+    """
+
+    def __init__(self, path, run_record: bool = True):
+        path = Path(path)
+        refuse_existing(path)
+        self._folder = None if path.suffix == SUFFIX else path
+        if self._folder is not None:
+            try:
+                self._folder.mkdir()
+            except OSError as error:
+                raise LogError(f"{path} cannot be made ({error.strerror}); give another place for the log") from error
+        self.path = path
+        self.file = path if self._folder is None else path / f"{path.name}_0{SUFFIX}"
+        self._lock = threading.Lock()
+        self._rows: dict[int, LoggedTopic] = {}
+        self._closed = False
+        self._run = {"date": _now(), "host": platform.node()} if run_record else None
+        self._writer = McapWriter(self.file, f"bearing_twin {bearing_twin.__version__}")
+        self._next_flush = time.monotonic() + FLUSH_SECONDS
+        self._write_bag_file()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, *_):
+        if kind is None or self._writer.begun:
+            self.close()
+        else:
+            self._discard()
+
+    def add_topic(self, name: str, ros_type: str, definition: str, type_hash: str, qos: tuple[Qos, ...]) -> int:
+        """Describes a topic (full name, type, `ros2msg` text with dependencies, RIHS01 hash) and returns its number."""
+        with self._lock:
+            profiles = as_yaml(qos_profiles(tuple(qos)))
+            metadata = {"offered_qos_profiles": profiles, "topic_type_hash": type_hash}
+            number = self._writer.register(name, ros_type, definition, metadata)
+            self._rows[number] = LoggedTopic(name, ros_type, type_hash, tuple(qos), 0)
+            self._stale = True
+        return number
+
+    def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
+        """Adds one message of the topic with that number; once a second everything so far goes to disk."""
+        with self._lock:
+            if self._stale:
+                self._write_bag_file()
+            self._writer.write(topic, log_time_ns, publish_time_ns, cdr)
+            if time.monotonic() >= self._next_flush:
+                self._flush()
+
+    def flush(self) -> None:
+        """Puts everything so far on disk; call it on a timer where messages may be seldom."""
+        with self._lock:
+            self._flush()
+
+    def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
+        """Adds a metadata record of texts."""
+        with self._lock:
+            self._writer.add_metadata(name, {key: str(value) for key, value in values.items()})
+
+    def note_run(self, **values) -> None:
+        """Adds texts to the record that holds date and host, which is written at the end."""
+        if self._run is not None:
+            self._run.update({key: str(value) for key, value in values.items()})
+
+    def close(self) -> None:
+        """Completes the log; raises LogError if its index cannot be written."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            try:
+                if not self._writer.failed:
+                    self._writer.end_chunk()
+                    self._writer.add_metadata(BAG_RECORD, {"serialized_metadata": as_yaml(self._information(None))})
+                    if self._run is not None:
+                        self._writer.add_metadata(RUN_RECORD, self._run)
+            finally:
+                self._writer.close()
+                self._write_bag_file()
+
+    @property
+    def bytes(self) -> int:
+        """Size of the log on disk so far."""
+        return self._writer.bytes
+
+    @property
+    def failed(self) -> bool:
+        """Whether the disk was full: only `close` is possible then."""
+        return self._writer.failed
+
+    @property
+    def messages(self) -> int:
+        """Messages on disk for good."""
+        return sum(self._writer.counts.values())
+
+    def _flush(self) -> None:
+        self._writer.flush()
+        self._next_flush = time.monotonic() + FLUSH_SECONDS
+
+    def _information(self, file_name: str | None) -> dict:
+        rows = [row._replace(messages=self._writer.counts[number]) for number, row in self._rows.items()]
+        return bag_information(rows, self._writer.first_ns, self._writer.last_ns, file_name)
+
+    def _write_bag_file(self) -> None:
+        self._stale = False
+        if self._folder is None:
+            return
+        target = self._folder / "metadata.yaml"
+        draft = target.with_suffix(".yaml.tmp")
+        try:
+            information = {"rosbag2_bagfile_information": self._information(self.file.name)}
+            draft.write_text(as_yaml(information), encoding="utf-8")
+            os.replace(draft, target)
+        except OSError as error:
+            raise LogError(f"{target} cannot be written ({error.strerror}); the messages are in {self.file}") from error
+
+    def _discard(self) -> None:
+        """Removes a log that never got a message."""
+        self._closed = True
+        self._writer.discard()
+        if self._folder is not None:
+            with suppress(OSError):
+                (self._folder / "metadata.yaml").unlink(missing_ok=True)
+                self._folder.rmdir()
+
+
+def refuse_existing(path) -> None:
+    """Raises LogError if a log cannot be made at `path` because something is there, or its folder is missing."""
+    path = Path(path)
+    if path.exists() or path.is_symlink():
+        raise LogError(f"{path} exists and is not overwritten; give another name or remove it first")
+    if not path.parent.is_dir():
+        raise LogError(f"the folder {path.parent} for the log does not exist; make it or give another place")
+
+
+def log_files(path) -> list[Path]:
+    """The MCAP files of a log, in order: the file itself, or those that a bag folder's metadata.yaml lists."""
+    path = Path(path)
+    if not path.exists():
+        raise LogError(f"there is no log {path}; give the path of an .mcap file or of a bag folder")
+    if not path.is_dir():
+        return [path]
+    files = [path / name for name in _listed(path / "metadata.yaml")] or sorted(path.glob(f"*{SUFFIX}"))
+    missing = [file.name for file in files if not file.is_file()]
+    if not files or missing:
+        what = f"lacks its file {missing[0]}" if missing else "holds no .mcap file"
+        raise LogError(f"the bag folder {path} {what}; give a log written by bearing_twin or `ros2 bag record -s mcap`")
+    return files
+
+
+def raw_messages(path, start_ns: int = 0) -> Iterator[LoggedMessage]:
+    """Every message in file order, not decoded, from `start_ns` nanoseconds after the log's first one.
+
+    Yields (topic, log_time, publish_time, data) with topic (name, ros_type, ...); raises LogError, also part way.
+    """
+    threshold = None
+    for file in log_files(path):
+        with McapReader(file) as reader:
+            if start_ns > 0 and threshold is None:
+                statistics = reader.summary().statistics
+                threshold = start_ns + (statistics.message_start_time if statistics else 0)
+            for item in reader.content(from_ns=threshold):
+                if isinstance(item, LoggedMessage) and (threshold is None or item.log_time >= threshold):
+                    yield item
+
+
+def _listed(path: Path) -> list[str]:
+    try:
+        if path.stat().st_size > _LARGEST_BAG_FILE:
+            raise LogError(f"{path} is too large for a bag's description; remove it to read the .mcap files beside it")
+        information = yaml.safe_load(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        return [PurePath(name).name for name in information["relative_file_paths"]]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError) as error:
+        raise LogError(f"{path} is not a bag's description; remove it to read the .mcap files beside it") from error
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")

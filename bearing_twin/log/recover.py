@@ -1,0 +1,115 @@
+"""What can be saved of a damaged log: a file cut short by a crash or a full disk, or one with altered bytes."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from mcap.records import Metadata
+
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, Topic
+from bearing_twin.log.raw_log import BAG_RECORD, RawLogWriter, log_files
+
+RECOVERY_RECORD = "bearing_twin_recovered"
+
+
+class Recovered(NamedTuple):
+    """What a damaged log still holds: messages, solver outputs among them, and what is wrong with the rest."""
+
+    messages: int
+    samples: int
+    problems: tuple[str, ...]
+
+
+def survey(path) -> Recovered:
+    """Counts what `recover` would save, without writing; raises LogError if the file is no log at all."""
+    problems: list[str] = []
+    messages = samples = 0
+    for item in _salvage(log_files(path), problems):
+        if isinstance(item, LoggedMessage):
+            messages += 1
+            samples += _outputs(item)
+    return Recovered(messages, samples, tuple(problems))
+
+
+def recover(path, out) -> Recovered:
+    """Writes everything that is whole in the log at `path` to a new log at `out`, with scene and metadata.
+
+    Raises LogError if `out` exists or nothing can be saved. A damaged chunk is left out whole.
+    """
+    files = log_files(path)
+    problems: list[str] = []
+    messages = samples = 0
+    numbers: dict[Topic, int] = {}
+    kept: set[tuple] = set()
+    with RawLogWriter(out, run_record=False) as log:
+        for item in _salvage(files, problems):
+            if isinstance(item, Metadata):
+                record = (item.name, *sorted(item.metadata.items()))
+                if item.name != BAG_RECORD and record not in kept:
+                    kept.add(record)
+                    log.add_metadata(item.name, item.metadata)
+                continue
+            key = (item.topic.name, item.topic.ros_type, item.topic.definition)
+            if key not in numbers:
+                numbers[key] = log.add_topic(
+                    item.topic.name, item.topic.ros_type, item.topic.definition,
+                    item.topic.metadata.get("topic_type_hash", ""), (Qos(),),
+                )  # fmt: skip
+            log.write(numbers[key], item.log_time, item.publish_time, item.data)
+            messages += 1
+            samples += _outputs(item)
+        if not messages:
+            raise LogError(f"nothing in {path} can be recovered ({'; '.join(problems) or 'it holds no message'})")
+        log.add_metadata(RECOVERY_RECORD, {"from": Path(path).name, "problems": "; ".join(problems) or "none"})
+    return Recovered(messages, samples, tuple(problems))
+
+
+def advice(path, error: DamagedLog) -> LogError:
+    """The error a reader of a damaged log gets: what is wrong, how much can be saved, and how."""
+    try:
+        found = survey(path)
+    except LogError:
+        return error
+    damage = f"{error.path} is damaged at byte {error.offset}: {error.what}"
+    if not found.messages:
+        return LogError(f"{damage}; nothing in it can be recovered, so run the scene again")
+    return LogError(
+        f"{damage}; {found.samples} samples ({found.messages} messages) can be recovered: run "
+        f"`bearing_twin recover {path} NEW_LOG`, or recover(path, out) in Python"
+    )
+
+
+def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata]:
+    """All that can be read of the files; what cannot is told in `problems`."""
+    for file in files:
+        with McapReader(file) as reader:
+            chunk_starts: list[int] = []
+            try:
+                summary = reader.summary()
+                reader.learn(summary)
+                chunk_starts = sorted(index.chunk_start_offset for index in summary.chunks)
+            except DamagedLog as error:
+                problems.append(f"{file.name} at byte {error.offset}: {error.what}")
+            begin: int | None = None
+            while True:
+                try:
+                    yield from reader.content() if begin is None else reader.content(begin=begin)
+                    break
+                except DamagedLog as error:
+                    problems.append(f"{file.name} at byte {error.offset}: {error.what}")
+                    later = [start for start in chunk_starts if start > max(error.offset, begin or 0)]
+                    begin = reader.record_after(error.offset) or (later[0] if later else None)
+                    if begin is None or begin <= error.offset:
+                        break
+
+
+def _outputs(message: LoggedMessage) -> int:
+    if message.topic.ros_type != cdr.SAMPLE_BLOCK:
+        return 0
+    try:
+        return cdr.deserialise(cdr.SAMPLE_BLOCK, message.data).count
+    except LogError:
+        return 0

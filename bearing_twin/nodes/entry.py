@@ -1,0 +1,42 @@
+"""The executables of the package: each imports its node and turns what a user can cause into one sentence.
+
+ROS is imported only inside, because it may be missing.
+"""
+
+import importlib
+import sys
+
+from bearing_twin.errors import BearingTwinError
+
+
+def sim_node() -> int:
+    """Runs a scene and publishes it; returns the exit code."""
+    return _run("sim_node")
+
+
+def recorder_node() -> int:
+    """Logs topics as they are on the wire; returns the exit code."""
+    return _run("recorder_node")
+
+
+def replay_node() -> int:
+    """Publishes the messages of a log again; returns the exit code."""
+    return _run("replay_node")
+
+
+def demo() -> int:
+    """Simulates, records, watches and replays; returns the exit code."""
+    return _run("demo")
+
+
+def _run(name: str) -> int:
+    try:
+        importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
+        return importlib.import_module(f"bearing_twin.nodes.{name}").main()
+    except BearingTwinError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(_run(sys.argv.pop(1)))

@@ -1,0 +1,73 @@
+"""What the nodes know of ROS messages: classes by type name, quality of service, diagnostics.
+
+Importing this module raises MissingInterfacesError, in one sentence, where ROS 2 or our interface package is missing.
+"""
+
+import importlib
+from collections.abc import Mapping
+
+from bearing_twin.errors import MissingInterfacesError
+from bearing_twin.log.bag import Qos
+
+try:
+    import rclpy
+    from builtin_interfaces.msg import Time
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+    from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+except ImportError as error:
+    raise MissingInterfacesError(
+        f"ROS 2 cannot be imported ({error}): run `make setup` and `source env.bash`, or source a ROS 2 Jazzy."
+    ) from error
+try:
+    from bearing_twin_msgs.msg import Contacts  # noqa: F401
+    from bearing_twin_msgs.srv import Step
+except ImportError as error:
+    raise MissingInterfacesError(
+        f"the interface package bearing_twin_msgs cannot be imported ({error}): build it with `make setup` and "
+        "`source env.bash`, or with colcon and source its install/setup.bash."
+    ) from error
+
+__all__ = ["QoSProfile", "Step", "diagnostics", "message_class", "qos_profile", "qos_words", "rclpy", "stamp"]
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+def message_class(ros_type: str) -> type:
+    """The class of a type such as `geometry_msgs/msg/WrenchStamped`; raises MissingInterfacesError."""
+    package, _, name = ros_type.partition("/msg/")
+    try:
+        return getattr(importlib.import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise MissingInterfacesError(
+            f"the message type {ros_type} cannot be imported ({error}): install or source its package."
+        ) from error
+
+
+def qos_profile(qos: Qos) -> QoSProfile:
+    """Quality of service in rclpy's form; `depth` samples are kept."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=qos.depth,
+        reliability=ReliabilityPolicy[qos.reliability.upper()],
+        durability=DurabilityPolicy[qos.durability.upper()],
+    )
+
+
+def qos_words(profile: QoSProfile) -> Qos:
+    """The inverse of `qos_profile`, also for a profile that discovery reported (its depth is then unknown, 0)."""
+    return Qos(profile.depth, profile.reliability.name.lower(), profile.durability.name.lower())
+
+
+def stamp(time_ns: int) -> Time:
+    """A ROS time from integer nanoseconds."""
+    return Time(sec=time_ns // 1_000_000_000, nanosec=time_ns % 1_000_000_000)
+
+
+def diagnostics(now_ns: int, name: str, level: bytes, message: str, values: Mapping[str, object]) -> DiagnosticArray:
+    """One status with `values` as text, stamped with the wall clock."""
+    texts = {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in values.items()}
+    pairs = [KeyValue(key=key, value=text) for key, text in texts.items()]
+    status = DiagnosticStatus(level=level, name=name, message=message, hardware_id="bearing_twin", values=pairs)
+    array = DiagnosticArray(status=[status])
+    array.header.stamp = stamp(now_ns)
+    return array

@@ -1,0 +1,76 @@
+"""Parameters of nodes as data: name, default, unit, range and meaning, and the check of the values a user gave.
+
+ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `checked` does the opposite of all three.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.parameters import echo, unknown, with_unit
+
+KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
+
+
+class NodeParameter(NamedTuple):
+    """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range."""
+
+    name: str
+    default: bool | int | float | str | list
+    help: str
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    read_only: bool = True
+
+    @property
+    def description(self) -> str:
+        return f"{self.help} [{self.unit}]" if self.unit else self.help
+
+
+class ParameterError(BearingTwinError):
+    """A node was started with parameters it cannot use."""
+
+
+def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal: Sequence[str] = ()) -> dict[str, Any]:
+    """Every parameter's value: as given, else its default. Raises ParameterError that lists every mistake.
+
+    `also_legal` are names that belong to ROS itself, such as use_sim_time.
+    """
+    names = [parameter.name for parameter in table]
+    problems = [
+        f"there is no parameter {echo(name)}; {unknown(name, names)}"
+        for name in given
+        if name not in names and name not in also_legal
+    ]
+    values = {}
+    for parameter in table:
+        value = given.get(parameter.name, parameter.default)
+        if type(parameter.default) is float and type(value) is int:
+            value = float(value)
+        problem = problem_of(parameter, value)
+        if problem:
+            problems.append(problem)
+        values[parameter.name] = value
+    if problems:
+        raise ParameterError("; ".join(problems))
+    return values
+
+
+def problem_of(parameter: NodeParameter, value: Any) -> str | None:
+    """Why `value` cannot be used, or None."""
+    kind = type(parameter.default)
+    if kind is list:
+        fits = isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(one, str) for one in value)
+    else:
+        fits = type(value) is kind
+    if not fits:
+        return f"parameter {parameter.name} = {echo(value)} must be {KINDS[kind]}"
+    if kind is float and not math.isfinite(value):
+        return f"parameter {parameter.name} = {value} must be finite"
+    low, high = parameter.low, parameter.high
+    if (low is not None and value < low) or (high is not None and value > high):
+        limits = f"between {low:g} and {high:g}{with_unit(parameter.unit)}"
+        return f"parameter {parameter.name} = {value} must lie {limits}"
+    return None

@@ -1,0 +1,166 @@
+"""When messages are due on the wall clock, and whether a stream keeps up; all times are integers of nanoseconds.
+
+Nothing here reads a clock or waits: `now` comes from outside, so that every case is tested without waiting for it.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from typing import NamedTuple
+
+LAG_SHOWN = 100_000_000  # ns behind at which a stream is said not to keep up
+GREATEST_LAG = 1_000_000_000  # ns behind at which the rest is given up instead of being caught up in one burst
+
+
+class Timed(NamedTuple):
+    """One serialised message and the stream time at which it is due [ns]."""
+
+    time_ns: int
+    topic: str
+    publish_time_ns: int
+    cdr: bytes
+
+
+class Pace(NamedTuple):
+    """How far a stream is: its time, how long it has been running, how late it is and what it gave up, all in ns."""
+
+    stream_ns: int
+    running_ns: int
+    lag_ns: int
+    slipped_ns: int
+
+    @property
+    def behind(self) -> bool:
+        return self.lag_ns > LAG_SHOWN
+
+    def real_time_factor(self, earlier: "Pace") -> float:
+        """Stream time per wall time since `earlier`, pauses left out; 0 when nothing ran."""
+        running = self.running_ns - earlier.running_ns
+        return (self.stream_ns - earlier.stream_ns) / running if running > 0 else 0.0
+
+
+class Pacer:
+    """The line that stream time follows on the wall clock: `factor` times real time, 0 = as fast as possible."""
+
+    def __init__(self, factor: float):
+        self.set_factor(factor)
+        self._wall = self._mark = 0
+        self._stream = self._reached = 0
+        self._running = self._passed = self._lag = self._slipped = 0
+
+    def set_factor(self, factor: float) -> None:
+        """Changes the pace; call `start` afterwards. Raises ValueError when it is negative or not finite."""
+        if not 0.0 <= factor < float("inf"):
+            raise ValueError(f"the pace must be a finite number >= 0 and is {factor}")
+        self.factor = Fraction(factor).limit_denominator(1_000_000)
+
+    def start(self, now: int, stream_ns: int) -> None:
+        """From now on `stream_ns` is due at `now`: at the beginning, after a pause, a jump or a change of pace."""
+        self._wall = self._mark = now
+        self._stream = self._reached = stream_ns
+        self._lag = 0
+
+    def due(self, stream_ns: int) -> int:
+        """The wall time at which `stream_ns` is due; without a pace that is always now or earlier."""
+        if not self.factor:
+            return self._wall
+        return self._wall + (stream_ns - self._stream) * self.factor.denominator // self.factor.numerator
+
+    def delivered(self, now: int, stream_ns: int) -> None:
+        """Notes that the stream has reached `stream_ns`; one more than GREATEST_LAG late starts afresh from here."""
+        self._running += now - self._mark
+        self._passed += stream_ns - self._reached
+        self._mark, self._reached = now, stream_ns
+        if self.factor:
+            self._lag = max(0, now - self.due(stream_ns))
+            if self._lag > GREATEST_LAG:
+                self._slipped += self._lag
+                self._wall, self._stream = now, stream_ns
+
+    def pace(self) -> Pace:
+        """Totals since the beginning and the lag of the last delivery."""
+        return Pace(self._passed, self._running, self._lag, self._slipped)
+
+
+class PacedStream:
+    """Delivers batches of timed messages when they are due; it can be paused.
+
+    `next_batch()` gives messages in the order they go out, or None at the end; `deliver(message)` sends one.
+    Not thread-safe: everything is called by the one thread that calls `turn`.
+    """
+
+    def __init__(
+        self, next_batch: Callable[[], Iterable[Timed] | None], deliver: Callable[[Timed], None], pacer: Pacer
+    ):
+        self.next_batch = next_batch
+        self.deliver = deliver
+        self.pacer = pacer
+        self.paused = False
+        self.finished = False
+        self.position_ns = 0
+        self._pending: deque[Timed] = deque()
+        self._started = False
+
+    def turn(self, now: int) -> int | None:
+        """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
+        if self.paused or self.finished:
+            return None
+        if not self._pending:
+            batch = self.next_batch()
+            if batch is None:
+                self.finished = True
+                return None
+            self._pending.extend(batch)
+            return now  # computing it took time, so look at the clock again
+        if not self._started:
+            self._start(now)
+        delivered = False
+        while self._pending and self._due(self._pending[0]) <= now:
+            self._send(self._pending.popleft())
+            delivered = True
+        if delivered:
+            self.pacer.delivered(now, self.position_ns)
+        return self._due(self._pending[0]) if self._pending else now
+
+    def pause(self, now: int, paused: bool) -> None:
+        """Holds the stream, or goes on where it was held."""
+        if self.paused and not paused:
+            self._start(now)
+        self.paused = paused
+
+    def set_factor(self, now: int, factor: float) -> None:
+        """Changes the pace from here on."""
+        self.pacer.set_factor(factor)
+        self._start(now)
+
+    def put(self, batch: Iterable[Timed]) -> None:
+        """Adds messages behind those computed ahead."""
+        self._pending.extend(batch)
+
+    def drain(self, until_ns: int | None = None) -> None:
+        """Delivers what was computed ahead, due or not: all of it, or what is stamped up to `until_ns`."""
+        while self._pending and (until_ns is None or self._pending[0].time_ns <= until_ns):
+            self._send(self._pending.popleft())
+        if until_ns is not None:
+            self.position_ns = max(self.position_ns, until_ns)
+
+    def restart(self) -> None:
+        """Forgets what was computed ahead; the next message starts the pace again, at whatever time it carries."""
+        self._pending.clear()
+        self._started = False
+        self.finished = False
+        self.position_ns = 0
+
+    def _start(self, now: int) -> None:
+        self._started = True
+        first = self._pending[0].time_ns if self._pending else self.position_ns
+        # A message may be stamped with the start of the time it covers: the stream never goes back.
+        self.position_ns = max(self.position_ns, first)
+        self.pacer.start(now, self.position_ns)
+
+    def _due(self, message: Timed) -> int:
+        return self.pacer.due(max(message.time_ns, self.position_ns))
+
+    def _send(self, message: Timed) -> None:
+        self.position_ns = max(self.position_ns, message.time_ns)
+        self.deliver(message)

@@ -1,0 +1,108 @@
+"""recorder_node: logs topics as they are on the wire, byte for byte, and counts the solver outputs that were lost."""
+
+import threading
+import time
+from functools import partial
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.bag import Qos
+from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, qos_profile, qos_words
+from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.recording import DEPTH, Recording, definition_prefixes
+from bearing_twin.nodes.running import declare, guarded, run
+
+PARAMETERS = (
+    NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
+    NodeParameter("topics", ["/bearing/*"], "topics to log, as full names or patterns with *"),
+)
+DISCOVERY_PERIOD = 0.1  # s
+FLUSH_PERIOD = 1.0  # s
+OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
+
+
+class RecorderNode(Node):
+    """Logs every topic that matches, from the moment it has a publisher; raises BearingTwinError where it cannot."""
+
+    def __init__(self, **options):
+        super().__init__("recorder_node", **options)
+        self.done = threading.Event()
+        self.failure: Exception | None = None
+        values = declare(self, PARAMETERS)
+        path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
+        self.recording = Recording(path, [one for one in values["topics"] if one], definition_prefixes())
+        self.get_logger().info(f"log: {path}")
+        self._refused: set[str] = set()
+        self._diagnostics = self.create_publisher(
+            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
+        )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(DISCOVERY_PERIOD, self._on_discovery, clock=steady)
+        self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
+
+    def close(self) -> None:
+        """Completes the log; may be called twice."""
+        self.recording.close()
+
+    @guarded
+    def _on_discovery(self):
+        for name, types in self.get_topic_names_and_types():
+            if self.recording.wants(name) and name not in self._refused:
+                publishers = self.get_publishers_info_by_topic(name)
+                if publishers:
+                    self._subscribe(name, types, publishers)
+
+    def _subscribe(self, name: str, types: list[str], publishers) -> None:
+        profiles = [publisher.qos_profile for publisher in publishers]
+        reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in profiles)
+        latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in profiles)
+        wanted = Qos(DEPTH, "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile")
+        offered = tuple(qos_words(profile)._replace(depth=profile.depth or OFFERED_DEPTH) for profile in profiles)
+        try:
+            if len(types) > 1:
+                raise BearingTwinError(f"publishers disagree on its type: {', '.join(types)}")
+            message = message_class(types[0])
+            self.recording.add(name, types[0], str(publishers[0].topic_type_hash), offered)
+        except BearingTwinError as error:
+            self._refused.add(name)
+            self.get_logger().error(f"{name} is not logged: {error}")
+            return
+        self.create_subscription(message, name, partial(self._on_message, name), qos_profile(wanted), raw=True)
+
+    def _on_message(self, topic: str, data: bytes, info: dict) -> None:
+        try:
+            received = info["received_timestamp"] or time.time_ns()
+            lost = self.recording.receive(topic, received, info["source_timestamp"] or received, data)
+            if lost:
+                self.get_logger().error(f"{topic}: {lost} solver outputs were lost on the way")
+        except Exception as error:  # a callback that raises would end the node without saying which message it was
+            self._fail(error)
+
+    def _fail(self, error: Exception) -> None:
+        if self.failure is None:
+            self.failure = error
+            self.done.set()
+
+    @guarded
+    def _on_flush(self):
+        try:
+            self.recording.flush()
+        except BearingTwinError as error:
+            self._fail(error)
+        status = self.recording.status()
+        level, message = OK, "recording"
+        if status["samples_lost"]:
+            level, message = WARN, f"{status['samples_lost']} solver outputs were lost"
+        if self.failure is not None:
+            level, message = ERROR, str(self.failure)
+        now = self.get_clock().now().nanoseconds
+        name = f"{self.get_fully_qualified_name().lstrip('/')}: recording"
+        self._diagnostics.publish(diagnostics(now, name, level, message, status))
+
+
+def main(args: list[str] | None = None) -> int:
+    """The executable: exit code 0 when a signal ended it, 2 with one sentence when it could not log."""
+    return run("recorder_node", RecorderNode, args)

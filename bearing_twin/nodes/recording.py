@@ -1,0 +1,123 @@
+"""What recorder_node thinks, without ROS: which topics to log, how they are described, and what was lost on the way."""
+
+import os
+import struct
+import threading
+from collections.abc import Iterable
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.raw_log import RawLogWriter
+
+RECORD = "bearing_twin_recording"
+DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
+
+
+class Sequences:
+    """Counts the outputs of one stream of SampleBlocks, and those that never arrived."""
+
+    def __init__(self):
+        self.received = self.lost = self.restarts = 0
+        self._expected: int | None = None
+
+    def saw(self, first: int, count: int) -> int:
+        """Notes a block of `count` outputs from number `first` on; returns how many were lost just before it."""
+        lost = 0
+        if self._expected is not None and first < self._expected:
+            self.restarts += 1
+        elif self._expected is not None:
+            lost = first - self._expected
+        self._expected = first + count
+        self.received += count
+        self.lost += lost
+        return lost
+
+
+class Recording:
+    """A log of whatever arrives; from any thread. `prefixes` are where .msg files of other packages are looked for."""
+
+    def __init__(self, path, patterns: Iterable[str], prefixes: Iterable[Path] = ()):
+        self._patterns = tuple(patterns)
+        self._folder_definition = cdr.definition_in_folders(prefixes)
+        self._log = RawLogWriter(path)
+        self._lock = threading.Lock()
+        self._numbers: dict[str, tuple[int, bool]] = {}
+        self._closed = False
+        self.messages = 0
+        self.sequences: dict[str, Sequences] = {}
+
+    def wants(self, topic: str) -> bool:
+        """Whether `topic` matches a pattern and is not recorded yet."""
+        return topic not in self._numbers and any(fnmatchcase(topic, pattern) for pattern in self._patterns)
+
+    def add(self, topic: str, ros_type: str, type_hash: str, qos: tuple[Qos, ...]) -> None:
+        """Describes a topic in the log; raises LogError when the definition of its type cannot be found."""
+        known = cdr.is_known(ros_type) and type_hash in (cdr.type_hash(ros_type), "INVALID")
+        text = cdr.schema_text(ros_type) if known else cdr.full_definition(ros_type, self._folder_definition)
+        has_samples = known and ros_type == cdr.SAMPLE_BLOCK
+        with self._lock:
+            if has_samples:
+                self.sequences[topic] = Sequences()
+            number = self._log.add_topic(topic, ros_type, text, cdr.type_hash(ros_type) if known else type_hash, qos)
+            self._numbers[topic] = (number, has_samples)
+
+    def receive(self, topic: str, received_ns: int, sent_ns: int, data: bytes) -> int:
+        """Logs one message as it came; returns how many solver outputs were lost just before it."""
+        with self._lock:
+            if self._closed:
+                return 0
+            number, has_samples = self._numbers[topic]
+            self._log.write(number, received_ns, sent_ns, data)
+            self.messages += 1
+            return self.sequences[topic].saw(*sample_range(data)) if has_samples else 0
+
+    def flush(self) -> None:
+        """Puts everything so far on disk."""
+        with self._lock:
+            if not self._closed:
+                self._log.flush()
+
+    def status(self) -> dict[str, int]:
+        """Counts so far: topics, messages, bytes, and of the solver outputs those received and lost."""
+        streams = self.sequences.values()
+        return {
+            "topics": len(self._numbers),
+            "messages": self.messages,
+            "bytes": self._log.bytes,
+            "samples_received": sum(stream.received for stream in streams),
+            "samples_lost": sum(stream.lost for stream in streams),
+            "restarts": sum(stream.restarts for stream in streams),
+        }
+
+    def close(self) -> None:
+        """Writes the counts into the log and completes it; may be called twice."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        try:
+            status = {key: value for key, value in self.status().items() if key != "bytes"}
+            self._log.add_metadata(RECORD, status)
+        finally:
+            self._log.close()
+
+
+def sample_range(data: bytes) -> tuple[int, int]:
+    """`first_sequence` and `count` of a SampleBlock in CDR, without decoding the rest; raises LogError."""
+    try:
+        order = "<" if data[1] & 1 else ">"
+        frame_bytes = struct.unpack_from(order + "I", data, 12)[0]
+        position = -(-(12 + frame_bytes) // 8) * 8  # counted behind the four-byte CDR header
+        return struct.unpack_from(order + "QI", data, 4 + position)
+    except (struct.error, IndexError) as error:
+        raise LogError(
+            f"a SampleBlock of {len(data)} bytes cannot be read: update publisher and recorder alike"
+        ) from error
+
+
+def definition_prefixes() -> list[Path]:
+    """The installation prefixes of the ROS that is sourced."""
+    return [Path(prefix) for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]

@@ -1,0 +1,137 @@
+"""replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
+
+import threading
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_srvs.srv import SetBool
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.bag import Qos
+from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, qos_profile, stamp
+from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.pacing import Pace, Timed
+from bearing_twin.nodes.replaying import ReplayLoop
+from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
+from bearing_twin.nodes.worker import Worker
+
+PARAMETERS = (
+    NodeParameter("log", "", "MCAP file or bag folder to play"),
+    NodeParameter("rate", 1.0, "pace, a multiple of that of the log", "1", 0.001, 1000.0),
+    NodeParameter("start", 0.0, "where to start, from the first message", "s", 0.0, 1e9),
+    NodeParameter("loop", False, "start again at the end"),
+    NodeParameter("start_paused", False, "wait until ~/pause is called with false"),
+    NodeParameter("discovery", 3.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 60.0),
+    NodeParameter("publish_clock", False, "publish the time of the log on /clock"),
+)
+DIAGNOSTICS_PERIOD = 1.0  # s
+COMMAND_TIMEOUT = 5.0  # s
+
+
+class ReplayNode(Node):
+    """Publishes a log on the topics it was logged from; raises BearingTwinError for a log it cannot play."""
+
+    def __init__(self, **options):
+        super().__init__("replay_node", **options)
+        self.done = threading.Event()
+        self.failure: Exception | None = None
+        values = declare(self, PARAMETERS)
+        if not values["log"]:
+            raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
+        self._discovery = values["discovery"]
+        self.loop = ReplayLoop(
+            values["log"], self._deliver, values["rate"], round(values["start"] * 1e9), values["loop"]
+        )
+        self.loop.paced.paused = values["start_paused"]
+        self._log_publishers = {
+            name: self.create_publisher(message_class(ros_type), name, qos_profile(qos))
+            for name, (ros_type, qos) in self.loop.topics.items()
+        }
+        self._clock_publisher = None
+        if values["publish_clock"]:
+            self._clock_publisher = self.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
+        self._ticked = -1
+        self._published = 0
+        self._earlier = Pace(0, 0, 0, 0)
+        self._warned = False
+        self.create_service(SetBool, "~/pause", self._on_pause)
+        self._diagnostics = self.create_publisher(
+            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
+        )
+        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.get_logger().info(f"{values['log']}: {len(self._log_publishers)} topics")
+        self.worker = Worker(self._turn, self._wait_for_subscribers, self._ended)
+        self.worker.start()
+
+    def close(self) -> None:
+        """Ends the replay; may be called twice."""
+        self.worker.stop(timeout=COMMAND_TIMEOUT)
+
+    # In the worker's thread
+
+    def _wait_for_subscribers(self) -> None:
+        wait_for_subscribers(self._log_publishers.values(), self._discovery)
+
+    def _turn(self, now: int) -> int | None:
+        wake_at = self.loop.turn(now)
+        if self.loop.paced.finished and not self.done.is_set():
+            acknowledged(self._log_publishers.values())
+            self.get_logger().info(f"done, {self._published} messages")
+            self.done.set()
+        return wake_at
+
+    def _deliver(self, message: Timed) -> None:
+        try:
+            if self._clock_publisher and message.time_ns != self._ticked:
+                self._ticked = message.time_ns
+                self._clock_publisher.publish(ClockMessage(clock=stamp(message.time_ns)))
+            self._log_publishers[message.topic].publish(message.cdr)
+            self._published += 1
+        except Exception:
+            if self.context.ok():  # otherwise a signal has ended ROS under way
+                raise
+
+    def _ended(self, error: Exception | None) -> None:
+        if error is not None and self.context.ok():
+            self.failure = error
+            self._publish_status(ERROR, str(error), {})
+            self.done.set()
+
+    # Callbacks
+
+    @guarded
+    def _on_pause(self, request, response):
+        response.message = self.worker.post(self.loop.pause, request.data).result(timeout=COMMAND_TIMEOUT)
+        response.success = True
+        return response
+
+    @guarded
+    def _on_diagnostics(self):
+        pace, wanted = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
+        values = {
+            "real_time_factor": pace.real_time_factor(self._earlier),
+            "wanted_real_time_factor": wanted,
+            "lag_s": pace.lag_ns * 1e-9,
+            "given_up_s": pace.slipped_ns * 1e-9,
+            "messages": self._published,
+            "rounds": self.loop.rounds,
+        }
+        self._earlier = pace
+        level, message = OK, "paused" if self.loop.paced.paused else "playing"
+        if pace.behind:
+            level, message = WARN, f"cannot keep up: {pace.lag_ns * 1e-9:.3g} s behind"
+            if not self._warned:
+                self._warned = True
+                self.get_logger().warning(f"{message}; lower `rate`")
+        self._publish_status(level, message, values)
+
+    def _publish_status(self, level: bytes, message: str, values: dict) -> None:
+        now = self.get_clock().now().nanoseconds
+        name = f"{self.get_fully_qualified_name().lstrip('/')}: replay"
+        self._diagnostics.publish(diagnostics(now, name, level, message, values))
+
+
+def main(args: list[str] | None = None) -> int:
+    """The executable: exit code 0 at the end of the log or after a signal, 2 with one sentence when it cannot play."""
+    return run("replay_node", ReplayNode, args)

@@ -1,0 +1,151 @@
+"""What every node of the package does alike: declare its parameters, guard its callbacks, run and end."""
+
+import contextlib
+import functools
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.duration import Duration
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.nodes.messages import rclpy
+from bearing_twin.nodes.node_parameters import NodeParameter, checked, problem_of
+
+ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
+DISCOVERY_POLL = 0.02  # s
+DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
+POLL = 0.1  # s: how soon the main thread sees that a node is done
+
+
+def declare(node: Node, table: Sequence[NodeParameter]) -> dict[str, Any]:
+    """Declares the parameters of `table` and returns their values; raises ParameterError for anything it cannot use."""
+    # rclpy has no public way to see what was given at start-up under names that nobody declared.
+    given = node._parameter_overrides
+    legal = [name for name in given if node.has_parameter(name) or name.startswith("qos_overrides.")]
+    values = checked(table, {name: parameter.value for name, parameter in given.items()}, legal)
+    for parameter in table:
+        value = values[parameter.name]
+        default = value if value != [] else Parameter.Type.STRING_ARRAY
+        node.declare_parameters("", [(parameter.name, default, _descriptor(parameter))], ignore_override=True)
+    changeable = {parameter.name: parameter for parameter in table if not parameter.read_only}
+
+    def refuse(changes: list[Parameter]) -> SetParametersResult:
+        problems = [problem_of(changeable[one.name], one.value) for one in changes if one.name in changeable]
+        reason = "; ".join(problem for problem in problems if problem)
+        return SetParametersResult(successful=not reason, reason=reason)
+
+    node.add_on_set_parameters_callback(refuse)
+    return values
+
+
+def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(description=parameter.description, read_only=parameter.read_only)
+    if parameter.low is not None and type(parameter.default) is float:
+        descriptor.floating_point_range = [FloatingPointRange(from_value=parameter.low, to_value=parameter.high)]
+    elif parameter.low is not None and type(parameter.default) is int:
+        descriptor.integer_range = [IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high), step=1)]
+    return descriptor
+
+
+def guarded(callback: Callable) -> Callable:
+    """A method as a callback that cannot end the node: an exception is logged, a service answers success false."""
+
+    @functools.wraps(callback)
+    def safe(node: Node, *arguments):
+        try:
+            return callback(node, *arguments)
+        except Exception as error:
+            if node.context.ok() and isinstance(error, BearingTwinError):
+                node.get_logger().warning(str(error))
+            elif node.context.ok():
+                node.get_logger().error(f"{callback.__name__}: {type(error).__name__}: {error}")
+            response = arguments[-1] if arguments else None
+            if hasattr(response, "success"):
+                response.success = False
+                response.message = str(error) or type(error).__name__
+            return response
+
+    return safe
+
+
+def acknowledged(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
+    """Waits until reliable subscribers have everything that was published, for `seconds` at most; False otherwise."""
+    end = time.monotonic() + seconds
+    for publisher in publishers:
+        left = max(0.0, end - time.monotonic())
+        if not publisher.wait_for_all_acked(Duration(nanoseconds=round(left * 1e9))):
+            return False
+    return True
+
+
+def wait_for_subscribers(publishers: Iterable[Publisher], seconds: float) -> None:
+    """Waits until each publisher has a subscriber, at most `seconds`; 0 = not at all."""
+    if not seconds:
+        return
+    end = time.monotonic() + seconds
+    for publisher in publishers:
+        while not publisher.get_subscription_count():
+            if time.monotonic() > end:
+                return
+            time.sleep(DISCOVERY_POLL)
+    time.sleep(DISCOVERY_GRACE)
+
+
+def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+    """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
+
+    A node has `done` (threading.Event), `failure` (exception or None) and `close()`, which loses nothing and may be
+    called twice.
+    """
+    # rclpy shuts its context down on SIGINT and SIGTERM; without these handlers a KeyboardInterrupt would also strike
+    # anywhere, in the middle of a write to the log too.
+    signal.signal(signal.SIGINT, lambda *_: None)
+    signal.signal(signal.SIGHUP, lambda *_: rclpy.try_shutdown())
+    node = None
+    try:
+        rclpy.init(args=args)
+    except Exception as error:  # ROS arguments that cannot be parsed
+        print(f"{name}: {error}".replace("\n", " "), file=sys.stderr)
+        return 2
+    failure = None
+    try:
+        node = make_node()
+        executor = MultiThreadedExecutor(num_threads=2)
+        executor.add_node(node)
+        while rclpy.ok() and not node.done.is_set():
+            executor.spin_once(timeout_sec=POLL)
+    except BearingTwinError as error:
+        failure = error
+    except Exception:
+        if rclpy.ok():  # otherwise a signal ended ROS in the middle of a call
+            raise
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
+        failure_at_end = _end(node)
+    failure = failure or (node.failure if node else None) or failure_at_end
+    if failure is not None:
+        print(f"{name}: {failure}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _end(node: Node | None) -> Exception | None:
+    failure = None
+    if node is not None:
+        try:
+            node.close()
+        except Exception as error:
+            failure = error
+        with contextlib.suppress(Exception):
+            node.destroy_node()
+    rclpy.try_shutdown()
+    return failure

@@ -1,0 +1,260 @@
+"""sim_node: runs a scene and publishes it; see the topic table in `bearing_twin.log.channels`.
+
+Integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
+"""
+
+import threading
+from concurrent.futures import TimeoutError as StillBusy
+from functools import partial
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.channels import NAMESPACE, MessageStream
+from bearing_twin.log.mcap_log import LogWriter
+from bearing_twin.log.raw_log import refuse_existing
+from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, diagnostics, message_class, qos_profile, stamp
+from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.pacing import Pace, Timed
+from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
+from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
+from bearing_twin.nodes.worker import Worker
+from bearing_twin.scene import load_scene
+from bearing_twin.simulation import Simulation
+
+PARAMETERS = (
+    NodeParameter("scene", "bearing_6203", "scene to run: a name, or the path of a YAML file"),
+    NodeParameter("overrides", [], "changes to the scene, such as contact.normal=volumetric"),
+    NodeParameter("duration", 0.0, "simulated time after which the node ends; 0 = endless", "s", 0.0, 86400.0),
+    NodeParameter(
+        "real_time_factor",
+        1.0,
+        "wanted pace; 0 = as fast as possible, which only the log gets without loss",
+        "1",
+        0.0,
+        1000.0,
+        read_only=False,
+    ),
+    NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
+    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 60.0),
+    NodeParameter("publish_clock", False, "publish simulation time on /clock"),
+    NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
+)
+DIAGNOSTICS_PERIOD = 1.0  # s
+CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
+SHORTFALL = 0.95  # of the wanted pace, below which the node says so
+COMMAND_TIMEOUT = 30.0  # s
+
+
+class SimNode(Node):
+    """Publishes a running scene; see PARAMETERS. Raises BearingTwinError for parameters or scenes it cannot use."""
+
+    def __init__(self, **options):
+        super().__init__("sim_node", namespace=NAMESPACE, **options)
+        self.done = threading.Event()
+        self.failure: Exception | None = None
+        values = declare(self, PARAMETERS)
+        scene = load_scene(values["scene"], [one for one in values["overrides"] if one])
+        if values["log"]:
+            refuse_existing(values["log"])
+        self.simulation = Simulation(scene)
+        self._description = {
+            "scene": scene.name,
+            "law": self.simulation.law,
+            "stepper": self.simulation.stepper,
+            "choice_reason": self.simulation.choice_reason,
+        }
+        make_stream = partial(MessageStream, scene, law=self.simulation.law)
+        stream = make_stream()
+        self._topic_publishers = {
+            topic.name: self.create_publisher(message_class(topic.ros_type), topic.name, qos_profile(topic.qos))
+            for topic in stream.topics
+        }
+        self._clock_publisher = None
+        if values["publish_clock"]:
+            self._clock_publisher = self.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
+        self._ticked = -1
+        self._published = 0
+        self._log_path = values["log"]
+        self._discovery = values["discovery"]
+        self.loop = SimulationLoop(
+            self.simulation,
+            make_stream,
+            self._deliver,
+            values["real_time_factor"],
+            round(values["duration"] * 1e9),
+            self._open_log,
+        )
+        self.loop.paced.paused = values["start_paused"]
+        self._ready = False
+        self._earlier = Pace(0, 0, 0, 0)
+        self._warned = False
+        self._serve()
+        self.worker = Worker(self._turn, self._warm_up, self._ended)
+        self.worker.start()
+
+    def close(self) -> None:
+        """Ends the simulation and completes the log; may be called twice."""
+        # While kernels are still being compiled nothing has been computed, so there is nothing to wait for.
+        if self.worker.stop(timeout=COMMAND_TIMEOUT if self._ready else 0.0) or not self._ready:
+            self.loop.close()
+
+    def _serve(self) -> None:
+        services, others = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
+        self.create_service(SetBool, "~/pause", self._on_pause, callback_group=services)
+        self.create_service(Trigger, "~/reset", self._on_reset, callback_group=services)
+        self.create_service(Step, "~/step", self._on_step, callback_group=services)
+        self.create_subscription(Float64, "command/speed", self._on_speed, qos_profile(Qos()), callback_group=others)
+        self._diagnostics = self.create_publisher(
+            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
+        )
+        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
+        if self._clock_publisher:
+            self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
+        self.add_post_set_parameters_callback(self._on_parameters)
+
+    # In the worker's thread
+
+    def _open_log(self, number: int) -> LogWriter | None:
+        if not self._log_path:
+            return None
+        path = log_path(self._log_path, number)
+        self.get_logger().info(f"log: {path}")
+        run = self.simulation
+        choice = {"law": run.law, "stepper": run.stepper, "reason": run.choice_reason}
+        return LogWriter(path, run.scene, choice)
+
+    def _warm_up(self) -> None:
+        self.get_logger().info("compiling the kernels of this scene (some seconds the first time)")
+        seconds = self.simulation.warm_up()
+        wait_for_subscribers(self._topic_publishers.values(), self._discovery)
+        self._ready = True
+        self.get_logger().info(
+            f"{self.simulation.scene.name} by {self.simulation.law} and {self.simulation.stepper}, "
+            f"ready after {seconds:.1f} s"
+        )
+
+    def _turn(self, now: int) -> int | None:
+        wake_at = self.loop.turn(now)
+        if self.loop.paced.finished and not self.done.is_set():
+            acknowledged(self._topic_publishers.values())
+            self._report()
+            self.get_logger().info(f"done at {self.loop.time_ns * 1e-9:.6f} s, {self._published} messages")
+            self.done.set()
+        return wake_at
+
+    def _deliver(self, message: Timed) -> None:
+        try:
+            if self._clock_publisher and message.time_ns != self._ticked:
+                self._ticked = message.time_ns
+                self._clock_publisher.publish(ClockMessage(clock=stamp(message.time_ns)))
+            self._topic_publishers[message.topic].publish(message.cdr)
+            self._published += 1
+        except Exception:
+            if self.context.ok():  # otherwise a signal has ended ROS under way; the log still gets everything
+                raise
+
+    def _ended(self, error: Exception | None) -> None:
+        if error is not None and self.context.ok():
+            self.failure = error
+            self._publish_status(ERROR, str(error), {})
+            self.done.set()
+
+    # Callbacks
+
+    def _command(self, command, *arguments):
+        try:
+            return self.worker.post(command, *arguments).result(timeout=COMMAND_TIMEOUT)
+        except StillBusy as error:
+            raise BearingTwinError(
+                "the simulation is still busy; the command is carried out when it is free"
+            ) from error
+
+    @guarded
+    def _on_pause(self, request, response):
+        response.message = self._command(self.loop.pause, request.data)
+        response.success = True
+        return response
+
+    @guarded
+    def _on_reset(self, request, response):
+        response.message = self._command(self.loop.reset)
+        response.success = True
+        return response
+
+    @guarded
+    def _on_step(self, request, response):
+        response.time_ns = self.loop.time_ns
+        response.message = self._command(self.loop.step, request.duration)
+        response.time_ns = self.loop.time_ns
+        response.success = True
+        return response
+
+    @guarded
+    def _on_speed(self, message):
+        check_speed(message.data)
+        self.worker.post(self.loop.set_speed, message.data)
+
+    @guarded
+    def _on_parameters(self, parameters):
+        for parameter in parameters:
+            if parameter.name == "real_time_factor":
+                self.worker.post(self.loop.set_factor, float(parameter.value))
+
+    @guarded
+    def _on_clock(self):
+        if self.loop.paced.paused:
+            self._clock_publisher.publish(ClockMessage(clock=stamp(self.loop.time_ns)))
+
+    @guarded
+    def _on_diagnostics(self):
+        if not self.done.is_set():
+            self._report()
+
+    def _report(self) -> None:
+        pace, wanted = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
+        factor = pace.real_time_factor(self._earlier)
+        ran = pace.running_ns > self._earlier.running_ns
+        slow = wanted > 0.0 and ran and (factor < SHORTFALL * wanted and pace.behind)
+        self._earlier = pace
+        if not self._ready:
+            level, message = OK, "starting"
+        elif self.loop.paced.paused:
+            level, message = OK, "paused"
+        elif slow:
+            level, message = WARN, f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
+        else:
+            level, message = OK, "running"
+        if slow and not self._warned:
+            self._warned = True
+            self.get_logger().warning(
+                f"{message}; see /diagnostics, or lower real_time_factor or the scene's output_rate"
+            )
+        values = {
+            "real_time_factor": factor,
+            "wanted_real_time_factor": wanted,
+            "lag_s": pace.lag_ns * 1e-9,
+            "given_up_s": pace.slipped_ns * 1e-9,
+            "simulation_time_s": self.loop.time_ns * 1e-9,
+            "outputs": self.simulation.sequence + 1,
+            "messages": self._published,
+            "runs": self.loop.runs + 1,
+        }
+        self._publish_status(level, message, values)
+
+    def _publish_status(self, level: bytes, message: str, values: dict) -> None:
+        now = self.get_clock().now().nanoseconds
+        name = f"{self.get_fully_qualified_name().lstrip('/')}: simulation"
+        self._diagnostics.publish(diagnostics(now, name, level, message, values | self._description))
+
+
+def main(args: list[str] | None = None) -> int:
+    """The executable: exit code 0 when done, 2 with one sentence for anything it cannot use."""
+    return run("sim_node", SimNode, args)

@@ -1,0 +1,139 @@
+"""A simulation as a paced stream of messages that takes commands: what sim_node thinks, without ROS or clocks."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
+
+CHUNK_NS = 10_000_000  # computed in one go, so the longest simulated time a command waits
+LONGEST_STEP = 10.0  # s
+GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
+
+
+class SimulationLoop:
+    """Computes ahead by a chunk and delivers each message when it is due; every method runs in the worker's thread.
+
+    `simulation` is a `Simulation`, `make_stream()` a new `MessageStream`, `deliver(timed)` sends one message.
+    `open_log(run)` gives the log writer of run 0, 1 ... (a reset starts a new run) or None. `duration_ns` 0 = endless.
+    """
+
+    def __init__(
+        self,
+        simulation,
+        make_stream: Callable,
+        deliver: Callable[[Timed], None],
+        factor: float = 1.0,
+        duration_ns: int = 0,
+        open_log: Callable[[int], object] = lambda run: None,
+    ):
+        self.simulation = simulation
+        self.runs = 0
+        self._make_stream = make_stream
+        self._open_log = open_log
+        self._stream = make_stream()
+        self._log = open_log(0)
+        self._chunk = max(1, CHUNK_NS // simulation.output_period_ns)
+        self._total = duration_ns // simulation.output_period_ns + 1 if duration_ns else None
+        self._done = self._flushed = False
+        self.paced = PacedStream(self._next_batch, deliver, Pacer(factor))
+        self.turn = self.paced.turn
+
+    @property
+    def time_ns(self) -> int:
+        """Simulation time of the last message delivered."""
+        return self.paced.position_ns
+
+    def pause(self, now: int, paused: bool) -> str:
+        """Holds time or lets it go on; pausing twice is as good as once."""
+        self.paced.pause(now, paused)
+        return f"{'paused' if paused else 'running'} at {self.time_ns * 1e-9:.6f} s"
+
+    def set_factor(self, now: int, factor: float) -> None:
+        """Changes the pace, a multiple of real time; 0 = as fast as possible."""
+        self.paced.set_factor(now, factor)
+
+    def set_speed(self, now: int, speed: float) -> None:
+        """New goal for the speed of the inner ring [rad/s]; raises BearingTwinError when it is no possible speed."""
+        check_speed(speed)
+        self.simulation.set_speed(speed)
+
+    def reset(self, now: int) -> str:
+        """Back to time 0 and the scene's own speed; a log is completed and the next run goes to a new one."""
+        self.close()
+        self.runs += 1
+        self.simulation.reset()
+        self._stream = self._make_stream()
+        self._log = self._open_log(self.runs)
+        self._done = self._flushed = False
+        self.paced.restart()
+        return f"run {self.runs} starts at 0 s"
+
+    def step(self, now: int, seconds: float) -> str:
+        """While paused: delivers `seconds` of simulated time, rounded up to whole outputs, as fast as it computes."""
+        if not (math.isfinite(seconds) and 0.0 < seconds <= LONGEST_STEP):
+            raise BearingTwinError(f"duration = {seconds} s must be above 0 and at most {LONGEST_STEP:g} s")
+        if not self.paced.paused:
+            raise BearingTwinError("the simulation is running: pause it before you step it")
+        period = self.simulation.output_period_ns
+        wanted = period * math.ceil((self.time_ns + round(seconds * 1e9)) / period)
+        while self.simulation.time_ns < wanted and not self._done:
+            self.paced.put(self._advance(min(self._chunk, (wanted - self.simulation.time_ns) // period)))
+            self.paced.drain(self.simulation.time_ns)
+        self.paced.drain(min(wanted, self.simulation.time_ns))
+        return f"at {self.time_ns * 1e-9:.6f} s"
+
+    def close(self) -> None:
+        """Sends and logs the samples collected so far and completes the log; may be called twice."""
+        log, self._log = self._log, None
+        try:
+            self.paced.drain()
+            if not self._flushed:
+                self._flushed = True
+                for message in self._messages(self._stream.flush(), log):
+                    self.paced.deliver(message)
+        finally:
+            if log is not None:
+                if self.simulation.sequence >= 0:
+                    log.note_report(self.simulation.report().as_dict())
+                log.close()
+
+    def _next_batch(self) -> list[Timed] | None:
+        if not self._done:
+            # Up to the end of a chunk, so that what is published last is also what was computed last.
+            sequence = self.simulation.sequence
+            return self._advance(1 if sequence < 0 else self._chunk - sequence % self._chunk)
+        if not self._flushed:
+            self._flushed = True
+            return self._messages(self._stream.flush(), self._log)
+        return None
+
+    def _advance(self, outputs: int) -> list[Timed]:
+        if self._total is not None:
+            outputs = min(outputs, self._total - self.simulation.sequence - 1)
+        block = self.simulation.advance(outputs)
+        self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
+        return self._messages(self._stream.messages(block), self._log)
+
+    def _messages(self, messages, log) -> list[Timed]:
+        batch = []
+        for topic, stamp_ns, cdr in messages:
+            if log is not None:
+                log.write(topic, stamp_ns, stamp_ns, cdr)
+            batch.append(Timed(stamp_ns, topic.name, stamp_ns, cdr))
+        return batch
+
+
+def check_speed(speed: float) -> None:
+    """Raises BearingTwinError unless `speed` [rad/s] is finite and within +-GREATEST_SPEED."""
+    if not (math.isfinite(speed) and abs(speed) <= GREATEST_SPEED):
+        raise BearingTwinError(
+            f"commanded speed {speed} rad/s is ignored: it must be finite and within +-{GREATEST_SPEED:g}"
+        )
+
+
+def log_path(path: str, run: int) -> Path:
+    """Where run 0, 1, 2 ... is logged: run.mcap, run_1.mcap, run_2.mcap ..."""
+    path = Path(path)
+    return path if run == 0 else path.with_name(f"{path.stem}_{run}{path.suffix}")

@@ -1,0 +1,182 @@
+"""What a person sees on standard error: tables made from a result's own keys, progress, and word of slow starts."""
+
+import contextlib
+import math
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+from bearing_twin.sample import Block
+
+SLOW = 1.0  # seconds without a sign of life before one is given
+PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no terminal
+
+WIDTH, WIDE = 120, 220  # columns where there is no terminal to ask
+COLUMN = 15  # of a table of balls
+
+UNITS = {  # the suffix of a key, longest first
+    "_rad_s": "rad/s",
+    "_ratio": "",
+    "_nm": "N m",
+    "_pa": "Pa",
+    "_hz": "Hz",
+    "_rad": "rad",
+    "_n": "N",
+    "_m": "m",
+    "_s": "s",
+    "_j": "J",
+}
+
+
+def show_result(result: Mapping) -> None:
+    """Print a result as tables: single values first, then one table for each group of lists of equal length."""
+    from rich.table import Table
+    from rich.text import Text
+
+    console = _console()
+    single, columns = {}, {}
+    for key, value in _flat(result):
+        if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
+            columns.setdefault(len(value), {})[key] = value
+        elif isinstance(value, (list, tuple)):
+            single[key] = "\n".join(map(str, value)) or "none"
+        else:
+            single[key] = _text(value)
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for key, value in single.items():
+        name, unit = named(key)
+        table.add_row(name, Text(f"{value} {unit}".rstrip()))
+    console.print(table, highlight=False)
+    together = max((console.width - 6) // COLUMN, 1)
+    for lists in columns.values():
+        keys = list(lists)
+        for start in range(0, len(keys), together):
+            console.print()
+            console.print(_ball_table({key: lists[key] for key in keys[start : start + together]}), highlight=False)
+
+
+def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
+    """Print a plain table."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False)
+    for index, name in enumerate(header):
+        table.add_column(name, no_wrap=index == 0)
+    for row in rows:
+        table.add_row(*(Text(str(cell)) for cell in row))
+    _console(WIDE).print(table)
+
+
+def say(text: str) -> None:
+    """One line to the user."""
+    print(text, file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def said_if_slow(text: str) -> Iterator[None]:
+    """Print `text` if the body takes over a second."""
+    timer = threading.Timer(SLOW, say, (text,))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+@contextlib.contextmanager
+def progress(what: str) -> Iterator[Callable[[float], None]]:
+    """A function to be told the share done; after a second it shows a bar, or lines where there is no terminal."""
+    began = time.monotonic()
+    with contextlib.ExitStack() as stack:
+        show = None
+
+        def update(share: float) -> None:
+            nonlocal show
+            if show is None and time.monotonic() - began > SLOW:
+                show = _progress_bar(stack, what) if sys.stderr.isatty() else _progress_lines(what)
+            if show is not None:
+                show(min(share, 1.0))
+
+        yield update
+    if show is not None:
+        say(f"{what}: done in {time.monotonic() - began:.1f} s")
+
+
+def with_progress(blocks: Iterable[Block], duration: float, what: str) -> Iterator[Block]:
+    """The same blocks; `progress` shows how far their time has come towards `duration` [s]."""
+    with progress(what) as update:
+        for block in blocks:
+            yield block
+            update(block.time_ns[-1] * 1e-9 / duration)
+
+
+def named(key: str) -> tuple[str, str]:
+    """(words, unit) of an SI-suffixed key: `normal_load_inner_n` is ("normal load inner", "N")."""
+    for suffix, unit in UNITS.items():
+        if key.endswith(suffix) and len(key) > len(suffix):
+            return key.removesuffix(suffix).replace("_", " "), unit
+    return key.replace("_", " "), ""
+
+
+def _progress_bar(stack, what):
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeRemainingColumn(),
+    )
+    bar = stack.enter_context(Progress(*columns, console=_console(), transient=True))
+    task = bar.add_task(what, total=1.0)
+    return lambda share: bar.update(task, completed=share)
+
+
+def _progress_lines(what):
+    last = -math.inf
+
+    def show(share):
+        nonlocal last
+        if time.monotonic() - last >= PLAIN_PERIOD:
+            last = time.monotonic()
+            say(f"{what}: {100.0 * share:.0f} %")
+
+    return show
+
+
+def _ball_table(lists):
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    table.add_column("ball", justify="right")
+    for key in lists:
+        name, unit = named(key)
+        table.add_column(f"{name}\n{unit or '-'}", justify="right", width=COLUMN - 2)
+    for row, values in enumerate(zip(*lists.values(), strict=True)):
+        table.add_row(str(row), *map(_text, values))
+    return table
+
+
+def _console(width=WIDTH):
+    from rich.console import Console
+
+    return Console(stderr=True, width=None if sys.stderr.isatty() else width)
+
+
+def _flat(result: Mapping, prefix: str = "") -> Iterator[tuple[str, object]]:
+    for key, value in result.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}_")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _text(value) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,53 @@
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = "bearing_twin"
+
+
+def shared(*folders: str) -> list[tuple[str, list[str]]]:
+    """The files of `folders`, with those of every folder below, as data files under share/bearing_twin."""
+    by_folder: dict[str, list[str]] = {}
+    for path in sorted(file for folder in folders for file in Path(folder).rglob("*") if file.is_file()):
+        if "__pycache__" not in path.parts:
+            by_folder.setdefault(f"share/{PACKAGE}/{path.parent}", []).append(str(path))
+    return sorted(by_folder.items())
+
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Digital twin of a ball bearing: ball wrenches and contact ellipses on ROS 2 topics and in MCAP logs.",
+    maintainer="bearing_twin developers",
+    maintainer_email="bearing-twin@example.org",
+    license="Apache-2.0",
+    python_requires=">=3.10",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    install_requires=[
+        "setuptools",
+        "numpy>=1.26",
+        "scipy>=1.11",
+        "numba>=0.59",
+        "matplotlib>=3.6",
+        "PyYAML>=6.0",
+        "mcap>=1.2",
+        "rosbags>=0.11",
+        "lz4>=4.0",
+        "zstandard>=0.22",
+        "rich>=13.0",
+    ],
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        *shared("config", "launch", "msg_schemas/msg", "msg_schemas/srv"),
+    ],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "bearing_twin = bearing_twin.cli:main",
+            "sim_node = bearing_twin.nodes.entry:sim_node",
+            "recorder_node = bearing_twin.nodes.entry:recorder_node",
+            "replay_node = bearing_twin.nodes.entry:replay_node",
+        ],
+    },
+)

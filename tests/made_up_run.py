@@ -1,0 +1,69 @@
+"""A run without physics: the channels of a bearing filled with random numbers, for tests of messages and logs."""
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+
+from bearing_twin.sample import Block
+from bearing_twin.scene import Scene, load_scene
+
+
+def made_up_scene(balls: int = 3, output_rate: float = 1000.0, publish_rate: float = 100.0) -> Scene:
+    """A scene with few balls; its law and stepper are pinned, so that nothing is compiled to choose them."""
+    return load_scene(
+        "bearing_6203",
+        (
+            f"geometry.balls={balls}",
+            f"run.output_rate={output_rate!r}",
+            f"run.publish_rate={publish_rate!r}",
+            "contact.normal=hertz",
+            "solver.stepper=rodas4",
+        ),
+    )
+
+
+def made_up_block(scene: Scene, outputs: int, first: int = 0, seed: int = 1) -> Block:
+    """`outputs` random outputs; every third contact is open."""
+    random = np.random.default_rng(seed)
+    values = {channel.name: random.normal(size=(outputs, *channel.shape)) for channel in scene.channels}
+    values["curvature_small"] = random.uniform(1.0, 10.0, size=values["curvature_small"].shape)
+    values["curvature_large"] = random.uniform(100.0, 500.0, size=values["curvature_large"].shape)
+    values["normal"] /= np.linalg.norm(values["normal"], axis=-1, keepdims=True)
+    values["orientation"] /= np.linalg.norm(values["orientation"], axis=-1, keepdims=True)
+    is_open = random.uniform(size=values["approach"].shape) < 1 / 3
+    values["approach"] = np.where(is_open, -1e-6, 1e-6)
+    values["normal_load"] = np.where(is_open, 0.0, random.uniform(1.0, 100.0, size=is_open.shape))
+    values["slip"][0].flat[0] = -0.0
+    period = round(1e9 / scene.parameters.run.output_rate)
+    time_ns = (first + np.arange(outputs, dtype=np.int64)) * period
+    return Block(scene.channels, first, time_ns, values)
+
+
+def cut(block: Block, *rows: int) -> list[Block]:
+    """The block in pieces that begin at `rows`."""
+    edges = (0, *rows, len(block))
+    return [
+        Block(
+            block.channels,
+            block.first_sequence + low,
+            block.time_ns[low:high],
+            {name: array[low:high] for name, array in block.values.items()},
+        )
+        for low, high in pairwise(edges)
+    ]
+
+
+def made_up_run(scene: Scene, blocks: list[Block]) -> SimpleNamespace:
+    """What `write_log` needs of a run."""
+    simulation = SimpleNamespace(law="hertz", stepper="rodas4", choice_reason="made up")
+    report = SimpleNamespace(as_dict=lambda: {"status": "made up", "samples": sum(map(len, blocks))})
+    return SimpleNamespace(scene=scene, simulation=simulation, blocks=lambda: iter(blocks), report=report)
+
+
+def bits(samples) -> list:
+    """Samples as comparable values: number, time, and the bytes of every array with its shape."""
+    return [
+        (sample.sequence, sample.time_ns, {name: (v.shape, v.tobytes()) for name, v in sample.values.items()})
+        for sample in samples
+    ]

@@ -1,0 +1,110 @@
+"""ROS for tests: a context and a domain of its own for each test, one executor, and waiting with a limit."""
+
+import os
+import time
+from contextlib import contextmanager
+from itertools import cycle
+
+import pytest
+
+if os.environ.get("BEARING_TWIN_REQUIRE_ROS"):  # a missing ROS is an error there, not a skipped test
+    import bearing_twin_msgs  # noqa: F401
+    import rclpy
+else:
+    rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not set up: make setup, source env.bash")
+    pytest.importorskip("bearing_twin_msgs", reason="the interface package is not built: make setup, source env.bash")
+
+from bearing_twin_msgs.msg import BearingState, Contacts
+from bearing_twin_msgs.srv import Step
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+
+from bearing_twin.log.bag import Qos
+from bearing_twin.nodes.messages import message_class, qos_profile
+
+# Tests import all of ROS from here, behind the check above.
+__all__ = [
+    "BearingState", "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "SetBool", "Step", "Trigger",
+    "WrenchStamped", "call", "deserialize_message", "heard", "message_class", "padded", "plain_node", "qos_profile",
+    "rclpy", "ros_executor", "spin_for", "spin_until", "started",
+]  # fmt: skip
+
+PATIENCE = 30.0  # s
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
+_domains = cycle(range(2 + os.getpid() % 50, 102))
+
+
+@contextmanager
+def ros_executor():
+    """An executor in a context of its own; its nodes are closed and destroyed at the end."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=next(_domains))
+    executor = SingleThreadedExecutor(context=context)
+    try:
+        yield executor
+    finally:
+        for node in executor.get_nodes():
+            if hasattr(node, "close"):
+                node.close()
+            node.destroy_node()
+        executor.shutdown()
+        rclpy.try_shutdown(context=context)
+
+
+def started(executor, node_class, **parameters):
+    """A node of the package with these parameters, in the executor."""
+    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    node = node_class(context=executor.context, parameter_overrides=overrides)
+    executor.add_node(node)
+    return node
+
+
+def plain_node(executor, name="test"):
+    """A node of the test itself."""
+    node = rclpy.create_node(name, context=executor.context)
+    executor.add_node(node)
+    return node
+
+
+def spin_until(executor, done, what, patience=PATIENCE):
+    """Spins until `done()`; fails the test, saying what was awaited, after `patience` seconds."""
+    end = time.monotonic() + patience
+    while not done():
+        executor.spin_once(timeout_sec=0.05)
+        assert time.monotonic() < end, f"{what} did not happen within {patience:.0f} s"
+
+
+def spin_for(executor, seconds):
+    """Spins for so long."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.02)
+
+
+def call(executor, node, service_type, name, request):
+    """The answer of a service."""
+    client = node.create_client(service_type, name)
+    spin_until(executor, client.service_is_ready, f"service {name}")
+    future = client.call_async(request)
+    spin_until(executor, future.done, f"answer of {name}")
+    return future.result()
+
+
+def heard(node, names_and_types, depth=1000):
+    """Lists, by topic, that fill with the bytes of every message from now on."""
+    lists = {name: [] for name, _ in names_and_types}
+    for name, ros_type in names_and_types:
+        node.create_subscription(message_class(ros_type), name, lists[name].append, qos_profile(Qos(depth)), raw=True)
+    return lists
+
+
+def padded(data: bytes) -> bytes:
+    """As the middleware hands it over: filled up to whole words of four bytes."""
+    return bytes(data) + bytes(-len(data) % 4)

@@ -1,0 +1,227 @@
+"""The house: imports point one way, ROS stays in its room, files stay short, nothing points outside the checkout."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import bearing_twin
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "bearing_twin"
+
+# A module may import from its own room and from those above it in this list, never from those below.
+ROOMS = (
+    "compiled",
+    "errors",
+    "parameters",
+    "paths",
+    "materials",
+    "rotation",
+    "surfaces",
+    "implicit",
+    "tracking",
+    "contact",
+    "motion",
+    "reference",
+    "sample",
+    "scenes",
+    "scene",
+    "fidelity",
+    "report",
+    "simulation",
+    "log",
+    "charts",
+    "terminal",
+    "contact_command",
+    "commands",
+    "nodes",
+    "cli",
+    "__main__",
+)
+APART = {("nodes", "cli"), ("nodes", "terminal"), ("nodes", "commands"), ("cli", "nodes")}
+PHYSICS = ("materials", "rotation", "surfaces", "implicit", "tracking", "contact", "motion", "scenes")
+NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
+LATE_ROOMS = {"charts", "log", "simulation"}  # what the command line may only import inside functions
+
+FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
+REQUIRED = (
+    *("README.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "package.xml", "setup.py", "setup.cfg", "pyproject.toml"),
+    *(".ci/run", "resource/bearing_twin", "requirements", "config/scenes", "launch", "tests"),
+    *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv"),
+)
+
+GREATEST_FILE, GREATEST_FUNCTION = 300, 60
+LONG_FILES = {  # path below bearing_twin/: why it is longer
+    "scenes/bearing.py": "reads top to bottom like the paper's section",
+    "scenes/bearing_rosenbrock.py": "one method from its Jacobian to its dense output",
+    "log/mcap_read.py": "every length of a hostile file is checked beside its use",
+    "log/mcap_write.py": "one file format, all or nothing at every append",
+}
+LONG_FUNCTIONS = {  # (path, function): why it is longer
+    ("scenes/bearing_rk4.py", "rk4_chunk"): "one loop over steps and stages; its parts are functions already",
+}
+
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+
+
+def imported(tree: ast.AST, path: Path):
+    """(line, full module name) of every import in a tree, also those inside functions, `from a import b` as a.b."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: write the full name of the module"
+            yield from ((node.lineno, f"{node.module}.{alias.name}") for alias in node.names)
+
+
+def own_rooms(tree, path):
+    for line, name in imported(tree, path):
+        parts = name.split(".")
+        if parts[0] == "bearing_twin" and len(parts) > 1 and not parts[1].startswith("__"):
+            yield line, parts[1]
+
+
+def test_every_module_has_a_room():
+    assert {room_of(path) for path in SOURCES} - {"__init__"} <= set(ROOMS)
+
+
+def test_imports_point_one_way():
+    wrong = []
+    for path, tree in TREES.items():
+        for line, room in own_rooms(tree, path):
+            here = room_of(path)
+            allowed = here != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(here)
+            if not allowed or (here, room) in APART:
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {room}")
+    assert wrong == []
+
+
+def test_a_room_does_not_import_itself_in_a_circle():
+    """Within a room, too: modules can be put in an order in which each imports only earlier ones, at import time."""
+    names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in SOURCES}
+    needs = {}
+    for name, path in names.items():
+        top = [node for node in TREES[path].body if isinstance(node, (ast.Import, ast.ImportFrom))]
+        found = {one for node in top for _, one in imported(ast.Module([node], []), path)}
+        needs[name] = {one if one in names else one.rpartition(".")[0] for one in found} & set(names) - {"bearing_twin"}
+    while needs:
+        free = [name for name, wanted in needs.items() if not wanted & set(needs) - {name}]
+        assert free, f"these modules import each other in a circle: {sorted(needs)}"
+        for name in free:
+            del needs[name]
+
+
+def test_ros_is_imported_only_by_the_nodes():
+    ros = re.compile(r"rclpy|ament_\w+|rosidl\w*|launch\w*|builtin_interfaces|\w+_msgs|std_srvs|rcl_interfaces|tf2\w*")
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line} imports {name}"
+        for path, tree in TREES.items()
+        for line, name in imported(tree, path)
+        if ros.fullmatch(name.split(".")[0]) and room_of(path) != "nodes"
+    ]
+    assert wrong == []
+
+
+def test_physics_knows_no_files_no_clock_and_no_plots():
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line} imports {name}"
+        for path, tree in TREES.items()
+        if room_of(path) in PHYSICS
+        for line, name in imported(tree, path)
+        if name.split(".")[0] in NO_PHYSICS
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("module", ["cli", "commands", "contact_command", "terminal"])
+def test_the_command_line_imports_late(module):
+    path = PACKAGE / f"{module}.py"
+    top = ast.Module([node for node in TREES[path].body if isinstance(node, (ast.Import, ast.ImportFrom))], [])
+    assert {room for _, room in own_rooms(top, path)} & LATE_ROOMS == set()
+    assert {name.split(".")[0] for _, name in imported(top, path)} & {"numba", "scipy", "matplotlib", "rich"} == set()
+
+
+def test_no_module_has_a_name_that_says_nothing():
+    named = [path for folder in (PACKAGE, ROOT / "tests") for path in folder.rglob("*.py")]
+    assert [path for path in named if path.stem in FORBIDDEN_NAMES or path.parent.name in FORBIDDEN_NAMES] == []
+
+
+@pytest.mark.parametrize("entry", REQUIRED)
+def test_the_house_is_complete(entry):
+    assert (ROOT / entry).exists()
+
+
+def test_files_and_functions_are_short_or_have_a_reason():
+    long_files, long_functions = set(), set()
+    for path, tree in TREES.items():
+        name = path.relative_to(PACKAGE).as_posix()
+        if len(path.read_text(encoding="utf-8").splitlines()) > GREATEST_FILE:
+            long_files.add(name)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno + 1 > GREATEST_FUNCTION:
+                long_functions.add((name, node.name))
+    assert long_files == set(LONG_FILES), "shorten the file or give the reason in LONG_FILES; drop reasons not needed"
+    assert long_functions == set(LONG_FUNCTIONS), "the same for LONG_FUNCTIONS"
+
+
+def test_public_functions_and_classes_have_a_sentence():
+    silent = []
+    for path, tree in TREES.items():
+        public = [node for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))]
+        silent += [
+            f"{path.relative_to(ROOT)}:{node.lineno} {node.name}"
+            for node in public
+            if not node.name.startswith("_") and not ast.get_docstring(node)
+        ]
+        if path.name not in ("__init__.py",) and not ast.get_docstring(tree):
+            silent.append(f"{path.relative_to(ROOT)}")
+    assert silent == []
+
+
+def test_tests_have_no_classes():
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        assert [node.name for node in tree.body if isinstance(node, ast.ClassDef)] == [], path
+
+
+def test_nothing_points_outside_the_checkout():
+    outside = re.compile(r"\.\./" + r"shared|(?<![\w./])/(home|root|Users|work)/\w")
+    made = {"build", "install", "log"}
+    tops = [top for top in ROOT.iterdir() if top.name not in made and (top.name[0] != "." or top.name == ".ci")]
+    files = [path for top in tops for path in (top.rglob("*") if top.is_dir() else [top]) if path.is_file()]
+    found = []
+    for path in files:
+        content = path.read_bytes()
+        if "__pycache__" not in path.parts and not path.parent.name.endswith(".egg-info") and b"\0" not in content:
+            text = content.decode("utf-8", errors="replace")
+            found += [f"{path.relative_to(ROOT)}: {match.group()}" for match in outside.finditer(text)]
+    assert len(files) > 50
+    assert found == []
+
+
+def test_there_is_one_version():
+    versions = {"bearing_twin": bearing_twin.__version__}
+    for name, pattern in (
+        ("setup.py", r'version="([^"]+)"'),
+        ("package.xml", r"<version>([^<]+)</version>"),
+        ("msg_schemas/package.xml", r"<version>([^<]+)</version>"),
+    ):
+        versions[name] = re.search(pattern, (ROOT / name).read_text(encoding="utf-8")).group(1)
+    assert len(set(versions.values())) == 1, versions
+
+
+def test_public_names_of_the_package_are_what_they_say():
+    import bearing_twin.simulation
+
+    assert bearing_twin.simulate is bearing_twin.simulation.simulate
+    for name in dir(bearing_twin):
+        assert getattr(bearing_twin, name)
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        bearing_twin.simulat  # noqa: B018

@@ -1,0 +1,123 @@
+"""CDR, definitions and hashes against independent sources: ROS's own type hashes and definition files."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.paths import share_path
+
+COMMON_HASHES = {  # from the type descriptions in the Jazzy packages
+    cdr.WRENCH: "RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77",
+    cdr.JOINT_STATE: "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+    cdr.MARKERS: "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
+    cdr.DIAGNOSTICS: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
+    cdr.CLOCK: "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
+    cdr.FLOAT: "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
+}
+OWN = (cdr.CONTACTS, cdr.STATE, cdr.SAMPLE_BLOCK)
+needs_ros = pytest.mark.skipif(
+    not (Path(sys.prefix) / "share" / "geometry_msgs").is_dir(), reason="ROS 2 is not in this environment: `make setup`"
+)
+
+
+def wrench(x=1.5, frame="bearing_link"):
+    vector, header = cdr.message_class("geometry_msgs/msg/Vector3"), cdr.message_class("std_msgs/msg/Header")
+    stamp = cdr.message_class("builtin_interfaces/msg/Time")(3, 7)
+    both = cdr.message_class("geometry_msgs/msg/Wrench")(vector(x, 2.0, 3.0), vector(4.0, 5.0, 6.0))
+    return cdr.message_class(cdr.WRENCH)(header(stamp, frame), both)
+
+
+def test_bytes_of_a_wrench():
+    data = cdr.serialise(cdr.WRENCH, wrench())
+    expected = b"\x00\x01\x00\x00" + b"\x03\0\0\0" + b"\x07\0\0\0" + b"\x0d\0\0\0bearing_link\0" + b"\0" * 7
+    assert type(data) is bytes
+    assert data == expected + np.array([1.5, 2, 3, 4, 5, 6], dtype="<f8").tobytes()
+
+
+def test_round_trip():
+    again = cdr.deserialise(cdr.WRENCH, cdr.serialise(cdr.WRENCH, wrench(x=-0.1)))
+    assert (again.wrench.force.x, again.header.stamp.nanosec, again.header.frame_id) == (-0.1, 7, "bearing_link")
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\x00\x01", b"\x00\x01\x00\x00\x03\x00", b"nonsense that is long enough for it all"]
+)
+def test_bytes_that_do_not_fit_are_a_log_error(data):
+    with pytest.raises(LogError, match="geometry_msgs/msg/WrenchStamped cannot be decoded"):
+        cdr.deserialise(cdr.WRENCH, data)
+
+
+@pytest.mark.parametrize("ros_type", COMMON_HASHES)
+def test_hash_of_common_types(ros_type):
+    assert cdr.type_hash(ros_type) == COMMON_HASHES[ros_type]
+
+
+@pytest.mark.parametrize("ros_type", [*COMMON_HASHES, *OWN])
+def test_definition_text_alone_gives_the_same_type(ros_type):
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(cdr.schema_text(ros_type), ros_type))
+    assert store.hash_rihs01(ros_type) == cdr.type_hash(ros_type)
+
+
+@pytest.mark.parametrize("ros_type", OWN)
+def test_own_definition_starts_with_the_file_and_has_each_dependency_once(ros_type):
+    text = cdr.schema_text(ros_type)
+    leaf = ros_type.rpartition("/")[2]
+    assert text.startswith(share_path("msg_schemas", "msg", f"{leaf}.msg").read_text())
+    headings = [line for line in text.splitlines() if line.startswith("MSG: ")]
+    assert headings == sorted(set(headings), key=headings.index)
+    assert {"MSG: std_msgs/Header", "MSG: builtin_interfaces/Time"} <= set(headings)
+    assert text.count("\n" + "=" * 80 + "\nMSG: ") == len(headings)
+
+
+@needs_ros
+@pytest.mark.parametrize("ros_type", COMMON_HASHES)
+def test_definitions_have_the_fields_and_the_order_of_ros_own_files(ros_type):
+    theirs = cdr.full_definition(ros_type, cdr.definition_in_folders([Path(sys.prefix)]))
+    assert fields(cdr.schema_text(ros_type)) == fields(theirs)
+
+
+@pytest.mark.parametrize("ros_type", OWN)
+def test_hash_of_own_types_is_the_one_rosidl_built(ros_type):
+    package, _, leaf = ros_type.partition("/msg/")
+    built = Path(__file__).parents[1] / "install" / package / "share" / package / "msg" / f"{leaf}.json"
+    if not built.is_file():
+        pytest.skip("the interface package is not built: `make setup`")
+    hashes = {row["type_name"]: row["hash_string"] for row in json.loads(built.read_text())["type_hashes"]}
+    assert hashes[ros_type] == cdr.type_hash(ros_type)
+
+
+def test_unknown_type_names_its_package():
+    with pytest.raises(LogError, match=r"no definition of other_msgs/msg/Thing; source the workspace .* other_msgs"):
+        cdr.full_definition("other_msgs/msg/Thing", cdr.definition_in_folders([Path("/nowhere")]))
+    assert not cdr.is_known("other_msgs/msg/Thing")
+    assert cdr.is_known(cdr.SAMPLE_BLOCK)
+
+
+def test_large_arrays_go_through_whole():
+    values = np.random.default_rng(3).normal(size=25_000)
+    message = cdr.message_class(cdr.SAMPLE_BLOCK)(
+        header=wrench().header, first_sequence=2**40, count=50, channel_name=["a", "bb"], channel_unit=["m", ""],
+        channel_width=np.array([1, 499], dtype=np.uint32), time_ns=np.arange(50) * 10**9, values=values,
+    )  # fmt: skip
+    data = cdr.serialise(cdr.SAMPLE_BLOCK, message)
+    again = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+    assert again.values.tobytes() == values.tobytes()
+    assert (again.first_sequence, again.channel_name, again.time_ns[-1]) == (2**40, ["a", "bb"], 49 * 10**9)
+    assert len(data) < values.nbytes + 1000
+
+
+def fields(text):
+    """Field lines without comments, defaults, and the package that a type of the same package may leave out."""
+    lines = []
+    for line in text.splitlines():
+        words = line.split("#")[0].replace(" =", "=").replace("= ", "=").split()
+        if words:
+            lines.append((words[0].rpartition("/")[2], *words[1:2]))
+    return lines

@@ -1,0 +1,183 @@
+"""The topic table and the stream of messages made from it."""
+
+import numpy as np
+import pytest
+from made_up_run import cut, made_up_block, made_up_scene
+
+from bearing_twin.log import cdr
+from bearing_twin.log.channels import LARGEST_BLOCK, NAMESPACE, MessageStream, topics
+from bearing_twin.scenes.bearing_outputs import contact_details, wrenches
+
+
+def stream_of(scene, blocks, **options):
+    stream = MessageStream(scene, law="hertz", **options)
+    messages = [message for block in blocks for message in stream.messages(block)]
+    return [*messages, *stream.flush()]
+
+
+def named(messages, name):
+    return [(stamp, cdr.deserialise(topic.ros_type, data)) for topic, stamp, data in messages if topic.name == name]
+
+
+def test_table():
+    table = topics(made_up_scene(balls=3))
+    names = [topic.name for topic in table]
+    assert names == [
+        "ball_0/wrench", "ball_1/wrench", "ball_2/wrench", "inner_ring/wrench", "outer_ring/wrench", "contacts",
+        "state", "joint_states", "markers", "samples",
+    ]  # fmt: skip
+    assert table[0].full_name == f"{NAMESPACE}/ball_0/wrench"
+    assert {topic.qos.reliability for topic in table} == {"reliable"}
+    assert {topic.qos.depth for topic in table} == {10}
+
+
+def test_wrench_messages_are_the_sample():
+    scene = made_up_scene()
+    block = made_up_block(scene, 1)
+    messages = stream_of(scene, [block])
+    for wrench in wrenches(scene.parameters, block[0]):
+        [(stamp, message)] = named(messages, f"{wrench.body}/wrench")
+        force, torque = message.wrench.force, message.wrench.torque
+        assert (stamp, message.header.frame_id) == (0, "bearing_link")
+        assert [force.x, force.y, force.z] == wrench.force.tolist()
+        assert [torque.x, torque.y, torque.z] == wrench.torque.tolist()
+
+
+def test_contacts_state_and_joints_are_the_sample():
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, 11, seed=4)
+    sample, details = block[10], contact_details(scene.parameters, block[10])
+    messages = stream_of(scene, [block])
+    _, contacts = named(messages, "contacts")[1]
+    assert (contacts.sequence, contacts.law, contacts.balls) == (10, "hertz", 2)
+    assert contacts.normal_load.tobytes() == sample["normal_load"].tobytes()
+    assert contacts.point.tobytes() == sample["point"].tobytes()
+    assert contacts.major_axis.tobytes() == details["major_axis"].tobytes()
+    assert contacts.in_contact.tolist() == details["in_contact"].reshape(-1).tolist()
+    _, state = named(messages, "state")[1]
+    x, v = sample["position"], sample["velocity"]
+    rates = (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / (x[:, 0] ** 2 + x[:, 1] ** 2)
+    assert state.cage_speed == pytest.approx(rates.mean())
+    assert state.drive_torque == -sample["inner_ring_torque"][2]
+    assert state.orientation.tobytes() == sample["orientation"].tobytes()
+    assert state.dissipated == sample["dissipated"]
+    _, joints = named(messages, "joint_states")[1]
+    assert joints.name == ["inner_ring_joint", "ball_0_orbit_joint", "ball_1_orbit_joint"]
+    assert joints.position.tolist() == [sample["inner_ring_angle"], *sample["orbit_angle"]]
+    assert joints.velocity == pytest.approx([sample["inner_ring_speed"], *rates])
+
+
+def test_samples_hold_every_output():
+    scene = made_up_scene()
+    block = made_up_block(scene, 120)
+    blocks = [message for _, message in named(stream_of(scene, [block]), "samples")]
+    assert [(b.first_sequence, b.count) for b in blocks] == [(0, 50), (50, 50), (100, 20)]
+    assert np.concatenate([b.values for b in blocks]).tobytes() == block.matrix().tobytes()
+    assert np.concatenate([b.time_ns for b in blocks]).tolist() == block.time_ns.tolist()
+    assert [b.header.stamp.nanosec for b in blocks] == [0, 50_000_000, 100_000_000]
+
+
+@pytest.mark.parametrize(
+    ("output_rate", "publish_rate", "published", "slow", "block_outputs"),
+    [
+        (1000.0, 100.0, 10, 50, 50),
+        (1000.0, 1000.0, 1, 50, 50),
+        (1000.0, 300.0, 3, 50, 50),
+        (10.0, 10.0, 1, 1, 1),
+        (110.0, 20.0, 6, 6, 6),
+    ],
+)
+def test_rates(output_rate, publish_rate, published, slow, block_outputs):
+    scene = made_up_scene(output_rate=output_rate, publish_rate=publish_rate)
+    messages = stream_of(scene, [made_up_block(scene, 101)])
+    period = round(1e9 / output_rate)
+    assert [stamp for stamp, _ in named(messages, "state")] == [k * period for k in range(0, 101, published)]
+    assert [stamp for stamp, _ in named(messages, "markers")] == [k * period for k in range(0, 101, slow)]
+    firsts = [message.first_sequence for _, message in named(messages, "samples")]
+    assert firsts == list(range(0, 101, block_outputs))
+
+
+def test_messages_come_in_order_of_time_and_table():
+    scene = made_up_scene()
+    messages = stream_of(scene, [made_up_block(scene, 101)])
+    stamps = [stamp for _, stamp, _ in messages]
+    assert stamps == sorted(stamps)
+    order = [topic.name for topic in topics(scene)]
+    assert [topic.name for topic, stamp, _ in messages if stamp == 50_000_000] == order[:-1]
+
+
+@pytest.mark.parametrize("rows", [(1,), (49,), (50,), (7, 8, 63, 64, 100), tuple(range(1, 120))])
+def test_how_the_blocks_are_cut_does_not_matter(rows):
+    scene = made_up_scene()
+    block = made_up_block(scene, 120)
+    pieces, whole = stream_of(scene, cut(block, *rows)), stream_of(scene, [block])
+    assert [(t.name, stamp, data) for t, stamp, data in pieces] == [(t.name, stamp, data) for t, stamp, data in whole]
+
+
+def test_start_time_moves_stamps_but_not_the_samples_own_times():
+    scene = made_up_scene()
+    block = made_up_block(scene, 51)
+    moved, plain = stream_of(scene, [block], start_time_ns=5_000_000_123), stream_of(scene, [block])
+    assert [stamp - 5_000_000_123 for _, stamp, _ in moved] == [stamp for _, stamp, _ in plain]
+    _, message = named(moved, "samples")[0]
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (5, 123)
+    assert message.time_ns.tolist() == block.time_ns[:50].tolist()
+
+
+def test_reset_closes_the_block_in_progress():
+    scene = made_up_scene()
+    messages = stream_of(scene, [made_up_block(scene, 60), made_up_block(scene, 30, seed=2)])
+    blocks = [(m.first_sequence, m.count) for _, m in named(messages, "samples")]
+    assert blocks == [(0, 50), (50, 10), (0, 30)]
+
+
+def test_no_sample_block_is_larger_than_the_limit():
+    scene = made_up_scene(balls=12, output_rate=1e5)
+    stream = MessageStream(scene, law="hertz")
+    row = 8 * sum(channel.width for channel in scene.channels)
+    assert stream.block_outputs * row <= LARGEST_BLOCK < (stream.block_outputs + 1) * row
+
+
+def test_markers():
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, 1, seed=3)
+    [(_, array)] = named(stream_of(scene, [block]), "markers")
+    marker = {(m.ns, m.id): m for m in array.markers}
+    assert len(marker) == len(array.markers)
+    balls = [[p.x, p.y, p.z] for p in marker["balls", 0].points]
+    assert balls == block[0]["position"].tolist()
+    assert marker["balls", 0].scale.x == scene.parameters.geometry.ball_diameter
+    loads = block[0]["normal_load"]
+    touching = int((loads > 0.0).sum())
+    assert len(marker["loads", 0].points) == 6 * touching > 0
+    tips = {(p.x, p.y, p.z) for p in marker["loads", 0].points[1::6]}
+    assert tips == {tuple(point) for point in block[0]["point"][loads > 0.0].tolist()}
+    assert f"{loads.max():.4g} N" in marker["scale", 0].text
+    # Pins are diameters of their balls, 6 % longer, at right angles to each other.
+    pins = np.array([[p.x, p.y, p.z] for p in marker["ball_pins", 0].points]).reshape(2, 2, 2, 3)
+    along = pins[:, :, 1] - pins[:, :, 0]
+    assert np.linalg.norm(along, axis=-1) == pytest.approx(1.06 * scene.parameters.geometry.ball_diameter)
+    assert np.einsum("bi,bi->b", along[:, 0], along[:, 1]) == pytest.approx(0.0, abs=1e-12)
+    assert pins.mean(axis=2)[:, 0] == pytest.approx(block[0]["position"])
+
+
+def test_ellipse_outline_has_the_semi_axes_ten_times():
+    scene = made_up_scene(balls=1)
+    block = made_up_block(scene, 1, seed=1)
+    details = contact_details(scene.parameters, block[0])
+    [(_, array)] = named(stream_of(scene, [block]), "markers")
+    [outline] = [m for m in array.markers if m.ns == "contact_ellipses"]
+    corners = np.array([[p.x, p.y, p.z] for p in outline.points]).reshape(-1, 8, 2, 3)[:, :, 0]
+    rows = details["semi_minor"] > 0.0
+    distance = np.linalg.norm(corners - block[0]["point"][rows][:, None], axis=-1)
+    assert len(distance) > 0
+    assert distance.max(axis=1) == pytest.approx(10 * details["semi_major"][rows])
+    assert distance.min(axis=1) == pytest.approx(10 * details["semi_minor"][rows])
+
+
+def test_nothing_in_contact_can_be_drawn():
+    scene = made_up_scene(balls=1)
+    block = made_up_block(scene, 1)
+    block.values["normal_load"][:] = 0.0
+    [(_, array)] = named(stream_of(scene, [block]), "markers")
+    assert [len(m.points) for m in array.markers if m.ns in ("loads", "contact_ellipses")] == [0, 0]

@@ -1,0 +1,171 @@
+"""Pictures and summaries: what goes in comes out, for few balls and many, short runs and long ones."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bearing_twin.charts.history import GREATEST_COUNT, LoadHistory
+from bearing_twin.charts.runs import plot_ball_loads
+from bearing_twin.charts.summary import summarise
+from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.sample import Block, Channel
+from bearing_twin.scene import load_scene
+from bearing_twin.simulation import simulate
+
+PNG = b"\x89PNG\r\n\x1a\n"
+PITCH, BALL = 28.5e-3, 6.746e-3
+
+
+def made_up_block(balls, outputs, first=0, period=1e-3, mean=40.0, swing=60.0):
+    """Loads that go round with the balls; below zero a ball is loose."""
+    time = (first + np.arange(outputs)) * period
+    angle = 2.0 * np.pi * np.arange(balls) / balls + 70.0 * time[:, None]
+    outward = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+    load = np.maximum(mean - swing * outward[..., 1:2] + np.array([0.0, 2.0]), 0.0)
+    values = {
+        "orbit_angle": angle,
+        "position": 0.5 * PITCH * outward,
+        "point": 0.5 * np.stack([(PITCH - BALL) * outward, (PITCH + BALL) * outward], axis=2),
+        "normal_load": load,
+        "contact_angle": 0.02 * np.ones((outputs, balls, 2)),
+        "inner_ring_speed": np.full(outputs, 183.26),
+        "inner_ring_torque": np.full((outputs, 3), 1e-3),
+        "drive_work": 5.0 * time,
+        "kinetic_energy": 0.0 * time,
+        "elastic_energy": 2.0 * time,
+        "potential_energy": 0.0 * time,
+        "dissipated": 3.0 * time,
+    }
+    channels = tuple(Channel(name, "", value.shape[1:], "") for name, value in values.items())
+    return Block(channels, first, np.round(time * 1e9).astype(np.int64), values)
+
+
+def made_up_run(*blocks):
+    return SimpleNamespace(blocks=lambda: iter(blocks), scene=None, metadata={"bearing_twin": {"law": "hertz"}})
+
+
+def size_of(png):
+    content = png.read_bytes()
+    assert content.startswith(PNG)
+    return int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big")
+
+
+@pytest.fixture(scope="module")
+def loose_run():
+    scene = load_scene("bearing_6203_loose", ["run.duration=0.03"])
+    run = simulate(scene)
+    return run, list(run.blocks())
+
+
+def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
+    run, blocks = loose_run
+    source = SimpleNamespace(blocks=lambda: iter(blocks), scene=run.scene, simulation=run.simulation)
+    path = plot_ball_loads(source, tmp_path / "run.png", title="A run")
+    assert size_of(path) == (1600, 1000)
+    assert str(tmp_path).encode() not in path.read_bytes()
+
+
+@pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (8, 2), (9, 300), (32, 300), (200, 50)])
+def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
+    path = plot_ball_loads(made_up_run(made_up_block(balls, outputs)), tmp_path / "run.png")
+    assert size_of(path) == (1600, 1000)
+
+
+def test_samples_without_a_scene_are_drawn(tmp_path):
+    assert size_of(plot_ball_loads(iter(made_up_block(8, 1500)), tmp_path / "run.png")) == (1600, 1000)
+
+
+def test_balls_without_any_load_are_drawn(tmp_path):
+    block = made_up_block(4, 10, mean=0.0, swing=0.0)
+    block.values["normal_load"][:] = 0.0
+    assert size_of(plot_ball_loads(made_up_run(block), tmp_path / "run.png")) == (1600, 1000)
+
+
+def test_the_same_run_gives_the_same_picture(tmp_path):
+    block = made_up_block(8, 100)
+    first, second = (plot_ball_loads(made_up_run(block), tmp_path / name).read_bytes() for name in ("a.png", "b.png"))
+    assert first == second
+
+
+def test_no_sample_and_no_place_to_write_are_refused(tmp_path):
+    with pytest.raises(LogError, match="no sample"):
+        plot_ball_loads(iter([]), tmp_path / "run.png")
+    with pytest.raises(BearingTwinError, match="cannot be written"):
+        plot_ball_loads(made_up_run(made_up_block(2, 2)), tmp_path / "none" / "run.png")
+
+
+def test_the_envelope_is_bounded_and_loses_no_peak_however_the_run_is_cut():
+    generator = np.random.default_rng(1)
+    whole = made_up_block(2, 30_000)
+    load = whole.values["normal_load"]
+    load[12_345, 1, 0], load[23_456, 0, 1] = 1e4, -5.0
+    one, many = LoadHistory(), LoadHistory()
+    one.add_block(whole)
+    cuts = np.sort(generator.choice(np.arange(1, 30_000), 60, replace=False))
+    for low, high in zip([0, *cuts], [*cuts, 30_000], strict=True):
+        part = {name: value[low:high] for name, value in whole.values.items()}
+        many.add_block(Block(whole.channels, low, whole.time_ns[low:high], part))
+    for history in (one, many):
+        time, low, high = history.envelope()
+        assert len(time) <= GREATEST_COUNT + 1
+        assert np.all(np.diff(time) > 0.0)
+        assert (low <= high).all()
+        assert np.array_equal(high.max(axis=0), load.max(axis=0))
+        assert np.array_equal(low.min(axis=0), load.min(axis=0))
+        assert history.outputs == 30_000
+        at = time[high[:, 1, 0].argmax()]
+        assert 0.0 <= 12.345 - at <= 2.0 * 30.0 / GREATEST_COUNT * 2.0
+
+
+def test_the_latest_part_of_a_run_is_there_in_full():
+    history = LoadHistory()
+    block = made_up_block(3, 5000)
+    history.add_block(block)
+    time, low, high = history.latest(0.5)
+    rows = block.time_ns * 1e-9 >= block.time_ns[-1] * 1e-9 - 0.5
+    assert np.array_equal(high, block.values["normal_load"][rows])
+    assert np.array_equal(low, high)
+    assert time[-1] == pytest.approx(4.999)
+    assert history.latest(10.0) is None
+    assert history.turns == pytest.approx(70.0 * 4.999 / (2.0 * np.pi))
+
+
+def test_the_summary_of_made_up_blocks_is_what_was_made_up():
+    first, second = made_up_block(4, 100), made_up_block(4, 100, first=150)
+    result = summarise(made_up_run(first, second))
+    load = np.concatenate([first.values["normal_load"], second.values["normal_load"]])
+    assert result["outputs"] == 200
+    assert result["missing_outputs"] == 50
+    assert result["law"] == "hertz"
+    assert result["end_s"] == pytest.approx(0.249)
+    assert result["cage_speed_rad_s"] == pytest.approx(70.0)
+    assert result["inner_ring_torque_z_mean_nm"] == pytest.approx(1e-3)
+    assert result["energy_closure"] == pytest.approx(0.0, abs=1e-12)
+    assert result["greatest_normal_load_n"] == load.max()
+    for raceway, word in enumerate(("inner", "outer")):
+        assert result[f"greatest_normal_load_{word}_n"] == load[..., raceway].max(axis=0).tolist()
+        assert result[f"normal_load_{word}_n"] == pytest.approx(load[..., raceway].mean(axis=0))
+        assert result[f"share_without_contact_{word}"] == (load[..., raceway] <= 0.0).mean(axis=0).tolist()
+
+
+def test_the_summary_tells_lost_energy():
+    block = made_up_block(2, 50)
+    block.values["dissipated"][:] *= 0.5
+    assert summarise(made_up_run(block))["energy_closure"] == pytest.approx(-1.5 / 5.0)
+
+
+def test_the_summary_of_a_run_agrees_with_its_report(loose_run):
+    run, blocks = loose_run
+    source = SimpleNamespace(blocks=lambda: iter(blocks), scene=run.scene, simulation=run.simulation)
+    result, report = summarise(source), run.report.as_dict()
+    assert result["outputs"] == report["samples"]
+    for word in ("inner", "outer"):
+        assert result[f"greatest_normal_load_{word}_n"] == report[f"greatest_normal_load_{word}_n"]
+        assert len(result[f"semi_major_{word}_m"]) == run.scene.parameters.geometry.balls
+    assert max(result["share_without_contact_inner"]) > 0.0
+
+
+def test_the_summary_of_nothing_is_refused():
+    with pytest.raises(LogError, match="no sample"):
+        summarise(made_up_run())

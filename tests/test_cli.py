@@ -1,0 +1,239 @@
+"""The command line from outside: exit codes, one JSON object, one sentence for each mistake, nothing overwritten."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from bearing_twin.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
+from bearing_twin.commands import COMMANDS
+from bearing_twin.parameters import describe
+from bearing_twin.scene import KINDS, scene_names
+from bearing_twin.terminal import named, progress, show_result
+
+COMMAND = [sys.executable, "-m", "bearing_twin"]
+SHORT = ["bearing_6203", "--duration", "0.02"]
+
+
+def run(*words, **options):
+    return subprocess.run([*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=200, **options)
+
+
+def asked(capsys, *words, code=DONE):
+    """The JSON object a subcommand prints."""
+    assert main([*map(str, words), "--json"]) == code
+    out = capsys.readouterr().out
+    assert out.endswith("\n")
+    assert len(out.splitlines()) == 1
+    return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+
+
+def refused(capsys, *words):
+    """The sentence a subcommand refuses with."""
+    assert main(list(map(str, words))) == BAD_INPUT
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("bearing_twin: ")
+    assert len(captured.err.splitlines()) == 1
+    return captured.err
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cli") / "run.mcap"
+    assert main(["simulate", *SHORT, "--out", str(path)]) == DONE
+    return path
+
+
+def test_simulate_prints_one_json_object_with_what_was_asked_for(capsys):
+    result = asked(capsys, "simulate", *SHORT, "--set", "geometry.balls=3", "--set", "contact.normal=volumetric")
+    assert result["law"] == "volumetric"
+    assert result["scene"] == "bearing_6203"
+    assert result["simulated_s"] == pytest.approx(0.02)
+    assert result["cage_speed_rad_s"] == pytest.approx(result["cage_speed_theory_rad_s"], rel=0.01)
+    assert abs(result["energy_closure"]) < 1e-3
+    assert result["real_time_factor"] > 0.0
+    assert result["compile_s"] >= 0.0
+    for key in ("normal_load_inner_n", "normal_load_outer_n", "friction_torque_nm", "semi_major_inner_m",
+                "semi_minor_outer_m"):  # fmt: skip
+        assert len(result[key]) == 3
+    assert result["stepper"] in ("rk4", "rodas4", "dop853", "radau")
+
+
+def test_without_json_the_result_is_a_table_on_standard_error(capsys):
+    assert main(["simulate", *SHORT]) == DONE
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    for words in ("cage speed", "rad/s", "normal load", "real time factor", "ball"):
+        assert words in captured.err
+
+
+def test_a_run_is_logged_reported_and_verified(log, capsys):
+    verification = asked(capsys, "verify", log)
+    assert verification["greatest_deviation"] == 0.0
+    assert verification["samples"] == 21
+    report = asked(capsys, "report", log, "--strict")
+    assert report["outputs"] == 21
+    assert report["missing_outputs"] == 0
+    assert report["scene"] == "bearing_6203"
+    assert len(report["greatest_normal_load_inner_n"]) == 8
+
+
+def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, capsys):
+    for words in (["simulate", *SHORT], ["report", log]):
+        picture = tmp_path / f"{words[0]}.png"
+        assert asked(capsys, *words, "--plot", picture)["plot"] == str(picture)
+        assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_existing_log_is_refused_and_left_alone(log, capsys):
+    before = log.read_bytes()
+    assert "exists and is not overwritten" in refused(capsys, "simulate", *SHORT, "--out", log)
+    assert "exists and is not overwritten" in refused(capsys, "recover", log, log)
+    assert log.read_bytes() == before
+
+
+def test_a_cut_log_is_refused_then_recovered(tmp_path, capsys):
+    whole, cut, saved = (tmp_path / name for name in ("whole.mcap", "cut.mcap", "saved.mcap"))
+    asked(capsys, "simulate", "bearing_6203", "--duration", "0.6", "--out", whole)
+    content = whole.read_bytes()
+    cut.write_bytes(content[: int(0.9 * len(content))])
+    assert "recover" in refused(capsys, "report", cut)
+    result = asked(capsys, "recover", cut, saved, "--strict", code=DOUBTFUL)
+    assert 0 < result["samples"] < 601
+    report = asked(capsys, "report", saved)
+    assert report["outputs"] == result["samples"]
+    assert asked(capsys, "verify", saved)["greatest_deviation"] == 0.0
+
+
+def test_strict_turns_doubt_into_exit_code_3(capsys):
+    # far too much interference for the half-space: the ellipse is as wide as the ball's cap
+    words = ["simulate", *SHORT, "--set", "geometry.radial_clearance=-1.3e-4"]
+    assert asked(capsys, *words)["flags"]
+    assert asked(capsys, *words, "--strict", code=DOUBTFUL)["flags"]
+
+
+def test_scenes_and_keys_are_listed(capsys):
+    listed = asked(capsys, "scenes")["scenes"]
+    assert [scene["name"] for scene in listed] == scene_names()
+    keys = asked(capsys, "scenes", "--keys")["keys"]
+    assert [key["key"] for key in keys] == [row.key for kind in KINDS.values() for row in describe(kind.parameters)]
+    assert main(["scenes", "--keys"]) == DONE
+    assert "contact.friction_coefficient" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["simulat", "x"], "did you mean simulate?"),
+        (["simulate"], "required: scene"),
+        (["simulate", "bearing_6203", "--jsn"], "did you mean --json?"),
+        (["simulate", "bearing_6203", "--js"], "did you mean --json?"),
+        (["scenes", "all"], "one word too many"),
+        (["simulate", "baering_6203"], "did you mean bearing_6203?"),
+        (["simulate", "bearing_6203", "--set", "contact.norml=hertz"], "did you mean normal?"),
+        (["simulate", "bearing_6203", "--set"], "expected one argument"),
+        (["simulate", "bearing_6203", "--duration", "long"], "run.duration = 'long' must be a number in s"),
+        (["simulate", "bearing_6203", "--duration", "nan"], "run.duration"),
+        (["simulate", "bearing_6203", "--set", "geometry.balls=14"], "at most 13 do"),
+        (["simulate", "bearing_6203", "--plot", "run.mcap"], "ends in .png"),
+        (["simulate", "bearing_6203", "--plot", "none/run.png"], "none is not a folder"),
+        (["simulate", "bearing_6203", "--out", "none/run.mcap"], "does not exist"),
+        (["simulate", "none.yaml"], "there is no scene file"),
+        (["report", "none.mcap"], "there is no log"),
+        (["verify", "none.mcap"], "there is no log"),
+        (["recover", "none.mcap", "out.mcap"], "there is no log"),
+        (["report", sys.executable], "is not an MCAP file"),
+    ],
+)
+def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert sentence in refused(capsys, *words)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_subcommand_shows_the_help(capsys):
+    assert main([]) == BAD_INPUT
+    err = capsys.readouterr().err
+    assert all(name in err for name in COMMANDS)
+
+
+def test_help_is_quick_because_nothing_heavy_is_imported():
+    heavy = ("numpy", "numba", "scipy", "matplotlib", "rich", "yaml", "mcap", "rosbags")
+    code = (
+        "import sys\nfrom bearing_twin.cli import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit as end:\n    assert end.code == 0\n"
+        f"print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stderr.strip() == "[]"
+    assert "simulate" in done.stdout
+
+
+def test_as_a_program_standard_output_is_json_alone():
+    done = run("simulate", *SHORT, "--json")
+    assert done.returncode == DONE
+    assert json.loads(done.stdout)["samples"] == 21
+    done = run("simulate", "nowhere")
+    assert (done.returncode, done.stdout) == (BAD_INPUT, "")
+    assert "Traceback" not in done.stderr
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    words = [*COMMAND, "scenes", "--keys", "--json"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(timeout=60) == DONE
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, INTERRUPTED), (signal.SIGTERM, 128 + signal.SIGTERM)])
+def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, capsys):
+    path = tmp_path / "run.mcap"
+    long = ["bearing_6203", "--duration", "86400", "--set", "run.output_rate=100"]
+    words = [*COMMAND, "simulate", *long, "--out", str(path)]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        deadline = time.monotonic() + 120.0
+        while not (path.exists() and path.stat().st_size > 100_000) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == code
+    assert out == ""
+    assert "Traceback" not in err
+    report = asked(capsys, "report", path)
+    assert report["outputs"] > 20
+    assert report["missing_outputs"] == 0
+
+
+def test_progress_is_shown_only_when_it_takes_long(capsys, monkeypatch):
+    with progress("waiting") as update:
+        update(0.5)
+    assert capsys.readouterr().err == ""
+    clock = iter([0.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    monkeypatch.setattr("bearing_twin.terminal.time.monotonic", lambda: next(clock))
+    with progress("waiting") as update:
+        update(0.5)
+    err = capsys.readouterr().err
+    assert "waiting: 50 %" in err
+    assert "waiting: done in" in err
+
+
+def test_keys_tell_their_units():
+    assert named("normal_load_inner_n") == ("normal load inner", "N")
+    assert named("friction_torque_nm") == ("friction torque", "N m")
+    assert named("cage_speed_rad_s") == ("cage speed", "rad/s")
+    assert named("semi_major_inner_m") == ("semi major inner", "m")
+    assert named("energy_closure") == ("energy closure", "")
+
+
+def test_a_result_of_every_sort_of_value_is_shown(capsys):
+    show_result({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
+    err = capsys.readouterr().err
+    for words in ("none", "costs steps", "load", "yes"):
+        assert words in err

@@ -1,0 +1,100 @@
+"""The subcommand `contact`: its options, its keys, its sentences."""
+
+import argparse
+import math
+
+import pytest
+
+from bearing_twin.contact_command import add_arguments, run
+from bearing_twin.errors import SceneError
+
+KEYS = {
+    "approach_m", "normal_load_n", "semi_major_m", "semi_minor_m", "axis_ratio", "peak_pressure_pa",
+    "stiffness_n_per_m", "laws", "flags",
+}  # fmt: skip
+LAWS = {"hertz", "hertz_exact", "volumetric", "constant"}
+
+
+def asked(line):
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    return run(parser.parse_args(line.split()))
+
+
+def test_the_keys_are_those_promised():
+    result = asked("--radii-1 0.01 --young 2.1e11 --poisson 0.3 --approach 1e-6").result
+    assert set(result) >= KEYS
+    assert set(result["laws"]) == LAWS
+    assert all(set(law) == {"normal_load_n", "error"} for law in result["laws"].values())
+    assert result["normal_load_n"] == pytest.approx(15.384615384615384, rel=1e-12)
+
+
+def test_a_bearing_by_its_designation_and_by_its_curvatures_agree():
+    bearing = asked("--bearing 6203 --race outer --load 100").result
+    small, large = bearing["curvature_small_per_m"], bearing["curvature_large_per_m"]
+    gap = asked(f"--curvature-small {small!r} --curvature-large {large!r} --young 2.075e11 --load 100").result
+    assert gap["approach_m"] == pytest.approx(bearing["approach_m"], rel=1e-13)
+    assert bearing["normal_load_n"] / bearing["approach_m"] ** 1.5 == pytest.approx(2.502e10, rel=2.5e-4)
+    assert asked("--bearing 6203 --load 100").result["axis_ratio"] == pytest.approx(0.1043, abs=6e-5)
+
+
+def test_materials_of_both_bodies():
+    one = asked("--radii-1 0.01 --young 2e11 7e10 --poisson 0.3 0.33 --load 10").result["effective_modulus_pa"]
+    assert one == pytest.approx(1.0 / (0.91 / 2e11 + (1.0 - 0.33**2) / 7e10), rel=1e-14)
+    named = asked("--radii-1 0.01 --material steel aluminium --load 10").result["effective_modulus_pa"]
+    assert named == pytest.approx(1.0 / (0.91 / 2.075e11 + (1.0 - 0.33**2) / 7e10), rel=1e-14)
+
+
+def test_yield_is_judged_where_it_is_known():
+    assert "yield" in asked("--radii-1 0.01 --peak-pressure 3.3e9").doubts[0]
+    assert asked("--radii-1 0.01 --peak-pressure 3.1e9").doubts == []
+    assert asked("--radii-1 0.01 --young 1e11 --poisson 0.2 --peak-pressure 1e9").doubts == []
+    assert "yield" in asked("--radii-1 0.01 --young 1e11 --peak-pressure 1e9 --yield-strength 5e8").doubts[0]
+
+
+def test_impact_gives_its_duration():
+    result = asked("--radii-1 0.01905 --radii-2 0.01905 --young 2.1e11 --poisson 0.3 --speed 20 --mass 0.1129").result
+    assert result["contact_duration_s"] == pytest.approx(6.278541908e-5, rel=1e-9)
+
+
+@pytest.mark.parametrize("line", ["--bearing 6203 --load 300", "--radii-1 0.01 --load 1", "--radii-1 0.1 1 --load 9"])
+def test_the_picture_is_a_png(line, tmp_path):
+    path = tmp_path / "contact.png"
+    assert asked(f"{line} --plot {path}").result["plot"] == str(path)
+    content = path.read_bytes()
+    assert content.startswith(b"\x89PNG")
+    assert len(content) > 20_000
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("--load 1", "one way"),
+        ("--radii-1 1 --bearing 6203 --load 1", "one way"),
+        ("--radii-1 1", "exactly one of"),
+        ("--radii-1 1 --load 1 --approach 1", "exactly one of"),
+        ("--radii-1 1 --speed 1", "belong together"),
+        ("--radii-1 1 --load 1 --mass 1", "belong together"),
+        ("--radii-1 -1 --load 1", "above zero"),
+        ("--radii-1 1 2 3 --load 1", "3 values"),
+        ("--radii-1 1 --poisson 0.5 --load 1", "below 0.5"),
+        ("--radii-1 1 --poisson -1 --load 1", "above -1"),
+        ("--radii-1 1 --young nan --load 1", "not finite"),
+        ("--radii-1 1 --material stel --load 1", "did you mean steel"),
+        ("--radii-1 1 --race inner --load 1", "goes with --bearing"),
+        ("--bearing 6203 --hollow x --load 1", "goes with --radii-1"),
+        ("--bearing 9999 --load 1", "bearing_6203"),
+        ("--curvature-small 1 --load 1", "both"),
+        ("--curvature-small -1 --curvature-large 2 --load 1", "conform"),
+        ("--radii-1 1 --load 1 --plot picture.jpg", "png"),
+        ("--radii-1 1 --load 1 --yield-strength -1", "yield-strength"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_refused_with_the_reason(line, reason):
+    with pytest.raises(SceneError, match=reason):
+        asked(line)
+
+
+def test_every_number_is_finite():
+    result = asked("--bearing 6205 --load 1e-9").result
+    assert all(math.isfinite(value) for value in result.values() if isinstance(value, float))

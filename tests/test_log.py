@@ -1,0 +1,332 @@
+"""Logs: what goes in comes out, bit for bit, also through readers that are not ours."""
+
+import io
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import yaml
+from made_up_run import bits, cut, made_up_block, made_up_run, made_up_scene
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+
+from bearing_twin.errors import IntegrationError, LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.channels import MessageStream, topics
+from bearing_twin.log.mcap_log import LogWriter, content_digest, raw_messages, read_log, write_log
+from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.sample import Block
+from bearing_twin.scene import load_scene
+from bearing_twin.simulation import simulate, verify
+
+SCENE = made_up_scene()
+BLOCK = made_up_block(SCENE, 230)
+
+
+def write(path, blocks=(BLOCK,), **options):
+    return write_log(made_up_run(SCENE, list(blocks)), path, **options)
+
+
+def stream(blocks=(BLOCK,)):
+    messages = MessageStream(SCENE, law="hertz")
+    yield from (message for block in blocks for message in messages.messages(block))
+    yield from messages.flush()
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "bag"])
+def test_samples_come_back_bit_for_bit(tmp_path, name):
+    summary = write(tmp_path / name, cut(BLOCK, 3, 50, 51, 177))
+    log = read_log(tmp_path / name)
+    assert bits(log) == bits(BLOCK)
+    assert bits(log) == bits(BLOCK)  # a second time
+    assert log.channels == SCENE.channels
+    assert log.scene == SCENE
+    assert summary.samples == 230
+    assert summary.messages == len(list(raw_messages(tmp_path / name))) == len(list(stream()))
+
+
+def test_a_simulation_comes_back_and_verifies(tmp_path):
+    run = simulate(load_scene("bearing_6203", ["run.duration=0.12"]))
+    write_log(run, tmp_path / "run.mcap")
+    log = read_log(tmp_path / "run.mcap")
+    assert bits(log) == bits(simulate(run.scene))
+    assert log.metadata["bearing_twin"]["law"] == run.simulation.law
+    assert log.metadata["bearing_twin"]["reason"] == run.simulation.choice_reason
+    assert log.report["samples"] == 121
+    assert verify(log).greatest == 0.0
+
+
+def test_metadata_tells_scene_versions_and_choice(tmp_path):
+    write(tmp_path / "run.mcap")
+    log = read_log(tmp_path / "run.mcap")
+    record = log.metadata["bearing_twin"]
+    assert yaml.safe_load(record["scene"]) == SCENE.resolved()
+    assert (record["law"], record["stepper"], record["numpy_version"]) == ("hertz", "rodas4", np.__version__)
+    assert set(log.metadata["bearing_twin_run"]) == {"date", "host", "report"}
+    assert log.report == {"status": "made up", "samples": 230}
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "bag"])
+def test_rosbags_reads_the_same_values(tmp_path, name):
+    write(tmp_path / name)
+    expected = [(topic.full_name, stamp, data) for topic, stamp, data in stream()]
+    with AnyReader([tmp_path / name]) as reader:
+        found = [(c.topic, stamp, bytes(data)) for c, stamp, data in reader.messages()]
+        assert sorted(found) == sorted(expected)
+        assert [c.msgtype for c in reader.connections] == [topic.ros_type for topic in topics(SCENE)]
+        [connection] = [c for c in reader.connections if c.topic == "/bearing/state"]
+        [qos] = connection.ext.offered_qos_profiles
+        assert (qos.reliability.name, qos.durability.name, qos.depth) == ("RELIABLE", "VOLATILE", 10)
+        states = [
+            reader.deserialize(data, connection.msgtype) for _, _, data in reader.messages(connections=[connection])
+        ]
+        assert [state.sequence for state in states] == list(range(0, 230, 10))
+        assert states[-1].position.tobytes() == BLOCK[220]["position"].tobytes()
+
+
+def test_mcap_ros2_decodes_the_same_values(tmp_path):
+    write(tmp_path / "run.mcap")
+    with (tmp_path / "run.mcap").open("rb") as stream_:
+        reader = make_reader(stream_, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        decoded = [(c.topic, m) for _, c, _, m in reader.iter_decoded_messages(log_time_order=False)]
+    for (topic, stamp, data), (name, message) in zip(stream(), decoded, strict=True):
+        assert topic.full_name == name
+        ours = cdr.deserialise(topic.ros_type, data)
+        if topic.rate != "markers":
+            assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec <= stamp
+            assert_equal_fields(ours, message)
+        else:
+            assert [len(m.points) for m in message.markers] == [len(m.points) for m in ours.markers]
+
+
+def assert_equal_fields(ours, theirs):
+    for name, value in vars(ours).items():
+        if name == "__msgtype__":
+            continue
+        other = getattr(theirs, name)
+        if hasattr(value, "__dataclass_fields__"):
+            assert_equal_fields(value, other)
+        elif isinstance(value, np.ndarray):
+            assert value.tolist() == list(other)
+        else:
+            assert value == other
+
+
+def test_file_follows_rosbag2(tmp_path):
+    write(tmp_path / "run.mcap")
+    with (tmp_path / "run.mcap").open("rb") as stream_:
+        reader = make_reader(stream_)
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+    assert 0 not in summary.schemas
+    assert {s.encoding for s in summary.schemas.values()} == {"ros2msg"}
+    for channel in summary.channels.values():
+        ros_type = summary.schemas[channel.schema_id].name
+        assert channel.message_encoding == "cdr"
+        assert channel.metadata["topic_type_hash"] == cdr.type_hash(ros_type)
+        [qos] = yaml.safe_load(channel.metadata["offered_qos_profiles"])
+        assert (qos["history"], qos["reliability"], qos["lifespan"]["sec"]) == ("keep_last", "reliable", 9223372036)
+    information = yaml.safe_load(metadata["rosbag2"]["serialized_metadata"])
+    assert (information["version"], information["ros_distro"]) == (9, "jazzy")
+    assert information["message_count"] == summary.statistics.message_count == len(list(stream()))
+    assert summary.statistics.message_end_time == 229_000_000
+
+
+def test_bag_folder_has_its_description_from_the_start(tmp_path):
+    with LogWriter(tmp_path / "bag", SCENE) as log:
+        early = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+        for topic, stamp, data in stream():
+            log.write(topic, stamp, stamp, data)
+    late = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert sorted(path.name for path in (tmp_path / "bag").iterdir()) == ["bag_0.mcap", "metadata.yaml"]
+    assert early["relative_file_paths"] == late["relative_file_paths"] == ["bag_0.mcap"]
+    assert (early["message_count"], late["message_count"]) == (0, len(list(stream())))
+    assert late["duration"]["nanoseconds"] == 229_000_000
+    assert late["topics_with_message_count"][0]["topic_metadata"]["type_description_hash"] == cdr.type_hash(cdr.WRENCH)
+
+
+def test_same_run_same_bytes(tmp_path, monkeypatch):
+    write(tmp_path / "one.mcap", run_record=False)
+    monkeypatch.setattr("bearing_twin.log.raw_log.FLUSH_SECONDS", 0.0)  # flushes must not show in the result
+    write(tmp_path / "two.mcap", cut(BLOCK, 1, 99), run_record=False)
+    assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "two.mcap").read_bytes()
+
+
+def test_only_the_run_record_differs(tmp_path, monkeypatch):
+    write(tmp_path / "one.mcap")
+    monkeypatch.setattr("platform.node", lambda: "elsewhere")
+    write(tmp_path / "two.mcap")
+    assert (tmp_path / "one.mcap").read_bytes() != (tmp_path / "two.mcap").read_bytes()
+    assert content_digest(tmp_path / "one.mcap") == content_digest(tmp_path / "two.mcap")
+    write(tmp_path / "other.mcap", [made_up_block(SCENE, 230, seed=2)])
+    assert content_digest(tmp_path / "one.mcap") != content_digest(tmp_path / "other.mcap")
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "bag"])
+def test_nothing_is_overwritten(tmp_path, name):
+    path = tmp_path / name
+    path.write_text("precious")
+    run = SimpleNamespace(scene=SCENE, simulation=made_up_run(SCENE, []).simulation, blocks=pytest.fail)
+    with pytest.raises(LogError, match=f"{name} exists and is not overwritten; give another name"):
+        write_log(run, path)
+    assert path.read_text() == "precious"
+
+
+def test_missing_folder_is_an_error(tmp_path):
+    with pytest.raises(LogError, match=r"the folder .*nowhere for the log does not exist"):
+        write(tmp_path / "nowhere" / "run.mcap")
+
+
+def test_run_that_fails_leaves_what_it_had(tmp_path):
+    def blocks():
+        yield from cut(BLOCK, 70)[:1]
+        raise IntegrationError("diverged")
+
+    run = made_up_run(SCENE, [])
+    run.blocks = blocks
+    with pytest.raises(IntegrationError):
+        write_log(run, tmp_path / "run.mcap")
+    assert bits(read_log(tmp_path / "run.mcap")) == bits(BLOCK)[:70]
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "bag"])
+def test_run_that_fails_at_once_leaves_no_file(tmp_path, name):
+    run = made_up_run(SCENE, [])
+    run.blocks = lambda: (_ for _ in ()).throw(IntegrationError("refused"))
+    with pytest.raises(IntegrationError):
+        write_log(run, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_samples_are_arrays_as_a_simulation_gives_them(tmp_path):
+    write(tmp_path / "run.mcap")
+    [first, *_] = read_log(tmp_path / "run.mcap").blocks()
+    for array in first.values.values():
+        assert array.dtype == np.float64
+        assert array.flags.c_contiguous
+        assert array.flags.writeable
+
+
+def record(path, blocks=(BLOCK,), name="/bearing/samples", keep=lambda index: True):
+    """A log as a recorder makes it: no scene, log times of another clock, some messages lost."""
+    index = 0
+    with RawLogWriter(path) as log:
+        number = log.add_topic(
+            name, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),)
+        )
+        for topic, stamp, data in stream(blocks):
+            if topic.name == "samples":
+                if keep(index):
+                    log.write(number, 1_700_000_000_000_000_000 + stamp, stamp, data)
+                index += 1
+
+
+def test_recorded_log_without_scene(tmp_path):
+    record(tmp_path / "run.mcap", name="/other/samples")
+    log = read_log(tmp_path / "run.mcap")
+    assert log.scene is None
+    assert log.report is None
+    assert bits(log) == bits(BLOCK)
+    assert [(c.name, c.unit, c.shape) for c in log.channels] == [(c.name, c.unit, c.shape) for c in SCENE.channels]
+
+
+def test_recording_that_starts_late_is_no_gap(tmp_path):
+    record(tmp_path / "run.mcap", keep=lambda index: index > 0)
+    assert bits(read_log(tmp_path / "run.mcap")) == bits(BLOCK)[50:]
+
+
+def test_gap_is_an_error_that_counts_it(tmp_path):
+    record(tmp_path / "run.mcap", keep=lambda index: index != 1)
+    with pytest.raises(LogError, match=r"50 outputs are missing .* from sequence 50 to 99"):
+        list(read_log(tmp_path / "run.mcap"))
+    log = read_log(tmp_path / "run.mcap", allow_gaps=True)
+    assert [sample.sequence for sample in log] == [*range(50), *range(100, 230)]
+    assert log.missing == 50
+
+
+def test_reset_while_recording_is_told(tmp_path):
+    record(tmp_path / "run.mcap", [BLOCK, made_up_block(SCENE, 40, seed=9)])
+    with pytest.raises(LogError, match="starts again: output 0 follows 229"):
+        list(read_log(tmp_path / "run.mcap"))
+    assert len(list(read_log(tmp_path / "run.mcap", allow_gaps=True))) == 270
+
+
+def test_unknown_channels_are_read_flat(tmp_path):
+    names, width = ["beam_deflection", "orbit_angle"], np.array([2, 3], dtype=np.uint32)
+    message = cdr.message_class(cdr.SAMPLE_BLOCK)(
+        header=cdr.deserialise(cdr.WRENCH, next(stream())[2]).header, first_sequence=0, count=2, channel_name=names,
+        channel_unit=["m", "deg"], channel_width=width, time_ns=np.arange(2), values=np.arange(10.0),
+    )  # fmt: skip
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        number = log.add_topic("/beam/samples", cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), "", (Qos(),))
+        log.write(number, 0, 0, cdr.serialise(cdr.SAMPLE_BLOCK, message))
+    log = read_log(tmp_path / "run.mcap")
+    assert [(c.name, c.unit, c.shape) for c in log.channels] == [
+        ("beam_deflection", "m", (2,)),
+        ("orbit_angle", "deg", (3,)),
+    ]
+    assert [sample["beam_deflection"].tolist() for sample in log] == [[0.0, 1.0], [5.0, 6.0]]
+
+
+def test_log_without_samples_says_which_topic_is_needed(tmp_path):
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        log.write(
+            log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),)), 0, 0, b"\0\1\0\0" + b"\0" * 8
+        )
+    with pytest.raises(LogError, match="holds no topic of type bearing_twin_msgs/msg/SampleBlock; record"):
+        read_log(tmp_path / "run.mcap")
+
+
+def test_two_sample_topics_need_a_choice(tmp_path):
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        for name, blocks in (("/a/samples", [BLOCK]), ("/b/samples", [made_up_block(SCENE, 10, seed=5)])):
+            number = log.add_topic(name, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), "", (Qos(),))
+            for topic, stamp, data in stream(blocks):
+                if topic.name == "samples":
+                    log.write(number, stamp, stamp, data)
+    with pytest.raises(LogError, match="/a/samples, /b/samples"):
+        read_log(tmp_path / "run.mcap")
+    assert len(list(read_log(tmp_path / "run.mcap", topic="/b/samples"))) == 10
+
+
+def test_raw_messages_are_the_bytes_in_file_order(tmp_path):
+    write(tmp_path / "run.mcap")
+    found = [
+        (m.topic.name, m.topic.ros_type, m.log_time, m.publish_time, m.data)
+        for m in raw_messages(tmp_path / "run.mcap")
+    ]
+    assert found == [(t.full_name, t.ros_type, stamp, stamp, data) for t, stamp, data in stream()]
+
+
+@pytest.mark.parametrize("start_ns", [1, 100_000_000, 229_000_000, 10**12])
+def test_raw_messages_from_a_start(tmp_path, monkeypatch, start_ns):
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 50_000)
+    record(tmp_path / "run.mcap")
+    every = list(raw_messages(tmp_path / "run.mcap"))
+    first = every[0].log_time
+    assert list(raw_messages(tmp_path / "run.mcap", start_ns)) == [m for m in every if m.log_time - first >= start_ns]
+
+
+def test_report_survives_as_json_numbers(tmp_path):
+    write(tmp_path / "run.mcap")
+    assert json.loads(read_log(tmp_path / "run.mcap").metadata["bearing_twin_run"]["report"])["samples"] == 230
+
+
+def test_log_of_an_empty_run_can_be_read(tmp_path):
+    with LogWriter(tmp_path / "run.mcap", SCENE):
+        pass
+    with pytest.raises(LogError, match="holds no topic"):
+        read_log(tmp_path / "run.mcap")
+    with (tmp_path / "run.mcap").open("rb") as stream_:
+        assert make_reader(io.BytesIO(stream_.read())).get_summary().statistics.message_count == 0
+
+
+def test_blocks_of_a_log_are_blocks(tmp_path):
+    write(tmp_path / "run.mcap")
+    blocks = list(read_log(tmp_path / "run.mcap").blocks())
+    assert all(isinstance(block, Block) for block in blocks)
+    assert [block.first_sequence for block in blocks] == [0, 50, 100, 150, 200]

@@ -1,0 +1,296 @@
+"""Damaged, hostile and foreign files, full disks, killed writers: an error that says what to do, and nothing lost."""
+
+import errno
+import os
+import signal
+import struct
+import subprocess
+import sys
+import time
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zstandard
+from made_up_run import bits, made_up_block, made_up_run, made_up_scene
+from mcap.data_stream import RecordBuilder
+from mcap.reader import make_reader
+from mcap.records import Chunk, Header
+from mcap.writer import CompressionType, Writer
+
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.channels import MessageStream
+from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log, recover, write_log
+from bearing_twin.log.mcap_write import MAGIC
+from bearing_twin.log.raw_log import RawLogWriter
+
+SCENE = made_up_scene(balls=1)
+BLOCK = made_up_block(SCENE, 400)
+
+
+@pytest.fixture
+def log_path(tmp_path, monkeypatch):
+    """A log of 400 samples in several chunks."""
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 60_000)
+    write_log(made_up_run(SCENE, [BLOCK]), tmp_path / "run.mcap", run_record=False)
+    return tmp_path / "run.mcap"
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_cut_log_tells_what_can_be_recovered_and_gives_it(log_path, tmp_path, share):
+    whole = bits(read_log(log_path))
+    data = log_path.read_bytes()
+    log_path.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(LogError) as error:
+        read_log(log_path)
+    found = recover(log_path, tmp_path / "saved.mcap")
+    assert f"{found.samples} samples ({found.messages} messages) can be recovered" in str(error.value)
+    assert "bearing_twin recover" in str(error.value)
+    saved = read_log(tmp_path / "saved.mcap")
+    assert bits(saved) == whole[: found.samples]
+    assert (share - 0.25) * 400 < found.samples < 400
+    assert saved.scene == SCENE
+
+
+def test_log_cut_in_the_index_loses_nothing(log_path, tmp_path):
+    whole = bits(read_log(log_path))
+    log_path.write_bytes(log_path.read_bytes()[:-10])
+    with pytest.raises(LogError, match=r"its end is missing .* 400 samples"):
+        read_log(log_path)
+    recover(log_path, tmp_path / "saved.mcap")
+    assert bits(read_log(tmp_path / "saved.mcap")) == whole
+
+
+def test_cut_before_the_first_chunk_cannot_be_recovered(log_path, tmp_path):
+    log_path.write_bytes(log_path.read_bytes()[:100])
+    with pytest.raises(LogError, match="nothing in it can be recovered, so run the scene again"):
+        read_log(log_path)
+    with pytest.raises(LogError, match=r"nothing in .*run.mcap can be recovered"):
+        recover(log_path, tmp_path / "saved.mcap")
+    assert not (tmp_path / "saved.mcap").exists()
+
+
+def test_damaged_chunk_is_left_out_and_the_rest_saved(log_path, tmp_path):
+    whole = bits(read_log(log_path))
+    with log_path.open("rb") as stream:
+        second = make_reader(stream).get_summary().chunk_indexes[1]
+    data = bytearray(log_path.read_bytes())
+    data[second.chunk_start_offset + second.chunk_length // 2] ^= 1
+    log_path.write_bytes(data)
+    with pytest.raises(LogError, match=f"damaged at byte {second.chunk_start_offset}: .*samples .* can be recovered"):
+        list(read_log(log_path))
+    found = recover(log_path, tmp_path / "saved.mcap")
+    saved = bits(read_log(tmp_path / "saved.mcap", allow_gaps=True))
+    assert 0 < len(saved) == found.samples < 400
+    assert all(sample in whole for sample in saved)
+    assert saved[0] == whole[0]
+    assert saved[-1] == whole[-1]
+    assert "CRC" in found.problems[0] or "unpacked" in found.problems[0]
+
+
+def test_recover_does_not_overwrite(log_path):
+    before = log_path.read_bytes()
+    with pytest.raises(LogError, match="exists and is not overwritten"):
+        recover(log_path, log_path)
+    assert log_path.read_bytes() == before
+
+
+def test_no_flipped_bit_changes_samples_in_silence(log_path, tmp_path):
+    whole = bits(read_log(log_path))
+    original = log_path.read_bytes()
+    random = np.random.default_rng(11)
+    flipped = tmp_path / "flipped.mcap"
+    refused = 0
+    for position in [
+        *range(60),
+        *random.integers(0, len(original), size=150),
+        *range(len(original) - 60, len(original)),
+    ]:
+        data = bytearray(original)
+        data[position] ^= 1 << int(random.integers(8))
+        flipped.write_bytes(data)
+        try:
+            assert bits(read_log(flipped)) == whole
+        except LogError:
+            refused += 1
+    assert refused >= 250
+
+
+def test_no_cut_escapes_as_another_exception(log_path, tmp_path):
+    original = log_path.read_bytes()
+    messages = len(list(raw_messages(log_path)))
+    index_start = int.from_bytes(original[-28:-20], "little")
+    short = tmp_path / "short.mcap"
+    for length in [*range(60), *np.random.default_rng(5).integers(60, len(original), size=60)]:
+        short.write_bytes(original[:length])
+        with pytest.raises(LogError):
+            read_log(short)
+        try:
+            assert len(list(raw_messages(short))) == messages  # cut in the index: nothing is lost
+        except LogError:
+            assert length < index_start
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(b"", "is empty"), (b"time,load\n0,1\n", "is not an MCAP file"), (MAGIC, "is damaged"), (MAGIC * 9, "is damaged")],
+)
+def test_what_is_no_log_is_told(tmp_path, content, message):
+    (tmp_path / "x.mcap").write_bytes(content)
+    with pytest.raises(LogError, match=message):
+        read_log(tmp_path / "x.mcap")
+
+
+def test_missing_and_strange_paths(tmp_path):
+    with pytest.raises(LogError, match=r"there is no log .*gone.mcap"):
+        read_log(tmp_path / "gone.mcap")
+    with pytest.raises(LogError, match=r"holds no .mcap file"):
+        read_log(tmp_path)
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: {relative_file_paths: [../../lost.mcap]}")
+    with pytest.raises(LogError, match=r"lacks its file lost.mcap"):
+        read_log(tmp_path)
+    (tmp_path / "metadata.yaml").write_text("{" * 2000)
+    with pytest.raises(LogError, match="is not a bag's description"):
+        read_log(tmp_path)
+
+
+def bomb(path, chunk):
+    """A file that holds `chunk` and no index."""
+    builder = RecordBuilder()
+    Header("ros2", "").write(builder)
+    chunk.write(builder)
+    path.write_bytes(MAGIC + builder.end())
+
+
+def packed(content, size=None, compression="zstd"):
+    return Chunk(
+        compression=compression, data=zstandard.compress(content) if compression == "zstd" else content,
+        message_end_time=0, message_start_time=0, uncompressed_crc=zlib.crc32(content),
+        uncompressed_size=len(content) if size is None else size,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("stated", [None, 1000, 1 << 62])
+def test_bomb_of_zeros(tmp_path, stated):
+    bomb(tmp_path / "bomb.mcap", packed(bytes(1 << 29), stated))
+    assert (tmp_path / "bomb.mcap").stat().st_size < 100_000
+    start = time.perf_counter()
+    with pytest.raises(LogError, match=r"unpacks to \d+ bytes|size it states"):
+        list(raw_messages(tmp_path / "bomb.mcap"))
+    assert time.perf_counter() - start < 1.0
+
+
+def test_bomb_of_empty_records(tmp_path):
+    record = struct.pack("<BQ", 0x80, 0)
+    bomb(tmp_path / "bomb.mcap", packed(record * 4_000_000))
+    start = time.perf_counter()
+    with pytest.raises(LogError, match="more records than a file of its size"):
+        list(raw_messages(tmp_path / "bomb.mcap"))
+    assert time.perf_counter() - start < 2.0
+
+
+def test_logs_of_other_writers_can_be_read(tmp_path):
+    """By the reference library: lz4 chunks, no chunks at all, and a compression nobody has."""
+    data = next(
+        bytes_ for topic, _, bytes_ in MessageStream(SCENE, law="hertz").messages(BLOCK) if topic.name == "samples"
+    )
+    for name, options in (("lz4", {"compression": CompressionType.LZ4}), ("plain", {"use_chunking": False})):
+        with (tmp_path / f"{name}.mcap").open("wb") as stream:
+            writer = Writer(stream, **options)
+            writer.start("ros2")
+            schema = writer.register_schema(cdr.SAMPLE_BLOCK, "ros2msg", cdr.schema_text(cdr.SAMPLE_BLOCK).encode())
+            channel = writer.register_channel("/bearing/samples", "cdr", schema)
+            writer.add_message(channel, 1, data, 1)
+            writer.finish()
+        assert bits(read_log(tmp_path / f"{name}.mcap")) == bits(BLOCK)[:50]
+    bomb(tmp_path / "odd.mcap", packed(b"x", compression="xz"))
+    with pytest.raises(LogError, match="compressed by 'xz'; convert it"):
+        list(raw_messages(tmp_path / "odd.mcap"))
+
+
+@pytest.mark.parametrize("kept_writes", [3, 4, 6])
+def test_full_disk_keeps_what_was_written_and_says_so(tmp_path, monkeypatch, kept_writes):
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 60_000)
+    write, calls = os.pwrite, []
+
+    def full(file, data, offset):
+        calls.append(offset)
+        if len(calls) == kept_writes + 1:
+            write(file, bytes(data)[: len(data) // 2], offset)
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(file, data, offset)
+
+    monkeypatch.setattr(os, "pwrite", full)
+    with pytest.raises(
+        LogError, match=r"cannot grow \(No space left on device\): \d+ messages .* are kept in it"
+    ) as error:
+        write_log(made_up_run(SCENE, [BLOCK]), tmp_path / "run.mcap")
+    log = read_log(tmp_path / "run.mcap")
+    assert 0 < len(list(log)) < 400
+    assert bits(log) == bits(BLOCK)[: len(list(log))]
+    assert f": {len(list(raw_messages(tmp_path / 'run.mcap')))} messages" in str(error.value)
+
+
+def test_writing_on_after_a_full_disk_fails_again(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+        log.write(number, 0, 0, bytes(12))
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "pwrite", full)
+            with pytest.raises(LogError, match="0 messages"):
+                log.flush()
+        for _ in range(2):
+            with pytest.raises(LogError, match="make room and write to a new log"):
+                log.write(number, 1, 1, bytes(12))
+    assert list(raw_messages(tmp_path / "run.mcap")) == []
+
+
+def test_disk_full_from_the_start(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "pwrite", full)
+    with pytest.raises(LogError, match=r"cannot be written .*No space left on device"):
+        write_log(made_up_run(SCENE, [BLOCK]), tmp_path / "run.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_flush_makes_everything_so_far_recoverable(tmp_path):
+    with LogWriter(tmp_path / "run.mcap", SCENE) as log:
+        for count, (topic, stamp, data) in enumerate(MessageStream(SCENE, law="hertz").messages(BLOCK), start=1):
+            log.write(topic, stamp, stamp, data)
+            if count in (5, 40, 100):
+                log.flush()
+                (tmp_path / "crash.mcap").write_bytes((tmp_path / "run.mcap").read_bytes())
+                assert recover(tmp_path / "crash.mcap", tmp_path / f"saved_{count}.mcap").messages == count
+                (tmp_path / "crash.mcap").unlink()
+    assert len(list(raw_messages(tmp_path / "run.mcap"))) == count
+
+
+def test_killed_writer_leaves_a_recoverable_log(tmp_path):
+    program = """
+import sys, time
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.raw_log import RawLogWriter
+log = RawLogWriter(sys.argv[1])
+number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+for k in range(1000):
+    log.write(number, k, k, bytes(12))
+log.flush()
+print("flushed", flush=True)
+time.sleep(60)
+"""
+    path = tmp_path / "run.mcap"
+    command = [sys.executable, "-c", program, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=Path(__file__).parents[1]) as writer:
+        assert writer.stdout.readline() == b"flushed\n"
+        writer.send_signal(signal.SIGKILL)
+    assert recover(path, tmp_path / "saved.mcap").messages == 1000
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["run.mcap", "saved.mcap"]

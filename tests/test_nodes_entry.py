@@ -1,0 +1,100 @@
+"""The executables: exit codes, one sentence for what the user can mend, and signals."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from ros import ros_executor
+
+from bearing_twin.log.mcap_log import read_log
+from bearing_twin.nodes import entry
+
+
+def run(name, *arguments, python=(), **environment):
+    return subprocess.run(
+        [sys.executable, *(python or ("-m", "bearing_twin.nodes.entry")), name, *arguments],
+        env={key: value for key, value in (os.environ | environment).items() if value is not None},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def without(module, name):
+    """Arguments for Python that call an executable where `module` cannot be imported."""
+    hidden = f"import sys; sys.modules[{module!r}] = None"
+    return ("-c", f"{hidden}; from bearing_twin.nodes import entry; sys.exit(entry.{name}())")
+
+
+def one_sentence(result, *words):
+    """The only line on standard error, when the exit code is 2."""
+    assert result.returncode == 2, result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert "Traceback" not in result.stderr
+    assert all(word in result.stderr for word in words), result.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "words"),
+    [
+        ("sim_node", "scen:=bearing_6203", ("sim_node: there is no parameter 'scen'; did you mean scene?",)),
+        ("sim_node", "scene:=bearing_6204", ("there is no scene 'bearing_6204'", "bearing_6205")),
+        ("replay_node", "log:=/nowhere/run.mcap", ("replay_node: there is no log /nowhere/run.mcap",)),
+        ("recorder_node", "log:=3", ("recorder_node: parameter log = 3 must be text",)),
+    ],
+)
+def test_a_mistake_ends_with_code_2_and_one_sentence(name, parameter, words):
+    one_sentence(run(name, "--ros-args", "-p", parameter), *words)
+
+
+def test_arguments_that_ros_cannot_parse_end_with_code_2():
+    result = run("recorder_node", "--ros-args", "-p", "log")
+    assert result.returncode == 2
+    assert "Couldn't parse parameter override rule: '-p log'" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("name", ["sim_node", "recorder_node", "replay_node"])
+def test_a_missing_interface_package_is_named(name):
+    result = run(name, python=without("bearing_twin_msgs", name))
+    one_sentence(result, "the interface package bearing_twin_msgs cannot be imported", "make setup")
+
+
+def test_a_missing_ros_is_named():
+    one_sentence(run("", python=without("rclpy", "sim_node")), "ROS 2 cannot be imported", "source env.bash")
+
+
+def test_the_executables_of_the_package_are_these():
+    assert all(callable(getattr(entry, name)) for name in ("sim_node", "recorder_node", "replay_node"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
+    path = tmp_path / "run.mcap"
+    with ros_executor() as executor:
+        domain = executor.context.get_domain_id()
+    node = subprocess.Popen(
+        [sys.executable, "-m", "bearing_twin.nodes.entry", "sim_node", "--ros-args", "-p", f"log:={path}"],
+        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        for line in node.stderr:
+            if "ready after" in line:
+                break
+        time.sleep(0.5)
+        node.send_signal(number)
+        said = node.communicate(timeout=30)[1]
+    finally:
+        if node.poll() is None:
+            node.kill()
+            node.wait()
+    assert node.returncode == 0, said
+    samples = [sample.sequence for sample in read_log(path)]
+    assert samples == list(range(len(samples)))
+    assert len(samples) > 20

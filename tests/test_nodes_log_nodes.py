@@ -1,0 +1,193 @@
+"""recorder_node and replay_node on the wire: the bytes sent are in the log, and the bytes in the log are sent."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from made_up_run import bits, made_up_block, made_up_run, made_up_scene
+from ros import (
+    Clock,
+    DiagnosticArray,
+    SetBool,
+    call,
+    heard,
+    message_class,
+    padded,
+    plain_node,
+    qos_profile,
+    ros_executor,
+    spin_for,
+    spin_until,
+    started,
+)
+
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.channels import MessageStream, topics
+from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.nodes.node_parameters import ParameterError
+from bearing_twin.nodes.recorder_node import RecorderNode
+from bearing_twin.nodes.recording import RECORD
+from bearing_twin.nodes.replay_node import ReplayNode
+
+SCENE = made_up_scene(balls=2)
+BLOCK = made_up_block(SCENE, 300)
+NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]
+
+
+def messages():
+    """Topic and bytes of everything a run of BLOCK sends, in order."""
+    stream = MessageStream(SCENE, law="hertz")
+    for part in (stream.messages(BLOCK), stream.flush()):
+        yield from ((topic, cdr_bytes) for topic, _, cdr_bytes in part)
+
+
+def by_topic(pairs):
+    found = {name: [] for name, _ in NAMES}
+    for name, data in pairs:
+        found[name].append(padded(data))
+    return found
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs") / "run.mcap"
+    write_log(made_up_run(SCENE, [BLOCK]), path)
+    return path
+
+
+def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
+    path = tmp_path / "recording.mcap"
+    with ros_executor() as executor:
+        talker = plain_node(executor)
+        publishers = {
+            topic.full_name: talker.create_publisher(
+                message_class(topic.ros_type), topic.full_name, qos_profile(topic.qos)
+            )
+            for topic in topics(SCENE)
+        }
+        other = talker.create_publisher(DiagnosticArray, "/elsewhere", 10)
+        recorder = started(executor, RecorderNode, log=str(path))
+        spin_until(executor, lambda: all(p.get_subscription_count() for p in publishers.values()), "discovery")
+        began = time.time_ns()
+        for topic, data in messages():
+            publishers[topic.full_name].publish(data)
+            executor.spin_once(timeout_sec=0.0)
+        other.publish(DiagnosticArray())
+        sent = by_topic((topic.full_name, data) for topic, data in messages())
+        total = sum(map(len, sent.values()))
+        spin_until(executor, lambda: recorder.recording.messages == total, f"{total} messages in the log")
+        spin_for(executor, 0.2)
+        assert recorder.failure is None
+    logged = list(raw_messages(path))
+    assert by_topic((m.topic.name, m.data) for m in logged) == sent
+    assert {m.topic.metadata["topic_type_hash"] for m in logged} == {cdr.type_hash(ros_type) for _, ros_type in NAMES}
+    assert all(began <= m.publish_time <= m.log_time <= time.time_ns() for m in logged)
+    stored = read_log(path)
+    assert bits(stored) == bits(BLOCK)
+    assert stored.metadata[RECORD]["samples_lost"] == "0"
+
+
+def test_lost_outputs_are_counted_and_said(tmp_path):
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        started(executor, RecorderNode, log=str(tmp_path / "out.mcap"))
+        spin_until(executor, samples.get_subscription_count, "discovery")
+        blocks = [data for topic, data in messages() if topic.name == "samples"]
+        for data in (*blocks[:2], *blocks[4:]):
+            samples.publish(data)
+        spin_until(
+            executor, lambda: any("100 solver outputs were lost" in status.message for status in seen), "a warning"
+        )
+    with pytest.raises(LogError, match="100 outputs are missing"):
+        list(read_log(tmp_path / "out.mcap"))
+
+
+def test_a_replay_sends_the_bytes_of_the_log_and_ends(log):
+    with ros_executor() as executor:
+        watcher, ticks = plain_node(executor), []
+        lists = heard(watcher, NAMES)
+        watcher.create_subscription(Clock, "/clock", ticks.append, qos_profile(Qos(1000, "best_effort")))
+        node = started(executor, ReplayNode, log=str(log), rate=2.0, publish_clock=True)
+        spin_until(executor, node.done.is_set, "end of the replay")
+        spin_for(executor, 0.2)
+        assert node.failure is None
+    assert {name: [padded(data) for data in found] for name, found in lists.items()} == by_topic(
+        (m.topic.name, m.data) for m in raw_messages(log)
+    )
+    assert ticks
+    assert ticks[-1].clock.nanosec == 299_000_000
+
+
+def test_a_replay_can_loop_start_later_and_pause(log):
+    with ros_executor() as executor:
+        watcher = plain_node(executor)
+        lists = heard(watcher, NAMES)
+        node = started(executor, ReplayNode, log=str(log), loop=True, start=0.25, rate=5.0, start_paused=True)
+        spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")
+        assert not lists["/bearing/state"]
+        assert call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=False)).success
+        spin_until(executor, lambda: len(lists["/bearing/state"]) >= 15, "three rounds")
+        call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=True))
+        spin_for(executor, 0.1)
+        count = len(lists["/bearing/state"])
+        spin_for(executor, 0.2)
+        assert len(lists["/bearing/state"]) == count
+        assert not node.done.is_set()
+    part = [m.data for m in raw_messages(log) if m.topic.name == "/bearing/state" and m.log_time >= 250_000_000]
+    assert [bytes(data) for data in lists["/bearing/state"][:15]] == [padded(data) for data in (part * 4)[:15]]
+
+
+@pytest.mark.parametrize(
+    ("node_class", "parameters", "error", "words"),
+    [
+        (ReplayNode, {}, Exception, "parameter log is empty"),
+        (ReplayNode, {"log": "missing.mcap"}, LogError, "missing.mcap"),
+        (ReplayNode, {"log": __file__}, LogError, "is not an MCAP file"),
+        (ReplayNode, {"log": "x.mcap", "rate": 0.0}, ParameterError, "rate = 0.0 must lie between"),
+        (RecorderNode, {"log": __file__}, LogError, "exists and is not overwritten"),
+        (RecorderNode, {"log": "no/such/folder/x.mcap"}, LogError, "does not exist"),
+        (RecorderNode, {"topic": "/tf"}, ParameterError, "did you mean topics?"),
+    ],
+)
+def test_what_cannot_be_logged_or_played_is_refused(node_class, parameters, error, words):
+    with ros_executor() as executor, pytest.raises(error) as refused:
+        started(executor, node_class, **parameters)
+    assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number):
+    path = tmp_path / "recording.mcap"
+    with ros_executor() as executor:
+        domain = executor.context.get_domain_id()
+        recorder = subprocess.Popen(
+            [sys.executable, "-m", "bearing_twin.nodes.entry", "recorder_node", "--ros-args", "-p", f"log:={path}"],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            talker = plain_node(executor)
+            samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+            spin_until(executor, samples.get_subscription_count, "discovery")
+            blocks = [data for topic, data in messages() if topic.name == "samples"]
+            for data in blocks:
+                samples.publish(data)
+            spin_for(executor, 0.5)
+            recorder.send_signal(number)
+            _, said = recorder.communicate(timeout=20)
+        finally:
+            if recorder.poll() is None:
+                recorder.kill()
+                recorder.wait()
+    assert recorder.returncode == 0, said
+    stored = read_log(path)  # raises for a log without its index
+    assert bits(stored) == bits(BLOCK)
+    assert stored.metadata[RECORD]["messages"] == str(len(blocks))

@@ -1,0 +1,157 @@
+"""When messages go out: pace, pauses, lag; and the thread that does it. No ROS, and no waiting for wall clocks."""
+
+import threading
+import time
+from itertools import pairwise
+
+import pytest
+
+from bearing_twin.nodes.pacing import GREATEST_LAG, Pace, PacedStream, Pacer, Timed
+from bearing_twin.nodes.worker import Worker
+
+MS = 1_000_000
+START = 77_000_000_000  # wall time, anything but 0
+
+
+def timed(ms):
+    return Timed(ms * MS, "topic", ms * MS, b"")
+
+
+def paced(batches, factor=1.0):
+    """A stream over batches of times in ms, and the list of (time, wall) it delivers; `wall` is set by `drive`."""
+    delivered, clock = [], [START]
+    source = iter([[timed(ms) for ms in batch] for batch in batches])
+    stream = PacedStream(
+        lambda: next(source, None), lambda message: delivered.append((message.time_ns, clock[0])), Pacer(factor)
+    )
+    return stream, delivered, clock
+
+
+def drive(stream, clock, until=None):
+    """Calls `turn` at exactly the times it asks for, until it asks for none or `until`."""
+    while True:
+        wake_at = stream.turn(clock[0])
+        if wake_at is None or (until is not None and wake_at > until):
+            return
+        clock[0] = max(clock[0], wake_at)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 3.0])
+def test_every_message_goes_out_when_it_is_due(factor):
+    stream, delivered, clock = paced([[0, 10, 10, 20], [], [30]], factor)
+    drive(stream, clock)
+    assert [(t, wall - START) for t, wall in delivered] == [
+        (ms * MS, int(ms * MS / factor)) for ms in (0, 10, 10, 20, 30)
+    ]
+    assert stream.finished
+    assert stream.pacer.pace().lag_ns == 0
+    assert stream.pacer.pace().real_time_factor(Pace(0, 0, 0, 0)) == pytest.approx(factor)
+
+
+def test_as_fast_as_possible_waits_for_nothing():
+    stream, delivered, clock = paced([[0, 10], [20, 5000]], factor=0.0)
+    drive(stream, clock)
+    assert [wall for _, wall in delivered] == [START] * 4
+
+
+def test_a_stamp_in_the_past_goes_out_at_once_and_time_never_goes_back():
+    stream, delivered, clock = paced([[0, 50, 1, 60]])
+    drive(stream, clock)
+    assert [(t // MS, (wall - START) // MS) for t, wall in delivered] == [(0, 0), (50, 50), (1, 50), (60, 60)]
+    assert stream.position_ns == 60 * MS
+
+
+def test_a_pause_stands_still_and_goes_on_where_it_was():
+    stream, delivered, clock = paced([[0, 10, 20, 30]])
+    drive(stream, clock, until=START + 15 * MS)
+    stream.pause(clock[0], True)
+    assert stream.turn(clock[0]) is None
+    clock[0] += 5_000 * MS
+    stream.pause(clock[0], False)
+    resumed = clock[0]
+    drive(stream, clock)
+    assert [t // MS for t, _ in delivered] == [0, 10, 20, 30]
+    assert [(wall - resumed) // MS for _, wall in delivered[2:]] == [0, 10]
+    assert stream.pacer.pace().running_ns < 100 * MS
+    assert stream.pacer.pace().lag_ns == 0
+
+
+def test_a_late_stream_says_how_late_it_is_and_catches_up():
+    stream, delivered, clock = paced([[0, 10], [20, 30]])
+    drive(stream, clock, until=START + 10 * MS)
+    clock[0] = START + 320 * MS  # computing the second batch took long
+    stream.turn(clock[0])
+    stream.turn(clock[0])
+    pace = stream.pacer.pace()
+    assert len(delivered) == 4
+    assert pace.lag_ns == 290 * MS
+    assert pace.behind
+    assert pace.slipped_ns == 0
+    assert pace.real_time_factor(Pace(0, 0, 0, 0)) < 0.1
+
+
+def test_a_hopelessly_late_stream_gives_up_the_lag_and_counts_it():
+    pacer = Pacer(1.0)
+    pacer.start(START, 0)
+    pacer.delivered(START + GREATEST_LAG + 20 * MS, 10 * MS)
+    pace = pacer.pace()
+    assert pace.slipped_ns == pace.lag_ns == GREATEST_LAG + 10 * MS
+    assert pacer.due(20 * MS) == START + GREATEST_LAG + 30 * MS
+
+
+def test_epoch_times_are_paced_to_the_nanosecond():
+    first = 1_795_232_904_321_441_855
+    pacer = Pacer(1.0)
+    pacer.start(START, first)
+    assert pacer.due(first + 86_400 * 1_000 * MS + 1) == START + 86_400 * 1_000 * MS + 1
+
+
+@pytest.mark.parametrize("factor", [-1.0, float("nan"), float("inf")])
+def test_an_impossible_pace_is_refused(factor):
+    with pytest.raises(ValueError, match="pace must be a finite number"):
+        Pacer(factor)
+
+
+def test_commands_run_between_turns_and_answer():
+    turns = []
+
+    def turn(now):
+        turns.append(now)
+
+    worker = Worker(turn)
+    worker.start()
+    assert worker.post(lambda now, value: (value, threading.current_thread().name), 7).result(5.0) == (7, "worker")
+    with pytest.raises(ZeroDivisionError):
+        worker.post(lambda now: 1 / 0).result(5.0)
+    assert worker.stop(5.0)
+    assert len(turns) >= 2
+    with pytest.raises(RuntimeError, match="ended its work"):
+        worker.post(lambda now: None).result(5.0)
+
+
+def test_the_error_that_ends_the_thread_is_told_once():
+    ended = []
+
+    def turn(now):
+        raise OSError("disk full")
+
+    worker = Worker(turn, ended=ended.append)
+    worker.start()
+    worker.stop(5.0)
+    assert [str(error) for error in ended] == ["disk full"]
+
+
+def test_the_worker_keeps_to_the_clock():
+    wall = []
+
+    def turn(now):
+        wall.append(now)
+        return now + 20 * MS
+
+    worker = Worker(turn)
+    worker.start()
+    time.sleep(0.3)
+    worker.stop(5.0)
+    steps = [(b - a) / MS for a, b in pairwise(wall)]
+    assert 5 <= len(steps) <= 15
+    assert min(steps) >= 20.0

@@ -1,0 +1,50 @@
+"""Node parameters: what is taken, what is refused, and what the user reads."""
+
+import math
+
+import pytest
+
+from bearing_twin.nodes.node_parameters import NodeParameter, ParameterError, checked
+
+TABLE = (
+    NodeParameter("scene", "bearing_6203", "scene to run"),
+    NodeParameter("overrides", [], "changes"),
+    NodeParameter("rate", 1.0, "pace", "1", 0.0, 10.0),
+    NodeParameter("depth", 5, "messages", "", 1, 100),
+    NodeParameter("loop", False, "again"),
+)
+
+
+def test_defaults_and_given_values():
+    assert checked(TABLE, {}) == {"scene": "bearing_6203", "overrides": [], "rate": 1.0, "depth": 5, "loop": False}
+    values = checked(TABLE, {"rate": 5, "overrides": ["a=1"], "use_sim_time": True}, ["use_sim_time"])
+    assert values["rate"] == 5.0
+    assert isinstance(values["rate"], float)
+    assert values["overrides"] == ["a=1"]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"scen": "x"}, "there is no parameter 'scen'; did you mean scene?"),
+        ({"rate": math.nan}, "rate = nan must be finite"),
+        ({"rate": -0.5}, "rate = -0.5 must lie between 0 and 10"),
+        ({"rate": "fast"}, "rate = 'fast' must be a number"),
+        ({"depth": 0}, "depth = 0 must lie between 1 and 100"),
+        ({"depth": 2.5}, "depth = 2.5 must be a whole number"),
+        ({"depth": True}, "depth = True must be a whole number"),
+        ({"loop": "yes"}, "loop = 'yes' must be true or false"),
+        ({"scene": 3}, "scene = 3 must be text"),
+        ({"overrides": "a=1"}, "overrides = 'a=1' must be a list of texts"),
+    ],
+)
+def test_a_mistake_is_named(given, words):
+    with pytest.raises(ParameterError) as refused:
+        checked(TABLE, given)
+    assert words in str(refused.value)
+
+
+def test_all_mistakes_are_named_at_once():
+    with pytest.raises(ParameterError) as refused:
+        checked(TABLE, {"rate": -1.0, "loop": 1, "sceen": ""})
+    assert all(word in str(refused.value) for word in ("rate", "loop", "sceen"))

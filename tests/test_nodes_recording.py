@@ -1,0 +1,163 @@
+"""What recorder_node and replay_node think: losses, definitions, and the way from a log back to messages. No ROS."""
+
+import pytest
+from made_up_run import made_up_block, made_up_run, made_up_scene
+
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.channels import samples_message
+from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.nodes.recording import RECORD, Recording, Sequences, sample_range
+from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
+
+MS = 1_000_000
+SCENE = made_up_scene(balls=2)
+BLOCK = made_up_block(SCENE, 120)
+SAMPLES = "/bearing/samples"
+
+
+def sample_block(first, count):
+    rows = slice(first, first + count)
+    message = samples_message(SCENE.channels, first, BLOCK.time_ns[rows], BLOCK.matrix()[rows])
+    return cdr.serialise(cdr.SAMPLE_BLOCK, message)
+
+
+def played(log, until=None, **options):
+    """Wall times [ns from the start], topics and bytes of a replay that nothing holds up, of `until` messages."""
+    out, clock = [], [10**12]
+    loop = ReplayLoop(log, lambda m: out.append((clock[0] - 10**12, m.topic, m.cdr)), **{"rate": 1.0} | options)
+    while (wake_at := loop.turn(clock[0])) is not None and (until is None or len(out) < until):
+        clock[0] = max(clock[0], wake_at)
+    return out
+
+
+@pytest.fixture
+def log(tmp_path):
+    write_log(made_up_run(SCENE, [BLOCK]), tmp_path / "run.mcap")
+    return tmp_path / "run.mcap"
+
+
+def test_losses_and_restarts_are_counted():
+    stream = Sequences()
+    assert [stream.saw(*block) for block in ((100, 50), (150, 50), (230, 50), (0, 50), (50, 10))] == [0, 0, 30, 0, 0]
+    assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
+
+
+@pytest.mark.parametrize("frame", ["", "x", "bearing_link", "a_frame_of_any_length"])
+def test_the_range_of_a_block_is_read_without_decoding(frame):
+    message = samples_message(SCENE.channels, 2**40 + 7, BLOCK.time_ns[:3], BLOCK.matrix()[:3])
+    message.header.frame_id = frame
+    assert sample_range(cdr.serialise(cdr.SAMPLE_BLOCK, message)) == (2**40 + 7, 3)
+
+
+@pytest.mark.parametrize("data", [b"", b"\0\1\0\0", b"\0\1\0\0" + b"\xff" * 16])
+def test_bytes_that_are_no_block_are_refused(data):
+    with pytest.raises(LogError, match="cannot be read"):
+        sample_range(data)
+
+
+def test_a_recording_holds_the_bytes_and_what_was_lost(tmp_path):
+    recording = Recording(tmp_path / "out.mcap", ["/bearing/*", "/tf"])
+    assert recording.wants(SAMPLES)
+    assert recording.wants("/tf")
+    assert not recording.wants("/rosout")
+    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+    assert not recording.wants(SAMPLES)
+    blocks = [sample_block(0, 50), sample_block(50, 20), sample_block(90, 30)]
+    lost = [recording.receive(SAMPLES, 1000 + k, 900 + k, data) for k, data in enumerate(blocks)]
+    assert lost == [0, 0, 20]
+    recording.close()
+    recording.close()
+    assert recording.receive(SAMPLES, 2000, 2000, blocks[0]) == 0  # too late, and harmless
+    messages = list(raw_messages(tmp_path / "out.mcap"))
+    assert [(m.log_time, m.publish_time, m.data) for m in messages] == [
+        (1000 + k, 900 + k, data) for k, data in enumerate(blocks)
+    ]
+    stored = read_log(tmp_path / "out.mcap", allow_gaps=True)
+    assert sum(len(block) for block in stored.blocks()) == 100
+    assert stored.metadata[RECORD]["samples_lost"] == "20"
+    assert stored.metadata[RECORD]["samples_received"] == "100"
+
+
+def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
+    folder = tmp_path / "share" / "others" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Pair.msg").write_text("# a pair\nOne first\nOne second\n")
+    (folder / "One.msg").write_text("float64 value # [1]\n")
+    recording = Recording(tmp_path / "out.mcap", ["*"], [tmp_path])
+    recording.add("/pair", "others/msg/Pair", "RIHS01_" + "0" * 64, (Qos(),))
+    with pytest.raises(LogError, match="no definition of others/msg/Missing"):
+        recording.add("/missing", "others/msg/Missing", "INVALID", (Qos(),))
+    recording.receive("/pair", 1, 1, b"\0\1\0\0" + bytes(16))
+    recording.close()
+    [message] = raw_messages(tmp_path / "out.mcap")
+    assert message.topic.ros_type == "others/msg/Pair"
+    assert message.topic.definition.startswith("# a pair")
+    assert message.topic.definition.endswith("MSG: others/One\nfloat64 value # [1]\n")
+    assert message.topic.metadata["topic_type_hash"] == "RIHS01_" + "0" * 64
+
+
+def test_an_existing_file_is_not_overwritten(log):
+    before = log.read_bytes()
+    with pytest.raises(LogError, match="exists and is not overwritten"):
+        Recording(log, ["*"])
+    assert log.read_bytes() == before
+
+
+@pytest.mark.parametrize("rate", [0.5, 1.0, 4.0])
+def test_a_replay_keeps_bytes_order_and_pace(log, rate):
+    messages = list(raw_messages(log))
+    out = played(log, rate=rate)
+    assert [(topic, data) for _, topic, data in out] == [(m.topic.name, m.data) for m in messages]
+    assert [wall for wall, _, _ in out] == [int(m.log_time / rate) for m in messages]
+
+
+def test_a_replay_can_start_later(log):
+    out = played(log, start_ns=50 * MS)
+    assert [(t, d) for _, t, d in out] == [(m.topic.name, m.data) for m in raw_messages(log) if m.log_time >= 50 * MS]
+    assert out[0][0] == 0
+
+
+def test_a_loop_starts_again_at_once(log):
+    messages = [(m.topic.name, m.data) for m in raw_messages(log)]
+    out = played(log, loop=True, until=2 * len(messages) + 5)
+    assert [(t, d) for _, t, d in out] == [*messages, *messages, *messages][: len(out)]
+    assert out[len(messages)][0] == out[len(messages) - 1][0]
+
+
+def test_a_replay_from_beyond_the_end_says_so(log):
+    with pytest.raises(LogError, match="holds no messages from 9 s on"):
+        played(log, start_ns=9_000 * MS)
+
+
+def test_the_topics_of_a_log_are_known_before_it_is_read(log):
+    known = logged_topics(log)
+    assert known[SAMPLES] == (cdr.SAMPLE_BLOCK, Qos(10))
+    assert {name for name in known if "wrench" in name} == {
+        "/bearing/ball_0/wrench", "/bearing/ball_1/wrench", "/bearing/inner_ring/wrench", "/bearing/outer_ring/wrench",
+    }  # fmt: skip
+
+
+def test_a_damaged_log_is_refused_with_advice(log):
+    log.write_bytes(log.read_bytes()[:-500])
+    with pytest.raises(LogError, match="recover"):
+        logged_topics(log)
+
+
+@pytest.mark.parametrize(
+    ("text", "qos"),
+    [
+        ("", Qos()),
+        ("- depth: [", Qos()),
+        (
+            "- {reliability: best_effort, durability: transient_local, depth: 3}",
+            Qos(3, "best_effort", "transient_local"),
+        ),
+        ("- {reliability: 2, durability: 1, depth: 1}", Qos(1, "best_effort", "transient_local")),
+        ("- {reliability: 1, durability: 2, depth: 0}", Qos()),
+        ("- {reliability: system_default, durability: unknown, depth: 5}", Qos(5)),
+    ],
+)
+def test_quality_of_service_is_read_in_words_and_numbers(text, qos):
+    assert offered_qos(text) == qos

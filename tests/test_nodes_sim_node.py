@@ -1,0 +1,256 @@
+"""sim_node on the wire: topics, rates, losses, commands, diagnostics."""
+
+import math
+import time
+from collections import defaultdict
+from functools import cache
+
+import pytest
+from ros import (
+    BearingState,
+    Clock,
+    Contacts,
+    DiagnosticArray,
+    DiagnosticStatus,
+    Float64,
+    SetBool,
+    Step,
+    Trigger,
+    WrenchStamped,
+    call,
+    deserialize_message,
+    heard,
+    padded,
+    plain_node,
+    rclpy,
+    ros_executor,
+    spin_for,
+    spin_until,
+    started,
+)
+
+from bearing_twin.errors import SceneError
+from bearing_twin.log.channels import MessageStream, topics
+from bearing_twin.log.mcap_log import content_digest, read_log, write_log
+from bearing_twin.nodes.node_parameters import ParameterError
+from bearing_twin.nodes.recording import sample_range
+from bearing_twin.nodes.sim_node import SimNode
+from bearing_twin.scene import load_scene
+from bearing_twin.simulation import Simulation, simulate
+
+SCENE = load_scene("bearing_6203")
+NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]
+PAUSE, RESET, STEP = "/bearing/sim_node/pause", "/bearing/sim_node/reset", "/bearing/sim_node/step"
+
+
+@cache
+def expected(outputs):
+    """The messages of the first outputs of the scene, by topic: as computed without ROS."""
+    simulation, messages = Simulation(SCENE), defaultdict(list)
+    stream = MessageStream(SCENE, law=simulation.law)
+    for part in (stream.messages(simulation.advance(outputs)), stream.flush()):
+        for topic, _, cdr in part:
+            messages[topic.full_name].append(padded(cdr))
+    return messages
+
+
+def paused_node(executor, **parameters):
+    """A sim_node that waits at time 0 and a node that hears all its topics."""
+    node = started(executor, SimNode, start_paused=True, **parameters)
+    watcher = plain_node(executor)
+    lists = heard(watcher, NAMES)
+    spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
+    spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")
+    return node, watcher, lists
+
+
+def states(lists):
+    return [deserialize_message(data, BearingState) for data in lists["/bearing/state"]]
+
+
+def test_topics_types_and_quality_of_service():
+    with ros_executor() as executor:
+        node = started(executor, SimNode, start_paused=True)
+        watcher = plain_node(executor)
+        spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
+        offered = dict(watcher.get_topic_names_and_types())
+        for name, ros_type in [*NAMES, ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")]:
+            assert offered[name] == [ros_type]
+            [publisher] = watcher.get_publishers_info_by_topic(name)
+            assert publisher.qos_profile.reliability == rclpy.qos.ReliabilityPolicy.RELIABLE
+            assert publisher.node_name == "sim_node"
+        services = dict(node.get_service_names_and_types())
+        assert services[PAUSE] == ["std_srvs/srv/SetBool"]
+        assert services[RESET] == ["std_srvs/srv/Trigger"]
+        assert services[STEP] == ["bearing_twin_msgs/srv/Step"]
+        [listener] = watcher.get_subscriptions_info_by_topic("/bearing/command/speed")
+        assert listener.topic_type == "std_msgs/msg/Float64"
+
+
+def test_every_byte_arrives_in_real_time_and_as_in_a_log(tmp_path):
+    with ros_executor() as executor:
+        node, watcher, lists = paused_node(executor, duration=1.0, log=str(tmp_path / "node.mcap"))
+        assert call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False)).success
+        began = time.monotonic()
+        spin_until(executor, lambda: len(lists["/bearing/samples"]) == 21, "all samples")
+        assert time.monotonic() - began > 0.9
+        spin_until(executor, node.done.is_set, "end of the run")
+        spin_for(executor, 0.2)
+        assert node.failure is None
+    assert {name: len(messages) for name, messages in lists.items()} == {
+        name: len(messages) for name, messages in expected(1001).items()
+    }
+    for name, messages in expected(1001).items():
+        assert [padded(data) for data in lists[name]] == messages, name
+    wrench = deserialize_message(lists["/bearing/ball_3/wrench"][50], WrenchStamped)
+    assert (wrench.header.frame_id, wrench.header.stamp.nanosec) == ("bearing_link", 500_000_000)
+    contacts = deserialize_message(lists["/bearing/contacts"][50], Contacts)
+    assert contacts.sequence == 500
+    assert len(contacts.normal_load) == 16
+    write_log(simulate(SCENE), tmp_path / "direct.mcap")
+    assert content_digest(tmp_path / "node.mcap") == content_digest(tmp_path / "direct.mcap")
+
+
+def test_a_node_that_waits_for_its_subscribers_loses_no_first_message():
+    with ros_executor() as executor:
+        lists = heard(plain_node(executor), NAMES)
+        node = started(executor, SimNode, duration=0.1, discovery=20.0)
+        spin_until(executor, node.done.is_set, "end of the run")
+        spin_for(executor, 0.2)
+    assert {name: [padded(data) for data in found] for name, found in lists.items()} == expected(101)
+
+
+def test_the_speed_follows_commands_and_ignores_impossible_ones():
+    with ros_executor() as executor:
+        _, watcher, lists = paused_node(executor)
+        publisher = watcher.create_publisher(Float64, "/bearing/command/speed", 10)
+        spin_until(executor, publisher.get_subscription_count, "discovery of command/speed")
+        call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False))
+        publisher.publish(Float64(data=200.0))
+        for bad in (math.nan, math.inf, 1e9):
+            publisher.publish(Float64(data=bad))
+        spin_until(
+            executor, lambda: lists["/bearing/state"] and states(lists)[-1].inner_ring_speed == 200.0, "200 rad/s"
+        )
+        speeds = [state.inner_ring_speed for state in states(lists)]
+        assert speeds == sorted(speeds)
+        assert speeds[0] == pytest.approx(SCENE.parameters.drive.speed)
+        spin_for(executor, 0.1)
+        assert states(lists)[-1].inner_ring_speed == 200.0
+
+
+def test_pause_step_and_reset_while_it_runs():
+    with ros_executor() as executor:
+        node, watcher, lists = paused_node(executor)
+        refused = call(executor, watcher, Step, STEP, Step.Request(duration=math.nan))
+        assert not refused.success
+        assert "must be above 0" in refused.message
+        stepped = call(executor, watcher, Step, STEP, Step.Request(duration=0.101))
+        assert (stepped.success, stepped.time_ns) == (True, 101_000_000)
+        spin_until(executor, lambda: len(lists["/bearing/state"]) == 11, "eleven states")
+        call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False))
+        refused = call(executor, watcher, Step, STEP, Step.Request(duration=0.1))
+        assert not refused.success
+        assert "pause it" in refused.message
+        spin_until(executor, lambda: len(lists["/bearing/state"]) > 30, "running")
+        assert call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=True)).success
+        spin_for(executor, 0.1)
+        count, stamp = len(lists["/bearing/state"]), node.loop.time_ns
+        spin_for(executor, 0.3)
+        assert (len(lists["/bearing/state"]), node.loop.time_ns) == (count, stamp)
+        assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
+        call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False))
+        spin_until(executor, lambda: len(lists["/bearing/state"]) > count + 20, "running again")
+        sequences = [state.sequence for state in states(lists)]
+        again = sequences.index(0, 1)  # one instant that was computed ahead may come before it
+        assert sequences[:again] == list(range(0, 10 * again, 10))
+        assert sequences[again:] == list(range(0, 10 * (len(sequences) - again), 10))
+        spin_until(executor, lambda: len(lists["/bearing/samples"]) > 5, "samples")
+        ranges = [sample_range(data) for data in lists["/bearing/samples"]]
+        restart = next(k for k, (first, _) in enumerate(ranges) if k and first == 0)
+        for part in (ranges[:restart], ranges[restart:]):
+            assert [first for first, _ in part] == [sum(n for _, n in part[:k]) for k in range(len(part))]
+
+
+def test_a_pace_that_cannot_be_kept_is_said():
+    with ros_executor() as executor:
+        node = started(executor, SimNode, real_time_factor=1000.0)
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        spin_until(executor, lambda: any(s.level == DiagnosticStatus.WARN for s in seen), "a warning", 60.0)
+        status = next(s for s in seen if s.level == DiagnosticStatus.WARN)
+        values = {pair.key: pair.value for pair in status.values}
+        assert "cannot keep up" in status.message
+        assert float(values["real_time_factor"]) < 950.0
+        assert float(values["lag_s"]) > 0.0
+        assert values["law"] == node.simulation.law
+        assert values["choice_reason"] == node.simulation.choice_reason
+
+
+def test_the_clock_is_that_of_the_simulation():
+    with ros_executor() as executor:
+        started(executor, SimNode, duration=0.3, publish_clock=True)
+        watcher, ticks, stamps = plain_node(executor), [], []
+        best_effort = rclpy.qos.qos_profile_sensor_data
+        watcher.create_subscription(
+            Clock, "/clock", lambda m: ticks.append(m.clock.sec * 10**9 + m.clock.nanosec), best_effort
+        )
+        watcher.create_subscription(
+            WrenchStamped, "/bearing/ball_0/wrench", lambda m: stamps.append(m.header.stamp.nanosec), 100
+        )
+        spin_until(executor, lambda: 300_000_000 in ticks, "the last tick")
+        spin_until(executor, lambda: 300_000_000 in stamps, "the last wrench")
+    assert ticks == sorted(ticks)
+    assert set(stamps) <= {*ticks, *range(0, ticks[0], 10_000_000)}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "words"),
+    [
+        ({"sceen": "x"}, ParameterError, "did you mean scene?"),
+        ({"duration": math.nan}, ParameterError, "duration = nan must be finite"),
+        ({"real_time_factor": -1.0}, ParameterError, "real_time_factor = -1.0 must lie between 0 and 1000"),
+        ({"scene": "bearing_6204"}, SceneError, "there is no scene 'bearing_6204'"),
+        ({"overrides": ["contact.normal=hurtz"]}, SceneError, "did you mean hertz?"),
+    ],
+)
+def test_what_cannot_be_run_is_refused(parameters, error, words):
+    with ros_executor() as executor, pytest.raises(error) as refused:
+        started(executor, SimNode, **parameters)
+    assert words in str(refused.value)
+
+
+def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only():
+    with ros_executor() as executor:
+        node = started(executor, SimNode, duration=2, start_paused=True)
+        assert node.get_parameter("duration").value == 2.0
+        described = node.describe_parameter("duration")
+        assert described.read_only
+        assert "[s]" in described.description
+        assert described.floating_point_range[0].to_value == 86400.0
+        results = node.set_parameters(
+            [
+                rclpy.parameter.Parameter("duration", value=1.0),
+                rclpy.parameter.Parameter("real_time_factor", value=math.nan),
+                rclpy.parameter.Parameter("real_time_factor", value=2.0),
+            ]
+        )
+        assert [result.successful for result in results] == [False, False, True]
+        spin_until(executor, lambda: float(node.loop.paced.pacer.factor) == 2.0, "the new pace")
+
+
+def test_a_log_that_exists_is_not_touched(tmp_path):
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"precious")
+    with ros_executor() as executor, pytest.raises(Exception, match="exists and is not overwritten"):
+        started(executor, SimNode, log=str(path))
+    assert path.read_bytes() == b"precious"
+
+
+def test_the_log_is_whole_when_the_node_is_closed_in_the_middle(tmp_path):
+    path = tmp_path / "run.mcap"
+    with ros_executor() as executor:
+        node = started(executor, SimNode, log=str(path))
+        spin_until(executor, lambda: node.loop.time_ns > 200_000_000, "0.2 s")
+    samples = [sample.sequence for sample in read_log(path)]
+    assert samples == list(range(node.simulation.sequence + 1))

@@ -1,0 +1,185 @@
+"""What sim_node thinks: which bytes go out when, what commands do, and what is in its log. No ROS."""
+
+import math
+from collections import defaultdict
+from types import SimpleNamespace
+
+import pytest
+from made_up_run import bits, cut, made_up_block, made_up_scene
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.channels import MessageStream
+from bearing_twin.log.mcap_log import LogWriter, read_log
+from bearing_twin.nodes.recording import sample_range
+from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
+
+MS = 1_000_000
+START = 55_000_000_000
+SCENE = made_up_scene(balls=2)
+BLOCK = made_up_block(SCENE, 400)
+
+
+def made_up_simulation():
+    """The outputs of BLOCK, one after the other, behind the interface of a Simulation; `speeds` are the commands."""
+    it = SimpleNamespace(output_period_ns=MS, sequence=-1, time_ns=-MS, speeds=[])
+
+    def reset():
+        it.sequence, it.time_ns = -1, -MS
+
+    def advance(outputs):
+        first = it.sequence + 1
+        it.sequence += outputs
+        it.time_ns += outputs * MS
+        return cut(BLOCK, first, first + outputs)[1]
+
+    it.reset, it.advance = reset, advance
+    it.set_speed = lambda speed: it.speeds.append((it.time_ns, speed))
+    it.report = lambda: SimpleNamespace(as_dict=lambda: {"status": "made up"})
+    return it
+
+
+def made_up_loop(**options):
+    """A loop over a made-up simulation, what it delivers by topic, and a clock for `drive`."""
+    delivered = defaultdict(list)
+    loop = SimulationLoop(
+        made_up_simulation(),
+        lambda: MessageStream(SCENE, law="hertz"),
+        lambda message: delivered[message.topic].append((message.time_ns, message.cdr)),
+        **options,
+    )
+    return loop, delivered, [START]
+
+
+def drive(loop, clock, until_ns):
+    """Turns the loop for `until_ns` of wall time, or until it has nothing more to do."""
+    end = clock[0] + until_ns
+    while (wake_at := loop.turn(clock[0])) is not None and wake_at <= end:
+        clock[0] = max(clock[0], wake_at)
+    clock[0] = end
+
+
+def expected(outputs):
+    """The messages of the first `outputs` outputs, by topic."""
+    stream, messages = MessageStream(SCENE, law="hertz"), defaultdict(list)
+    for part in (stream.messages(cut(BLOCK, outputs)[0]), stream.flush()):
+        for topic, stamp_ns, cdr in part:
+            messages[topic.name].append((stamp_ns, cdr))
+    return messages
+
+
+def outputs_in(delivered):
+    """Numbers of the outputs in the SampleBlocks delivered."""
+    ranges = (sample_range(cdr) for _, cdr in delivered["samples"])
+    return [number for first, count in ranges for number in range(first, first + count)]
+
+
+@pytest.mark.parametrize("factor", [0.0, 1.0, 7.0])
+def test_every_message_of_a_run_is_delivered_whatever_the_pace(factor):
+    loop, delivered, clock = made_up_loop(factor=factor, duration_ns=234 * MS)
+    drive(loop, clock, 1_000 * MS)
+    assert loop.paced.finished
+    assert delivered == expected(235)
+    assert loop.time_ns == 234 * MS
+
+
+def test_in_real_time_nothing_goes_out_before_it_is_due():
+    loop, delivered, clock = made_up_loop()
+    drive(loop, clock, 105 * MS)
+    assert [t for t, _ in delivered["state"]] == [10 * MS * k for k in range(11)]
+    assert outputs_in(delivered) == list(range(100))
+
+
+def test_a_pause_holds_time_and_loses_nothing():
+    loop, delivered, clock = made_up_loop(duration_ns=200 * MS)
+    drive(loop, clock, 73 * MS)
+    assert "paused at 0.070000 s" in loop.pause(clock[0], True)
+    before = len(delivered["state"])
+    drive(loop, clock, 500 * MS)
+    assert len(delivered["state"]) == before
+    loop.pause(clock[0], False)
+    drive(loop, clock, 200 * MS)
+    assert delivered == expected(201)
+
+
+def test_steps_go_exactly_as_far_as_asked():
+    loop, delivered, clock = made_up_loop(duration_ns=300 * MS)
+    loop.paced.paused = True
+    loop.step(clock[0], 0.0502)  # rounded up to whole outputs
+    assert loop.simulation.time_ns == loop.time_ns == 51 * MS
+    loop.step(clock[0], 1e-9)
+    assert loop.time_ns == 52 * MS
+    loop.pause(clock[0], False)
+    drive(loop, clock, 13 * MS)  # to 60 ms, the last message that is due; 70 ms are computed
+    loop.pause(clock[0], True)
+    loop.step(clock[0], 0.004)
+    assert loop.time_ns == 64 * MS
+    assert len(delivered["state"]) == 7
+    loop.step(clock[0], 5.0)
+    assert loop.time_ns == 300 * MS  # the end of the run
+    loop.pause(clock[0], False)
+    drive(loop, clock, MS)
+    assert delivered == expected(301)
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, math.nan, math.inf, 2 * LONGEST_STEP])
+def test_impossible_steps_are_refused(seconds):
+    loop, _, clock = made_up_loop()
+    loop.paced.paused = True
+    with pytest.raises(BearingTwinError, match="must be above 0 and at most"):
+        loop.step(clock[0], seconds)
+    assert loop.simulation.sequence == -1
+
+
+def test_a_step_while_running_is_refused():
+    loop, _, clock = made_up_loop()
+    with pytest.raises(BearingTwinError, match="pause it before"):
+        loop.step(clock[0], 0.1)
+
+
+def test_a_speed_takes_effect_within_a_chunk():
+    loop, _, clock = made_up_loop()
+    drive(loop, clock, 50 * MS)
+    loop.set_speed(clock[0], -100.0)
+    [(time_ns, speed)] = loop.simulation.speeds
+    assert speed == -100.0
+    assert time_ns - loop.time_ns <= 10 * MS
+
+
+@pytest.mark.parametrize("speed", [math.nan, math.inf, -math.inf, 1.01 * GREATEST_SPEED])
+def test_impossible_speeds_are_refused(speed):
+    loop, _, clock = made_up_loop()
+    with pytest.raises(BearingTwinError, match="finite"):
+        loop.set_speed(clock[0], speed)
+    assert loop.simulation.speeds == []
+
+
+def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):
+    def open_log(run):
+        return LogWriter(log_path(tmp_path / "run.mcap", run), SCENE, {"law": "hertz"})
+
+    loop, delivered, clock = made_up_loop(open_log=open_log, duration_ns=60 * MS)
+    drive(loop, clock, 33 * MS)
+    loop.reset(clock[0])
+    assert loop.time_ns == 0
+    drive(loop, clock, 100 * MS)
+    assert loop.paced.finished
+    loop.close()
+    first, second = (read_log(tmp_path / name) for name in ("run.mcap", "run_1.mcap"))
+    whole = bits(cut(BLOCK, 61)[0])
+    logged = bits(first)
+    assert 30 <= len(logged) <= 50
+    assert logged == whole[: len(logged)]
+    assert bits(second) == whole
+    numbers = outputs_in(delivered)
+    assert numbers == [*range(len(logged)), *range(61)]
+
+
+def test_the_log_holds_everything_when_the_node_ends_in_the_middle(tmp_path):
+    loop, delivered, clock = made_up_loop(open_log=lambda run: LogWriter(tmp_path / "run.mcap", SCENE))
+    drive(loop, clock, 87 * MS)
+    loop.close()
+    loop.close()
+    log = read_log(tmp_path / "run.mcap")
+    assert bits(log) == bits(cut(BLOCK, loop.simulation.sequence + 1)[0])
+    assert log.report == {"status": "made up"}
+    assert outputs_in(delivered) == list(range(loop.simulation.sequence + 1))

@@ -1,0 +1,213 @@
+"""Scenes: YAML in, frozen dataclasses out, and back; impossible bearings and hostile files are refused."""
+
+import os
+from pathlib import Path
+
+import pytest
+import yaml
+
+from bearing_twin.errors import SceneError
+from bearing_twin.materials import MATERIALS
+from bearing_twin.paths import share_path
+from bearing_twin.scene import GREATEST_FILE, KINDS, load_scene, parse_scene, scene_names
+
+
+def refusal(function, *arguments):
+    with pytest.raises(SceneError) as caught:
+        function(*arguments)
+    return str(caught.value)
+
+
+def test_the_scenes_of_the_issue_are_there():
+    assert {"bearing_6203", "bearing_6203_loose"} <= set(scene_names())
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_scene_reads_back_from_its_resolved_dump(name):
+    scene = load_scene(name)
+    assert scene.name == name
+    assert scene.description
+    again = parse_scene(yaml.safe_dump(scene.resolved()), "elsewhere")
+    assert again == scene
+    assert parse_scene(scene.resolved(), "elsewhere") == scene
+
+
+def test_the_default_bearing_is_the_6203():
+    scene = load_scene("bearing_6203")
+    geometry = scene.parameters.geometry
+    assert (geometry.balls, geometry.ball_diameter, geometry.pitch_diameter) == (8, 6.746e-3, 28.5e-3)
+    assert geometry.inner_conformity == geometry.outer_conformity == 0.52
+    assert geometry.radial_clearance < 0.0
+    assert scene.parameters.drive.speed == pytest.approx(1750.0 * 3.141592653589793 / 30.0, rel=1e-4)
+    assert scene.parameters.materials.ball == MATERIALS["steel"]
+
+
+def test_the_resolved_dump_holds_every_key_of_the_kind():
+    resolved = load_scene("bearing_6203").resolved()
+    default = KINDS["bearing"].parameters()
+    assert set(resolved) == {"name", "kind", "description", *vars(default)}
+    assert set(resolved["run"]) == set(vars(default.run))
+
+
+def test_channels_have_the_balls_of_the_scene():
+    shapes = {channel.name: channel.shape for channel in load_scene("bearing_6203", ["geometry.balls=5"]).channels}
+    assert shapes["normal_load"] == (5, 2)
+    assert shapes["position"] == (5, 3)
+    assert shapes["drive_work"] == ()
+
+
+def test_a_path_a_text_path_and_a_name_give_the_same_scene():
+    path = Path(share_path("config", "scenes", "bearing_6203.yaml"))
+    assert load_scene(path) == load_scene(str(path)) == load_scene("bearing_6203")
+
+
+def test_overrides_change_one_key_each_in_order():
+    scene = load_scene("bearing_6203", ["contact.normal=volumetric", "drive.offset=[0, -1e-6, 0]", "geometry.balls = 7",
+                                        "materials.ball=silicon_nitride", "materials.ball.density=3.2e3"])  # fmt: skip
+    parameters = scene.parameters
+    assert parameters.contact.normal == "volumetric"
+    assert parameters.drive.offset == (0.0, -1e-6, 0.0)
+    assert parameters.geometry.balls == 7
+    assert parameters.materials.ball.young_modulus == MATERIALS["silicon_nitride"].young_modulus
+    assert parameters.materials.ball.density == 3200.0
+    assert parameters.materials.inner_ring == MATERIALS["steel"]
+
+
+def test_an_override_of_a_named_material_in_a_file_keeps_the_rest_of_it():
+    text = "{kind: bearing, materials: {ball: silicon_nitride}}"
+    assert parse_scene(text, "x").parameters.materials.ball == MATERIALS["silicon_nitride"]
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("contact.norml=hertz", "did you mean normal?"),
+        ("contact.normal=hetz", "did you mean hertz?"),
+        ("contakt.normal=hertz", "did you mean contact?"),
+        ("contact.normal", "must look like"),
+        ("=3", "must look like"),
+        ("contact.=3", "must look like"),
+        ("gravity.x=3", "has no keys of its own"),
+        ("run.duration=", "has no value"),
+        ("run.duration=1:30", "must be a number in s"),
+        ("run.duration=yes", "must be a number in s"),
+        ("geometry.balls=[", "is not the YAML"),
+        ("geometry.ball_diameter=.inf", "is not finite"),
+        ("kind=bearing", "cannot change kind"),
+    ],
+)
+def test_wrong_overrides_are_refused_with_the_reason(override, words):
+    assert words in refusal(load_scene, "bearing_6203", [override])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["geometry.balls=14"], "at most 13 do"),
+        (["geometry.ball_diameter=0.03", "geometry.balls=1"], "leaves no inner raceway"),
+        (["geometry.outer_conformity=3.0"], "must be below 2.61"),
+        (["geometry.radial_clearance=-2e-4"], "between -0.00013492 and 0.0006746"),
+        (["geometry.radial_clearance=1e-3"], "geometry.radial_clearance"),
+        (["drive.offset=[1e-4, 1e-4, 0]"], "its length must be below 0.00013492"),
+        (["run.publish_rate=2000"], "cannot exceed run.output_rate"),
+        (["run.duration=86400", "run.output_rate=1e8"], "outputs is too many"),
+        (["materials.ball.poisson_ratio=0.5"], "below 0.5"),
+    ],
+)
+def test_impossible_bearings_are_refused_with_the_limit(overrides, words):
+    assert words in refusal(load_scene, "bearing_6203", overrides)
+
+
+def test_bearings_at_the_edge_of_the_possible_are_accepted():
+    for overrides in (["geometry.balls=13"], ["geometry.balls=1"], ["geometry.radial_clearance=-1.3e-4"],
+                      ["drive.offset=[0, 0, 1.3e-4]"], ["run.publish_rate=1000"]):  # fmt: skip
+        load_scene("bearing_6203", overrides)
+
+
+def test_all_problems_of_a_file_are_reported_together():
+    text = "kind: bearing\ndescription: 5\ngeometry: {bals: 8, ball_diameter: -1}\nrun: 3\nfoo: {}\n"
+    message = refusal(parse_scene, text, "scene t.yaml")
+    assert message.splitlines()[0] == "scene t.yaml has 5 problems:"
+    for word in ("description", "geometry.bals", "geometry.ball_diameter", "run", "foo"):
+        assert f"\n  {word} " in message
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "start it with `kind: bearing`"),
+        ("- 1", "start it with `kind: bearing`"),
+        ("geometry: {}", "has no key `kind`"),
+        ("kind: baering", "did you mean bearing?"),
+        ("kind: 3", "legal: bearing"),
+        ("kind: bearing\nname: ''", "name = ''"),
+        ("kind: bearing\nkind: bearing", "is there twice"),
+        ("kind: bearing\ngeometry:\n  balls: 8\n  balls: 9", "is there twice at line 4"),
+        ("a: &a [1]\nb: *a", "aliases are not allowed"),
+        ("kind: bearing\ngeometry: {<<: {balls: 9}}", "<< is not a key"),
+        ("[" * 5000, "nested deeper"),
+        ("a: " + "9" * 5000, "`kind`"),
+        ("? [1]\n: 2", "a key must be a word"),
+        ("!!python/object/apply:os.system [ls]", "could not determine a constructor"),
+        ("a: b: c", "line 1"),
+        ("a: \x07", "special characters"),
+        ("--- 1\n--- 2", "single document"),
+    ],
+)
+def test_texts_that_are_no_scene_are_refused_in_one_sentence(text, words):
+    message = refusal(parse_scene, text, "scene t")
+    assert words in message
+    assert message.startswith("scene t")
+    assert len(message.splitlines()) == 1
+
+
+def test_yaml_traps_are_read_as_they_look():
+    scene = parse_scene("{kind: bearing, geometry: {balls: 08, ball_diameter: 5e-3}, drive: {speed: -1.5E+2}}", "trap")
+    assert scene.parameters.geometry.balls == 8
+    assert scene.parameters.geometry.ball_diameter == 0.005
+    assert scene.parameters.drive.speed == -150.0
+
+
+@pytest.mark.parametrize(
+    "text", ["no", "1e-6", "0x10", "2026-11-01", "~", "a: b # c", "line\nline", "ü 'x' \"y\"", "1_000"]
+)
+def test_any_description_survives_the_dump(text):
+    scene = parse_scene({"kind": "bearing", "description": text}, "described")
+    assert parse_scene(yaml.safe_dump(scene.resolved()), "again") == scene
+    assert scene.description == text
+
+
+def test_an_unknown_scene_names_the_nearest_and_all():
+    message = refusal(load_scene, "baering6203")
+    assert "did you mean bearing_6203?" in message
+    assert all(name in message for name in scene_names())
+
+
+def test_unusable_paths_are_refused_in_one_sentence_each(tmp_path):
+    (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
+    (tmp_path / "zero.yaml").write_bytes(b"kind: bearing\0")
+    (tmp_path / "large.yaml").write_text("#" * (GREATEST_FILE + 1))
+    (tmp_path / "loop.yaml").symlink_to("loop.yaml")
+    cases = {
+        tmp_path: "is a directory",
+        tmp_path / "none.yaml": "there is no scene file",
+        tmp_path / "binary.yaml": "is not UTF-8 text",
+        tmp_path / "zero.yaml": "is a binary file",
+        tmp_path / "large.yaml": "is larger than",
+        tmp_path / "loop.yaml": "there is no scene file",
+        "x" * 5000: "there is no scene",
+        "a\0b": "there is no scene",
+        "": "there is no scene",
+    }
+    for path, words in cases.items():
+        message = refusal(load_scene, path)
+        assert words in message
+        assert len(message.splitlines()) == 1
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
+def test_an_unreadable_file_is_refused(tmp_path):
+    path = tmp_path / "secret.yaml"
+    path.write_text("kind: bearing")
+    path.chmod(0)
+    assert "cannot be read" in refusal(load_scene, path)
