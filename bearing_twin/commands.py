@@ -82,8 +82,6 @@ def _simulate(arguments) -> Outcome:
     log = _new_log(arguments.out) if arguments.out else None
     picture = _picture(arguments.plot) if arguments.plot else None
     scene = load_scene(arguments.scene, overrides)
-    if log and scene.kind != "bearing":
-        raise BearingTwinError(f"a scene of kind {scene.kind} has no topics for a log yet; leave out --out, use --plot")
 
     from bearing_twin.simulation import simulate
     from bearing_twin.terminal import progress, said_if_slow
@@ -112,7 +110,7 @@ def _simulate(arguments) -> Outcome:
 
 def _doubts(result) -> list[str]:
     doubts = [str(flag) for flag in result.get("flags", ())]
-    closure = result["energy_closure"]
+    closure = result.get("energy_closure", 0.0)
     if abs(closure) > GREATEST_CLOSURE and not any("energy" in doubt for doubt in doubts):
         doubts.append(f"the energy balance is open by {100 * abs(closure):.2g} % of the work")
     return doubts
@@ -157,17 +155,18 @@ def _report_arguments(parser):
 
 
 def _report(arguments) -> Outcome:
-    from bearing_twin.charts.history import LoadHistory
+    from bearing_twin.charts.impacts import ImpactHistory, summarise_impact
     from bearing_twin.charts.summary import run_facts, summarise
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.terminal import with_progress
 
     picture = _picture(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True)
-    history = LoadHistory()
+    history = _history_of(stream.scene)
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
     blocks = with_progress(stream.blocks(), duration, f"reading {arguments.log}")
-    result = {"log": str(arguments.log)} | summarise(stream, blocks, history)
+    figures = summarise_impact if isinstance(history, ImpactHistory) else summarise
+    result = {"log": str(arguments.log)} | figures(stream, blocks, history)
     if picture:
         result["plot"] = _draw(history, picture, run_facts(stream))
     doubts = [f"{result['missing_outputs']} outputs are missing from the log"] if result["missing_outputs"] else []

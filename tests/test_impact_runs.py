@@ -107,6 +107,22 @@ def test_the_command_line_prints_and_draws_an_impact(name, tmp_path, capsys):
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
+@pytest.mark.parametrize("name", ["two_spheres", "sphere_on_beam_drop_50mm"])
+def test_an_impact_is_logged_verified_and_reported_like_any_run(name, tmp_path, capsys):
+    log = str(tmp_path / "impact.mcap")
+    answers = []
+    for words in (["simulate", name, "--out", log], ["verify", log], ["report", log]):
+        assert main([*words, "--json"]) == 0
+        answers.append(json.loads(capsys.readouterr().out))
+    simulated, verified, reported = answers
+    assert verified["greatest_deviation"] == 0.0
+    assert reported["missing_outputs"] == 0
+    assert len(reported["contacts"]) == len(simulated["contacts"])
+    for found, exact in zip(reported["contacts"], simulated["contacts"], strict=True):
+        assert found["impulse_ns"] == pytest.approx(exact["impulse_ns"], rel=1e-3)
+        assert found["peak_force_n"] == pytest.approx(exact["peak_force_n"], rel=1e-3)
+
+
 def test_a_picture_needs_samples_and_a_place(tmp_path):
     with pytest.raises(LogError, match="no sample"):
         plot_impact(ImpactHistory(), tmp_path / "empty.png")

@@ -10,6 +10,7 @@ from bearing_twin import __version__
 from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.charts.summary import run_facts
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.motion.collision import peak_of
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
 ENERGIES = (
@@ -67,6 +68,45 @@ def plot_impact(source, png_path, facts: dict | None = None) -> Path:
     return path
 
 
+def summarise_impact(stream, blocks, history: ImpactHistory) -> dict:
+    """The figures of an impact read off its samples alone, as plain data with SI-suffixed keys; blocks go to `history`.
+
+    Peaks are those of the parabolas through the greatest samples; contacts shorter than two outputs may be missed.
+    """
+    missing, following = 0, 0
+    for block in blocks:
+        history.add_block(block)
+        missing += max(block.first_sequence - following, 0)
+        following = block.first_sequence + len(block)
+    values = history.arrays()
+    time, force = values["time"], values["normal_load"]
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], force > 0.0, [0]]))).reshape(-1, 2)
+    energy = sum(values[name] for name, _ in ENERGIES if name in values)
+    scene = getattr(stream, "scene", None)
+    result = {
+        "scene": scene.name if scene else None,
+        "outputs": len(time),
+        "missing_outputs": missing,
+        "peak_force_n": peak_of(time, force),
+        "contacts": [
+            {
+                "start_s": float(time[max(first - 1, 0)]),
+                "duration_s": float(time[min(last, len(time) - 1)] - time[max(first - 1, 0)]),
+                "peak_force_n": peak_of(time[first:last], force[first:last]),
+                "impulse_ns": float(
+                    np.trapezoid(force[max(first - 1, 0) : last + 1], time[max(first - 1, 0) : last + 1])
+                ),
+            }
+            for first, last in edges
+        ],
+        "stored_energy_change": float(energy[-1] / energy[0] - 1.0),
+    }
+    if "deflection" in values:
+        result["peak_deflection_m"] = float(np.abs(values["deflection"]).max())
+        result["peak_stress_pa"] = float(np.abs(values["bending_stress"]).max())
+    return result
+
+
 def _draw_pair(figure, values):
     grid = figure.add_gridspec(2, 2, left=0.06, right=0.98, top=0.89, bottom=0.095, hspace=0.3, wspace=0.16)
     time, _, unit = _scaled_time(values)
@@ -83,6 +123,7 @@ def _draw_pair(figure, values):
     frame(velocity)
     for body, name in enumerate(("first", "second")):
         velocity.plot(time, values["velocity"][:, body], color=BALL_COLOURS[body], linewidth=2, label=name)
+    velocity.margins(x=0.0)
     velocity.legend(frameon=False, fontsize=11)
     velocity.set_xlabel(f"time [{unit}]")
     velocity.set_ylabel("velocity [m/s]")
@@ -95,14 +136,14 @@ def _draw_beam(figure, values, scene):
     time, scale, unit = _scaled_time(values)
     force, deflection, stress = (figure.add_subplot(grid[row, 0]) for row in range(3))
     _draw_force(force, time, values)
-    names = ["at the impact", *(f"at {share:g} of the span" for share in scene.parameters.outputs.points)]
-    names = [name for name in names if name != f"at {scene.parameters.blow.point:g} of the span"]
-    columns = [0, *(i + 1 for i, p in enumerate(scene.parameters.outputs.points) if p != scene.parameters.blow.point)]
+    shares, point = scene.parameters.outputs.points, scene.parameters.blow.point
+    others = {i + 1: share for i, share in enumerate(shares) if share != point}
+    names, columns = ["impact", *(f"{share:g} of the span" for share in others.values())], [0, *others]
     _draw_points(deflection, time, 1e6 * values["deflection"], columns, names)
     deflection.set_ylabel("deflection [µm]")
     deflection.invert_yaxis()
-    heading(deflection, "Deflection of the beam, downward")
-    deflection.legend(frameon=False, fontsize=10, ncol=4, loc="lower right")
+    heading(deflection, "Deflection, downward")
+    deflection.legend(frameon=False, fontsize=10, ncol=4, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
     _draw_points(stress, time, 1e-6 * values["bending_stress"], columns, names)
     stress.set_ylabel("bending stress [MPa]")
     heading(stress, "Bending stress of the lower fibre, tension positive")
@@ -120,7 +161,7 @@ def _draw_force(axis, time, values):
     axis.plot(time, values["normal_load"], color=BALL_COLOURS[0], linewidth=2)
     axis.set_ylabel("contact force [N]")
     axis.margins(x=0.0)
-    peak = values["normal_load"].max()
+    peak = peak_of(values["time"], values["normal_load"])
     heading(axis, f"Contact force, at most {peak:.5g} N")
 
 
@@ -141,7 +182,7 @@ def _draw_shapes(axis, values, scene, scale, unit):
     greatest = values["shape"].max() or 1.0
     instants = (
         ("start", 0), ("greatest force", int(values["normal_load"].argmax())),
-        ("greatest deflection", int(values["deflection"][:, 0].argmax())),
+        ("greatest deflection", _first_peak(values["deflection"][:, 0])),
     )  # fmt: skip
     for i, (name, row) in enumerate(instants):
         label = f"{name}, {scale * values['time'][row]:.4g} {unit}"
@@ -157,6 +198,11 @@ def _draw_shapes(axis, values, scene, scale, unit):
     if not (-0.75 * greatest < values["sphere_position"][instants[2][1]] < 1.35 * greatest):
         axis.text(0.98, 0.96, "by the last instant the sphere has left the picture", transform=axis.transAxes,
                   ha="right", va="top", fontsize=10.5, color=STYLE["soft"])  # fmt: skip
+
+
+def _first_peak(values) -> int:
+    """The first sample within a thousandth of the greatest: an undamped beam comes back to it again and again."""
+    return int(np.argmax(values >= 0.999 * values.max()))
 
 
 def _draw_energies(axis, time, unit, values):
