@@ -146,12 +146,11 @@ def test_stress_under_the_sphere_needs_the_static_tail():
 
 
 def test_the_sinusoidal_force_of_the_abstract_fails_its_energy_check():
-    """Paper 2's abstract: the beam receives 2 to 18 times the energy the sphere has."""
+    """Paper 2's abstract: the beam receives 2 to 11 times the energy the sphere has."""
     for scene in SCENES:
         found = solved(scene, stepper="sinusoidal")
-        assert found.energy_closure > 1.0
+        assert 2.0 < found.energy_closure < 11.5
         assert found.status == "failed: energy"
-        assert found.contacts[0].impulse / (1.0 + found.restitution) > 0.0
     assert solved().status == "done"
     chosen = choose(load_scene("sphere_on_beam", ["solver.stepper=sinusoidal"]))
     assert "more energy than the sphere has" in chosen.warnings[0]
