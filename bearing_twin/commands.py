@@ -70,7 +70,7 @@ def _simulate_arguments(parser):
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
-    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, or the impact")
 
 
 def _simulate(arguments) -> Outcome:
@@ -83,11 +83,10 @@ def _simulate(arguments) -> Outcome:
     picture = _picture(arguments.plot) if arguments.plot else None
     scene = load_scene(arguments.scene, overrides)
 
-    from bearing_twin.charts.history import LoadHistory
     from bearing_twin.simulation import simulate
     from bearing_twin.terminal import progress, said_if_slow
 
-    history = LoadHistory()
+    history = _history_of(scene)
     with progress(f"simulating {scene.name}") as update:
         run = simulate(scene, update)
         with said_if_slow("compiling the kernel, once on a machine: some 20 s"):
@@ -111,18 +110,28 @@ def _simulate(arguments) -> Outcome:
 
 def _doubts(result) -> list[str]:
     doubts = [str(flag) for flag in result.get("flags", ())]
-    closure = result["energy_closure"]
+    closure = result.get("energy_closure", 0.0)
     if abs(closure) > GREATEST_CLOSURE and not any("energy" in doubt for doubt in doubts):
         doubts.append(f"the energy balance is open by {100 * abs(closure):.2g} % of the work")
     return doubts
 
 
-def _draw(source, picture, facts=None) -> str:
+def _history_of(scene):
+    """What remembers the blocks for the picture of a scene's kind."""
+    from bearing_twin.charts.history import LoadHistory
+    from bearing_twin.charts.impacts import ImpactHistory
+
+    return LoadHistory() if scene is None or scene.kind == "bearing" else ImpactHistory()
+
+
+def _draw(history, picture, facts=None) -> str:
+    from bearing_twin.charts.impacts import ImpactHistory, plot_impact
     from bearing_twin.charts.runs import plot_ball_loads
     from bearing_twin.terminal import said_if_slow
 
+    plot = plot_impact if isinstance(history, ImpactHistory) else plot_ball_loads
     with said_if_slow(f"drawing {picture}"):
-        return str(plot_ball_loads(source, picture, facts=facts))
+        return str(plot(history, picture, facts=facts))
 
 
 def _log_argument(parser):
@@ -146,17 +155,18 @@ def _report_arguments(parser):
 
 
 def _report(arguments) -> Outcome:
-    from bearing_twin.charts.history import LoadHistory
+    from bearing_twin.charts.impacts import ImpactHistory, summarise_impact
     from bearing_twin.charts.summary import run_facts, summarise
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.terminal import with_progress
 
     picture = _picture(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True)
-    history = LoadHistory()
+    history = _history_of(stream.scene)
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
     blocks = with_progress(stream.blocks(), duration, f"reading {arguments.log}")
-    result = {"log": str(arguments.log)} | summarise(stream, blocks, history)
+    figures = summarise_impact if isinstance(history, ImpactHistory) else summarise
+    result = {"log": str(arguments.log)} | figures(stream, blocks, history)
     if picture:
         result["plot"] = _draw(history, picture, run_facts(stream))
     doubts = [f"{result['missing_outputs']} outputs are missing from the log"] if result["missing_outputs"] else []

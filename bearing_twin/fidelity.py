@@ -9,12 +9,20 @@ from typing import NamedTuple
 
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.normal import LAWS, load_coefficient
-from bearing_twin.errors import SceneError
+from bearing_twin.motion.collision import FEW_STEPS, FIXED_STEP
 from bearing_twin.scene import Scene
+from bearing_twin.scenes import sphere_on_beam
 from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.scenes.pair_parameters import contact_time_by, pair_contact_time
 
 RINGING_OUTPUTS = 0.5
 """Outputs spaced closer than this share of a contact's duration ask for the ringing itself."""
+
+JOHNSON_ERROR = 0.04
+"""Of contact times by Johnson's line contact, against plane-strain elasticity of a disc as thick as its radius."""
+
+VOLTERRA_STEPS = 500
+"""Steps a contact below which the linear pieces of the Volterra equation are coarse."""
 
 
 class Choice(NamedTuple):
@@ -41,9 +49,12 @@ def law_error(law: str, scene: Scene) -> float:
 
 
 def choose(scene: Scene) -> Choice:
+    """Law and stepper for a scene; raises SceneError where a bearing has no start."""
+    return CHOOSERS[scene.kind](scene)
+
+
+def choose_bearing(scene: Scene) -> Choice:
     """Law and stepper for a bearing scene; raises SceneError where the scene has no start."""
-    if scene.kind != "bearing":
-        raise SceneError(f"no model can be chosen for a scene of kind {scene.kind}; use kind: bearing")
     parameters = scene.parameters
     pinned_law, pinned_stepper = parameters.contact.normal, parameters.solver.stepper
     reasons, warnings = [], []
@@ -83,3 +94,88 @@ def choose(scene: Scene) -> Choice:
                 "which contact stiffness and friction would force on an explicit method"
             )
     return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings))
+
+
+def choose_spheres(scene: Scene) -> Choice:
+    """Two spheres: closed forms wherever they say all that is wanted."""
+    parameters = scene.parameters
+    contact, solver = parameters.contact, parameters.solver
+    law = "measured" if contact.measured_alpha else "hertz"
+    reasons = ["the measured alpha, as the scene asks" if contact.measured_alpha else "hertz, the law of spheres"]
+    if solver.stepper != "auto":
+        stepper = solver.stepper
+        reasons.append(f"{stepper}, as the scene asks")
+    elif contact.restitution == 1.0:
+        stepper = "closed_form"
+        reasons.append("closed_form, because contact time, peak force and history are exact without any step")
+    elif parameters.run.wanted == "peaks":
+        stepper = "closed_form"
+        reasons.append("closed_form, because only contact time and peak force are wanted: a quadrature gives them")
+    else:
+        stepper = "dop853"
+        reasons.append("dop853, because the force history with losses needs the differential equation")
+    return Choice(law, stepper, 0.0, "; ".join(reasons), _step_warnings(parameters, stepper))
+
+
+def choose_discs(scene: Scene) -> Choice:
+    """Two discs: Johnson's law unless another is asked for, by quadrature when only peaks are wanted."""
+    parameters = scene.parameters
+    pinned, solver, warnings = parameters.contact.normal, parameters.solver, []
+    law = "johnson" if pinned == "auto" else pinned
+    if pinned == "auto":
+        error, reasons = JOHNSON_ERROR, ["johnson, because thick discs follow its two-dimensional solution"]
+    else:
+        times = [contact_time_by(parameters, one) for one in (law, "johnson")]
+        error, reasons = JOHNSON_ERROR + abs(times[0] / times[1] - 1.0), [f"{law}, as the scene asks"]
+        if error > 2.0 * JOHNSON_ERROR:
+            warnings.append(
+                f"the law {law} gives a contact time {100.0 * (times[0] / times[1] - 1.0):.2g} % from Johnson's, "
+                "which thick discs follow; contact.normal: johnson costs no more"
+            )
+    if solver.stepper != "auto":
+        stepper = solver.stepper
+        reasons.append(f"{stepper}, as the scene asks")
+    elif parameters.run.wanted == "peaks":
+        stepper = "closed_form"
+        reasons.append("closed_form, because contact time and peak force are a quadrature exact to 1e-12")
+    else:
+        stepper = "dop853"
+        reasons.append("dop853, because a force history is wanted")
+    return Choice(law, stepper, error, "; ".join(reasons), (*warnings, *_step_warnings(parameters, stepper)))
+
+
+def choose_beam(scene: Scene) -> Choice:
+    """A sphere on a beam: modes and Hertz spring unless another method is asked for."""
+    parameters = scene.parameters
+    solver, warnings = parameters.solver, []
+    stepper = "modes" if solver.stepper == "auto" else solver.stepper
+    if solver.stepper == "auto":
+        why = "because cubic forces reach the tolerance in steps that do not follow the highest mode"
+    else:
+        why = "as the scene asks"
+    modes, steps = sphere_on_beam.modes_for(parameters, stepper), sphere_on_beam.steps_for(parameters, stepper)
+    few = VOLTERRA_STEPS if stepper == "volterra" else FEW_STEPS
+    if steps < few:
+        warnings.append(f"solver.steps = {steps} is coarse for {stepper}: contacts may come apart; use {few} or more")
+    if stepper == "sinusoidal":
+        warnings.append("the force is assumed, not solved for: the beam will receive more energy than the sphere has")
+    reason = f"hertz, the law of a sphere on a plane; {stepper}, {why}: modes up to {modes}, {steps} steps a contact"
+    return Choice("hertz", stepper, 0.0, reason, tuple(warnings))
+
+
+def _step_warnings(parameters, stepper: str) -> tuple[str, ...]:
+    expected = pair_contact_time(parameters)
+    if stepper not in FIXED_STEP or parameters.solver.step <= expected / FEW_STEPS:
+        return ()
+    return (
+        f"solver.step = {parameters.solver.step:g} s is less than {FEW_STEPS} steps a contact: restitution may be off "
+        f"by 2 %; use {expected / FEW_STEPS:.3g} s or less",
+    )
+
+
+CHOOSERS = {
+    "bearing": choose_bearing,
+    "two_spheres": choose_spheres,
+    "two_discs": choose_discs,
+    "sphere_on_beam": choose_beam,
+}

@@ -89,3 +89,11 @@ class Block:
             for c, low, high in zip(channels, edges[:-1], edges[1:], strict=True)
         }
         return Block(tuple(channels), first_sequence, time_ns, parts)
+
+
+class Found(NamedTuple):
+    """Figures of a run with SI-suffixed keys, what to doubt in it, and "done" or what failed."""
+
+    figures: dict
+    flags: tuple[str, ...]
+    status: str

@@ -1,5 +1,6 @@
 """Scenes: one strict SI YAML file each, read into frozen dataclasses, and back into a resolved dump."""
 
+import dataclasses
 import importlib
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -14,7 +15,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
 from bearing_twin.paths import share_path
 from bearing_twin.sample import Channel
-from bearing_twin.scenes import bearing_parameters
+from bearing_twin.scenes import beam_parameters, bearing_parameters, pair_parameters
 
 GREATEST_FILE = 1_000_000  # bytes
 GREATEST_DEPTH = 20
@@ -22,16 +23,42 @@ LONGEST_NAME = 100
 LONGEST_DESCRIPTION = 10_000
 
 
+def _as_given(parameters):
+    return parameters
+
+
 class Kind(NamedTuple):
-    """What a scene's `kind` stands for; `module` (imported when needed: it compiles) has `channels(parameters)`."""
+    """What a scene's `kind` stands for; `module` (imported when needed: it compiles) has `channels(parameters)`.
+
+    `resolve` replaces what a checked scene leaves to be chosen, once, so that all who read it see the same numbers.
+    """
 
     parameters: type
     check: Callable[[Any], list[str]]
     module: str
+    resolve: Callable[[Any], Any] = _as_given
 
 
 KINDS = {
     "bearing": Kind(bearing_parameters.BearingScene, bearing_parameters.check, "bearing_twin.scenes.bearing_outputs"),
+    "two_spheres": Kind(
+        pair_parameters.TwoSpheresScene,
+        pair_parameters.check_spheres,
+        "bearing_twin.scenes.two_spheres",
+        pair_parameters.resolve,
+    ),
+    "two_discs": Kind(
+        pair_parameters.TwoDiscsScene,
+        pair_parameters.check_discs,
+        "bearing_twin.scenes.two_discs",
+        pair_parameters.resolve,
+    ),
+    "sphere_on_beam": Kind(
+        beam_parameters.SphereOnBeamScene,
+        beam_parameters.check_beam,
+        "bearing_twin.scenes.sphere_on_beam",
+        beam_parameters.resolve,
+    ),
 }
 
 
@@ -68,10 +95,10 @@ def scene_names() -> list[str]:
 def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
     """The scene of that name or YAML file, with overrides such as `contact.normal=volumetric`; raises SceneError."""
     path = _find(name_or_path)
-    scene = parse_scene(_read_text(path), f"scene {path.name}")
     overrides = tuple(overrides)
+    scene = _parse(_read_text(path), f"scene {path.name}")
     if not overrides:
-        return scene
+        return _resolve(scene)
     mapping = scene.resolved()
     for override in overrides:
         _apply(KINDS[scene.kind].parameters, mapping, override)
@@ -80,6 +107,15 @@ def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
 
 def parse_scene(text_or_mapping, origin: str) -> Scene:
     """The scene in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
+    return _resolve(_parse(text_or_mapping, origin))
+
+
+def _resolve(scene: Scene) -> Scene:
+    return dataclasses.replace(scene, parameters=KINDS[scene.kind].resolve(scene.parameters))
+
+
+def _parse(text_or_mapping, origin: str) -> Scene:
+    """The scene as given, checked, with what it leaves to be chosen still open: overrides come before choices."""
     mapping = _load_yaml(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
     if not isinstance(mapping, Mapping):
         raise SceneError(f"{origin} holds no keys; start it with `kind: bearing`")
@@ -190,16 +226,16 @@ class _StrictLoader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def _resolve(tag: str, pattern: str, first: str) -> None:
+def _implicit(tag: str, pattern: str, first: str) -> None:
     _StrictLoader.add_implicit_resolver(f"tag:yaml.org,2002:{tag}", re.compile(pattern), list(first) if first else [""])
 
 
-_resolve("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF")
-_resolve("int", r"^[-+]?(?:0|[1-9][0-9]{0,17})$", "-+0123456789")
-_resolve("float", r"^[-+]?(?:[0-9]{1,64}\.[0-9]{0,64}(?:[eE][-+][0-9]{1,4})?)$", "-+0123456789")
-_resolve("float", r"^[-+]?\.(?:inf|Inf|INF|nan|NaN|NAN)$", "-+.")
-_resolve("null", r"^(?:~|null|Null|NULL)$", "~nN")
-_resolve("null", r"^$", "")
+_implicit("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF")
+_implicit("int", r"^[-+]?(?:0|[1-9][0-9]{0,17})$", "-+0123456789")
+_implicit("float", r"^[-+]?(?:[0-9]{1,64}\.[0-9]{0,64}(?:[eE][-+][0-9]{1,4})?)$", "-+0123456789")
+_implicit("float", r"^[-+]?\.(?:inf|Inf|INF|nan|NaN|NAN)$", "-+.")
+_implicit("null", r"^(?:~|null|Null|NULL)$", "~nN")
+_implicit("null", r"^$", "")
 
 
 def _load_yaml(text: str, origin: str):

@@ -11,9 +11,15 @@ from bearing_twin.fidelity import Choice, choose
 from bearing_twin.report import Report
 from bearing_twin.sample import Block, Sample
 from bearing_twin.scene import Scene, load_scene
+from bearing_twin.scenes import sphere_on_beam, two_discs, two_spheres
 from bearing_twin.scenes.bearing_model import BearingMotion
 
-MOTIONS = {"bearing": BearingMotion}
+MOTIONS = {
+    "bearing": BearingMotion,
+    "two_spheres": two_spheres.motion,
+    "two_discs": two_discs.motion,
+    "sphere_on_beam": sphere_on_beam.motion,
+}
 """What moves each kind of scene: made from parameters, law and stepper, with `reset`, `first_outputs`,
 `advance(times, duration)` (one array a channel, in their order), `goal_speed`, `statistics`, `found`, `costs`."""
 

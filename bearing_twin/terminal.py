@@ -17,6 +17,8 @@ COLUMN = 15  # of a table of balls
 
 UNITS = {  # the suffix of a key, longest first
     "_rad_s": "rad/s",
+    "_m_s2": "m/s²",
+    "_m_s": "m/s",
     "_ratio": "",
     "_nm": "N m",
     "_pa": "Pa",

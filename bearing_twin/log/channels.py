@@ -81,7 +81,10 @@ class Output:
 
 
 def topics(scene) -> tuple[Topic, ...]:
-    """The topic table of a scene, in the order in which one instant's messages are given out."""
+    """The topic table of a scene, in the order in which one instant's messages are given out; an impact has samples."""
+    samples = Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, RELIABLE, None, "every solver output, without loss")
+    if scene.kind != "bearing":
+        return (samples,)
     balls = scene.parameters.geometry.balls
     on_balls = (
         Topic(
@@ -104,7 +107,7 @@ def topics(scene) -> tuple[Topic, ...]:
         Topic("state", cdr.STATE, PUBLISH, RELIABLE, state_message, "motion of balls and rings, energies"),
         Topic("joint_states", cdr.JOINT_STATE, PUBLISH, RELIABLE, joint_message, "angles of inner ring and orbits"),
         Topic("markers", cdr.MARKERS, MARKERS, RELIABLE, marker_array, "balls, rings, ellipses, loads to look at"),
-        Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, RELIABLE, None, "every solver output, without loss"),
+        samples,
     )  # fmt: skip
 
 

@@ -1,6 +1,5 @@
 """From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
 
-from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853, Radau
@@ -8,6 +7,7 @@ from scipy.integrate import DOP853, Radau
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.motion.steppers import RODAS4
 from bearing_twin.rotation import turned
+from bearing_twin.sample import Found
 from bearing_twin.scenes.bearing import (
     COLUMNS,
     GROSS_WORK,
@@ -40,14 +40,6 @@ APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position 
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
 SCIPY = {"dop853": DOP853, "radau": Radau}
-
-
-class Found(NamedTuple):
-    """Figures of a run with SI-suffixed keys, what to doubt in it, and "done" or what failed."""
-
-    figures: dict
-    flags: tuple[str, ...]
-    status: str
 
 
 class BearingMotion:

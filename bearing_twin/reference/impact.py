@@ -1,0 +1,123 @@
+"""Closed forms of the central impact of two elastic bodies whose load is `coefficient * approach^1.5` (Hertz).
+
+Landau and Lifchitz, Theory of Elasticity, section 9; paper 3, eqs. (1), (2) and (13). Every function takes numbers or
+arrays that broadcast; SI units; `speed` > 0 is the relative speed at the first touch, `reduced_mass` is
+m m'/(m + m'). Wave motion in the bodies is neglected: right while the contact lasts many wave transits.
+"""
+
+import math
+
+import numpy as np
+from scipy.special import betaincinv
+
+from bearing_twin.contact.damping import restitution_of
+
+CONTACT_CONSTANT = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
+"""C_H = contact time * speed / greatest approach = 2.9432751843; the 2.94 of paper 3, eq. (2)."""
+
+FORCE_TIME_INVARIANT = 1.25 * CONTACT_CONSTANT
+"""Peak force * contact time / (reduced mass * speed) = 3.6790939804, whatever the bodies."""
+
+
+def greatest_approach(coefficient, reduced_mass, speed):
+    """Approach [m] at which the bodies stand still against each other: (5 mu v^2 / (4 c))^(2/5)."""
+    return (1.25 * reduced_mass * speed**2 / coefficient) ** 0.4
+
+
+def contact_time(coefficient, reduced_mass, speed):
+    """Duration [s] of the contact, C_H h0 / v = alpha v^(-1/5) (paper 3, eq. 1)."""
+    return CONTACT_CONSTANT * greatest_approach(coefficient, reduced_mass, speed) / speed
+
+
+def peak_force(coefficient, reduced_mass, speed):
+    """Greatest load [N], c h0^1.5."""
+    return coefficient * greatest_approach(coefficient, reduced_mass, speed) ** 1.5
+
+
+def alpha(coefficient, reduced_mass):
+    """Paper 3's alpha [s (m/s)^(1/5)] of `contact time = alpha v^(-1/5)`, eq. (2) with 2.94 made exact."""
+    return CONTACT_CONSTANT * (1.25 * reduced_mass / coefficient) ** 0.4
+
+
+def coefficient_of_alpha(measured_alpha, reduced_mass):
+    """Load coefficient [N/m^1.5] that gives a measured alpha; the inverse of `alpha` (C = 5k/4 of paper 3, eq. 12)."""
+    return 1.25 * reduced_mass * (CONTACT_CONSTANT / measured_alpha) ** 2.5
+
+
+def approach_history(times, coefficient, reduced_mass, speed):
+    """Approach [m] at `times` [s] after the first touch, zero before and after the contact.
+
+    t / tau = I_x(2/5, 1/2) / 2 with x = (h / h0)^(5/2), the regularised incomplete beta function, up to the greatest
+    approach; the way back mirrors the way there.
+    """
+    duration = contact_time(coefficient, reduced_mass, speed)
+    share = np.clip(np.asarray(times, float) / duration, 0.0, 1.0)
+    share = 2.0 * np.minimum(share, 1.0 - share)
+    return greatest_approach(coefficient, reduced_mass, speed) * betaincinv(0.4, 0.5, share) ** 0.4
+
+
+def force_history(times, coefficient, reduced_mass, speed):
+    """Load [N] at `times` [s] after the first touch: `coefficient * approach_history^1.5`."""
+    return coefficient * approach_history(times, coefficient, reduced_mass, speed) ** 1.5
+
+
+def damped_impact(coefficient, reduced_mass, speed, damping):
+    """Contact time [s], peak force [N], greatest approach [m] and restitution of an impact with the Hunt-Crossley load.
+
+    The first integral  0.4 c h^2.5 = mu * integral of u du / (1 + chi u) from w to v  gives the approach h as a
+    function of the approach rate w, and the time is the quadrature of -mu dw / load (see `damped_history`). Numbers
+    only; `damping` = 0 gives the closed forms.
+    """
+    if damping == 0.0:
+        bodies = coefficient, reduced_mass, speed
+        return float(contact_time(*bodies)), float(peak_force(*bodies)), float(greatest_approach(*bodies)), 1.0
+    times, _, rates = damped_history(coefficient, reduced_mass, speed, damping)
+    # The load is greatest where 1.5 w (1 + chi w) = chi h load / mu; bisected on the rates.
+    low, high = 0.0, speed
+    for _ in range(200):
+        rate = 0.5 * (low + high)
+        h = _approach_at(rate, coefficient, reduced_mass, speed, damping)
+        load = coefficient * h**1.5 * (1.0 + damping * rate)
+        rising = 1.5 * rate * (1.0 + damping * rate) > damping * h * load / reduced_mass
+        low, high = (low, rate) if rising else (rate, high)
+    deepest = _approach_at(0.0, coefficient, reduced_mass, speed, damping)
+    return float(times[-1]), float(load), float(deepest), float(-rates[-1] / speed)
+
+
+def damped_history(coefficient, reduced_mass, speed, damping, pieces=200):
+    """Times [s] from the first touch, approach [m] and its rate [m/s], by quadrature over the rates; damping > 0.
+
+    Near either end the approach goes as (distance in rate)^0.4, so rates are spaced as share^2.5 from both ends:
+    then the time goes evenly, and the Gauss rule in each piece has a smooth integrand.
+    """
+    leaving = restitution_of(damping * speed) * speed
+    points, weights = np.polynomial.legendre.leggauss(8)
+    edges = np.linspace(0.0, 1.0, pieces + 1)
+    share = edges[:-1, None] + 0.5 * (points + 1.0) / pieces
+    halves = []
+    for end in (speed, -leaving):
+        rates = end - end * share**2.5
+        load = coefficient * _approach_at(rates, coefficient, reduced_mass, speed, damping) ** 1.5
+        load = load * (1.0 + damping * rates)
+        span = 0.5 / pieces * np.sum(weights * reduced_mass * 2.5 * abs(end) * share**1.5 / load, axis=1)
+        halves.append((np.concatenate([[0.0], np.cumsum(span)]), end - end * edges**2.5))
+    (there, falling), (back, rising) = halves
+    times = np.concatenate([there, there[-1] + back[-1] - back[-2::-1]])
+    rates = np.concatenate([falling, rising[-2::-1]])
+    approach = _approach_at(rates, coefficient, reduced_mass, speed, damping)
+    approach[[0, -1]] = 0.0
+    return times, approach, rates
+
+
+def _approach_at(rate, coefficient, reduced_mass, speed, damping):
+    return (2.5 * reduced_mass / coefficient * _lost(speed, rate, damping)) ** 0.4
+
+
+def _lost(speed, rate, damping):
+    """The integral of w dw / (1 + damping w) from `rate` to `speed`; a series where damping is too small for logs."""
+    x, y = damping * speed, damping * np.asarray(rate, float)
+    if x < 1e-3:
+        # (x^2 - y^2)/2 - (x^3 - y^3)/3 + ..., six terms reach 1e-18
+        powers = [(-1.0) ** k * (x**k - y**k) / k for k in range(2, 8)]
+        return np.maximum(sum(powers), 0.0) / damping**2
+    return np.maximum((x - y) - np.log1p((x - y) / (1.0 + y)), 0.0) / damping**2

@@ -1,0 +1,130 @@
+"""Impacts are runs like any other: samples by channel, blocks, reports, resets, resolved scenes."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from bearing_twin.charts.impacts import ImpactHistory, plot_impact
+from bearing_twin.cli import main
+from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.fidelity import choose
+from bearing_twin.scene import KINDS, load_scene, parse_scene
+from bearing_twin.simulation import MOTIONS, Simulation, simulate
+
+SCENES = (
+    "two_spheres", "two_discs", "sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm",
+    "sphere_on_beam_drop_600mm",
+)  # fmt: skip
+KEYS = {"peak_force_n", "contact_duration_s", "contacts", "restitution", "energy_closure", "flags", "status"}
+BEAM_KEYS = {"peak_deflection_m", "peak_stress_pa"}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_run_yields_its_samples_and_the_figures_of_the_impact(name):
+    run = simulate(name)
+    samples = list(run)
+    assert len(samples) == run.outputs > 300
+    assert [sample.sequence for sample in samples] == list(range(len(samples)))
+    for sample in samples[:: len(samples) // 7]:
+        for channel in run.channels:
+            value = sample[channel.name]
+            assert value.shape == channel.shape
+            assert np.isfinite(value).all()
+    report = json.loads(json.dumps(run.report.as_dict(), allow_nan=False))
+    assert set(report) >= KEYS | (BEAM_KEYS if "beam" in name else set())
+    assert report["status"] == "done"
+    assert abs(report["energy_closure"]) < 1e-6
+    assert set(report["contacts"][0]) == {"start_s", "duration_s", "peak_force_n", "impulse_ns"}
+    force = np.array([sample["normal_load"] for sample in samples])
+    assert force.max() == pytest.approx(report["peak_force_n"], rel=5e-3)
+    assert samples[0].time_ns == 0
+    assert force[0] == force[-1] == 0.0
+    last = report["contacts"][-1]
+    assert 1e-9 * samples[-1].time_ns > last["start_s"] + last["duration_s"]
+
+
+@pytest.mark.parametrize("name", ["two_spheres", "sphere_on_beam"])
+def test_the_numbers_do_not_depend_on_how_the_run_is_cut(name):
+    whole, cut = Simulation(load_scene(name)), Simulation(load_scene(name))
+    block = whole.advance(300)
+    pieces = [cut.advance(count) for count in (1, 99, 200)]
+    for channel in whole.channels:
+        joined = np.concatenate([piece.values[channel.name] for piece in pieces])
+        assert np.array_equal(joined, block.values[channel.name])
+    whole.reset()
+    assert np.array_equal(whole.advance(300).matrix(), block.matrix())
+
+
+def test_a_run_that_ends_early_says_so():
+    run = simulate(load_scene("two_spheres", ["run.duration=3.0e-5"]))
+    list(run)
+    assert any("before the contact does" in flag for flag in run.report.flags)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_resolved_scene_is_complete_and_reads_as_itself(name):
+    scene = load_scene(name)
+    run = scene.parameters.run
+    assert min(run.duration, run.output_rate, run.publish_rate) > 0.0
+    assert parse_scene(scene.resolved(), "log") == scene
+
+
+def test_overrides_come_before_what_is_left_to_be_chosen():
+    slow = load_scene("two_spheres", ["motion.first_velocity=0.02"])
+    ratio = slow.parameters.run.duration / load_scene("two_spheres").parameters.run.duration
+    assert ratio == pytest.approx(1000.0**0.2, rel=1e-3)
+    assert load_scene("two_spheres", ["run.duration=1.0e-4"]).parameters.run.duration == 1e-4
+
+
+def test_every_kind_can_be_moved_and_chosen_for():
+    assert set(KINDS) == set(MOTIONS)
+    for name in SCENES:
+        assert choose(load_scene(name)).reason
+
+
+def test_the_closed_form_is_chosen_when_it_says_all_that_is_wanted():
+    assert choose(load_scene("two_spheres")).stepper == "closed_form"
+    assert choose(load_scene("two_spheres", ["contact.restitution=0.8"])).stepper == "dop853"
+    assert choose(load_scene("two_spheres", ["contact.restitution=0.8", "run.wanted=peaks"])).stepper == "closed_form"
+    assert choose(load_scene("two_spheres", ["contact.measured_alpha=1.138e-4"])).law == "measured"
+
+
+def test_a_force_that_is_assumed_never_reports_success():
+    run = simulate(load_scene("sphere_on_beam", ["solver.stepper=sinusoidal"]))
+    list(run)
+    assert run.report.status == "failed: energy"
+    assert math.isfinite(run.report.figures["peak_stress_pa"])
+
+
+@pytest.mark.parametrize("name", ["two_spheres", "sphere_on_beam_drop_50mm"])
+def test_the_command_line_prints_and_draws_an_impact(name, tmp_path, capsys):
+    picture = tmp_path / "impact.png"
+    assert main(["simulate", name, "--plot", str(picture), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert set(report) >= KEYS
+    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.mark.parametrize("name", ["two_spheres", "sphere_on_beam_drop_50mm"])
+def test_an_impact_is_logged_verified_and_reported_like_any_run(name, tmp_path, capsys):
+    log = str(tmp_path / "impact.mcap")
+    answers = []
+    for words in (["simulate", name, "--out", log], ["verify", log], ["report", log]):
+        assert main([*words, "--json"]) == 0
+        answers.append(json.loads(capsys.readouterr().out))
+    simulated, verified, reported = answers
+    assert verified["greatest_deviation"] == 0.0
+    assert reported["missing_outputs"] == 0
+    assert len(reported["contacts"]) == len(simulated["contacts"])
+    for found, exact in zip(reported["contacts"], simulated["contacts"], strict=True):
+        assert found["impulse_ns"] == pytest.approx(exact["impulse_ns"], rel=1e-3)
+        assert found["peak_force_n"] == pytest.approx(exact["peak_force_n"], rel=1e-3)
+
+
+def test_a_picture_needs_samples_and_a_place(tmp_path):
+    with pytest.raises(LogError, match="no sample"):
+        plot_impact(ImpactHistory(), tmp_path / "empty.png")
+    with pytest.raises(BearingTwinError, match="cannot be written"):
+        plot_impact(simulate("two_spheres"), tmp_path / "nowhere" / "impact.png")

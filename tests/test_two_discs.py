@@ -1,0 +1,137 @@
+"""Two discs in line contact: contact times of paper 3, eq. (14), both laws, both methods, and where no solution is."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import lambertw
+
+from bearing_twin.contact import line
+from bearing_twin.contact.line import line_law
+from bearing_twin.errors import SceneError
+from bearing_twin.reference import disc_impact
+from bearing_twin.scene import load_scene
+from bearing_twin.scenes.two_discs import solve
+
+REDUCED = 7853.981634
+LAW = line_law("line", 1.0, 2.0, 5e9, 0.3)
+
+
+def solved(*overrides, law="line", stepper="closed_form"):
+    return solve(load_scene("two_discs", overrides).parameters, law, stepper)
+
+
+@pytest.mark.parametrize(("speed", "time"), [(10.0, 6.4857259957e-3), (100.0, 5.5677528716e-3)])
+def test_contact_times_of_equation_14(speed, time):
+    assert disc_impact.contact_time(LAW, REDUCED, speed) == pytest.approx(time, rel=1e-9)
+    found = solved(f"motion.first_velocity={speed}")
+    assert found.contact_duration == pytest.approx(time, rel=1e-9)
+
+
+def test_peaks_of_equation_14():
+    found = solved()
+    assert found.peak_force == pytest.approx(39571863.7, rel=1e-8)
+    assert found.greatest_approach == pytest.approx(2.0993635e-2, rel=1e-7)
+
+
+@pytest.mark.parametrize("law", line.LINE_LAWS)
+def test_quadrature_has_twelve_digits(law):
+    """Against a finer rule, and against an adaptive one on the same integral in its plain form."""
+    made = line_law(law, 1.0, 2.0, 5e9, 0.3)
+    coarse, fine = (disc_impact.contact_time(made, REDUCED, 10.0, nodes) for nodes in (disc_impact.NODES, 400))
+    assert coarse == pytest.approx(fine, rel=1e-12)
+    energy = 0.5 * REDUCED * 100.0
+
+    def integrand(angle):
+        return 2.0 * REDUCED * 10.0 * math.sin(angle) / line.load_of_energy(made, energy * math.sin(angle) ** 2)
+
+    adaptive, _ = quad(integrand, 0.0, 0.5 * math.pi, epsabs=0.0, epsrel=1e-12, limit=200)
+    assert coarse == pytest.approx(adaptive, rel=1e-10)
+
+
+@pytest.mark.parametrize("law", line.LINE_LAWS)
+def test_the_differential_equation_gives_the_quadrature(law):
+    exact = solved(law=law)
+    found = solved("solver.tolerance=1e-12", law=law, stepper="dop853")
+    for name in ("contact_duration", "peak_force", "greatest_approach", "restitution"):
+        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-9)
+    assert found.force == pytest.approx(exact.force, abs=1e-7 * exact.peak_force)
+    assert abs(found.energy_closure) < 1e-10
+
+
+def test_impulse_is_the_integral_of_the_force():
+    found = solved("run.output_rate=1.0e7")
+    inside = found.time <= found.contact_duration
+    assert np.trapezoid(found.force[inside], found.time[inside]) == pytest.approx(found.contacts[0].impulse, rel=1e-6)
+    assert found.contacts[0].impulse == pytest.approx(2.0 * REDUCED * 10.0, rel=1e-8)
+
+
+def test_many_discs_at_once_and_their_mean():
+    """E ~ gamma(5e9, 1e9), by Gauss quadrature over its quantiles: mean and standard deviation of the contact time."""
+    from scipy.stats import gamma
+
+    points, weights = np.polynomial.legendre.leggauss(400)
+    moduli = gamma(25.0, scale=2e8).ppf(0.5 * (points + 1.0))
+    times = disc_impact.contact_time(line_law("line", 1.0, 2.0, moduli, 0.3), REDUCED, 10.0)
+    mean = 0.5 * np.sum(weights * times)
+    assert mean == pytest.approx(6.5773670e-3, rel=1e-5)
+    assert math.sqrt(0.5 * np.sum(weights * (times - mean) ** 2)) == pytest.approx(6.3424330e-4, rel=2e-3)
+
+
+def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
+    from bearing_twin.fidelity import choose
+
+    assert choose(load_scene("two_discs")).law == "line"
+    assert "johnson costs no more" in choose(load_scene("two_discs")).warnings[0]
+    free = choose(load_scene("two_discs", ["contact.normal=auto", "run.wanted=peaks"]))
+    assert (free.law, free.stepper, free.warnings) == ("johnson", "closed_form", ())
+
+
+@pytest.mark.parametrize(("speed", "ratio"), [(10.0, 1.138), (100.0, 1.213)])
+def test_equation_14_is_softer_than_plane_strain_for_thick_discs(speed, ratio):
+    laws = (line_law(name, 1.0, 2.0, 5e9, 0.3) for name in ("line", "johnson"))
+    paper, johnson = (disc_impact.contact_time(law, REDUCED, speed) for law in laws)
+    assert paper / johnson == pytest.approx(ratio, abs=1e-3)
+
+
+SOFT = (
+    "disc.radius=0.1", "disc.thickness=0.01", "motion.first_velocity=1.0",
+    "disc.material={young_modulus: 1.0e5, poisson_ratio: 0.25, density: 960.0}",
+)  # fmt: skip
+
+
+def test_a_soft_disc_has_no_solution_by_equation_14_and_the_sentence_names_what_has():
+    """Paper 3's soft discs at 1 m/s: the energy is more than (14) can store; Lambert's argument leaves its domain."""
+    law = line_law("line", 0.1, 0.01, 1e5, 0.25)
+    energy = 0.25 * 960.0 * math.pi * 0.01 * 0.01
+    assert energy > line.greatest_energy(law)
+    ratio = 4.0 * law.half_thickness * law.compliance * energy / (law.scale**2 / math.e)
+    assert lambertw(-ratio, -1).imag != 0.0
+    assert math.isnan(disc_impact.contact_time(law, 0.5 * 960.0 * math.pi * 1e-4, 1.0))
+    with pytest.raises(SceneError, match=r"no solution: eq. \(14\).*finite elasticity.*or a speed below"):
+        load_scene("two_discs", [*SOFT, "contact.normal=line"])
+
+
+def test_the_sentence_offers_johnson_where_johnson_has_a_solution():
+    stored = line.greatest_energy(line_law("johnson", 0.1, 0.01, 1e5, 0.25))
+    assert 0.25 * 960.0 * math.pi * 1e-4 < stored
+    with pytest.raises(SceneError, match=r"use contact\.normal: johnson, or finite elasticity"):
+        load_scene("two_discs", [*SOFT, "contact.normal=line"])
+    found = solve(load_scene("two_discs", [*SOFT, "contact.normal=auto"]).parameters, "johnson", "closed_form")
+    assert math.isfinite(found.contact_duration)
+    assert any("half-space" in flag for flag in found.flags)
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("motion.first_velocity=0", "never meet"),
+        ("disc.thickness=0", "above 0"),
+        ("disc.material.poisson_ratio=0.6", "below 0.5"),
+        ("contact.normal=hertz", "legal: auto, line, johnson"),
+    ],
+)
+def test_bad_input_gets_a_sentence(override, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        load_scene("two_discs", [override])

@@ -1,0 +1,228 @@
+"""Two spheres: closed forms, differential equation, restitution, and what fixed steps and blind integrators do."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from bearing_twin.contact.damping import damping_for_restitution
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.motion.collision import NO_LINE, Spring, collide, march_fixed
+from bearing_twin.reference import impact
+from bearing_twin.scene import load_scene
+from bearing_twin.scenes.two_spheres import solve
+
+MASS = 0.1129  # reduced, of the two spheres of paper 3
+STEEL = 4.0 / 3.0 * 2.1e11 / (2.0 * 0.91) * math.sqrt(0.01905 / 2.0)
+SPEEDS = st.floats(1e-3, 50.0)
+
+
+def solved(*overrides, stepper="closed_form"):
+    return solve(load_scene("two_spheres", overrides).parameters, "hertz", stepper)
+
+
+def test_contact_constant_and_invariant():
+    """The 2.94 of paper 3, eq. (2), and F_peak tau / (mu v)."""
+    assert pytest.approx(2.943275184324705, rel=1e-14) == impact.CONTACT_CONSTANT
+    assert pytest.approx(3.67909398, rel=1e-8) == impact.FORCE_TIME_INVARIANT
+
+
+def test_the_spheres_of_paper_3():
+    """Eqs. (1) and (2) with the printed steel data."""
+    assert impact.alpha(STEEL, MASS) == pytest.approx(1.143048864e-4, rel=1e-9)
+    found = solved()
+    assert found.contact_duration == pytest.approx(6.278541908e-5, rel=1e-9)
+    assert found.peak_force == pytest.approx(132314.068, rel=1e-8)
+    assert found.greatest_approach == pytest.approx(4.26636418e-4, rel=1e-8)
+    assert solved("motion.first_velocity=0.1").peak_force == pytest.approx(229.28, rel=1e-4)
+
+
+def test_a_measured_alpha_takes_the_place_of_the_materials():
+    found = solved("contact.measured_alpha=1.138e-4")
+    assert found.contact_duration == pytest.approx(6.250809491e-5, rel=1e-9)
+    assert found.peak_force == pytest.approx(132901.094, rel=1e-8)
+    assert impact.alpha(impact.coefficient_of_alpha(1.138e-4, MASS), MASS) == pytest.approx(1.138e-4, rel=1e-14)
+
+
+@settings(deadline=None)
+@given(SPEEDS, st.floats(1e-4, 10.0), st.floats(1e6, 1e12))
+def test_invariants_hold_for_any_bodies(speed, mass, coefficient):
+    """F_peak tau = 3.679 mu v; tau v^(1/5) = alpha."""
+    bodies = coefficient, mass, speed
+    product = impact.peak_force(*bodies) * impact.contact_time(*bodies)
+    assert product == pytest.approx(impact.FORCE_TIME_INVARIANT * mass * speed, rel=1e-12)
+    assert impact.contact_time(*bodies) * speed**0.2 == pytest.approx(impact.alpha(coefficient, mass), rel=1e-12)
+
+
+def test_the_history_carries_the_impulse_and_obeys_newton():
+    """Paper 3, eq. (13): mu x'' = -c x^1.5, by central differences; the integral of the force is 2 mu v."""
+    tau = impact.contact_time(STEEL, MASS, 20.0)
+    times = np.linspace(0.0, tau, 4001)
+    force = impact.force_history(times, STEEL, MASS, 20.0)
+    assert np.trapezoid(force, times) == pytest.approx(2.0 * MASS * 20.0, rel=1e-6)
+    assert force.max() == pytest.approx(impact.peak_force(STEEL, MASS, 20.0), rel=1e-9)
+    x = impact.approach_history(times, STEEL, MASS, 20.0)
+    second = np.diff(x, 2) / (times[1] - times[0]) ** 2
+    assert second[100:-100] == pytest.approx(-force[101:-101] / MASS, rel=1e-4)
+
+
+def test_a_million_impacts_at_once():
+    speeds = np.linspace(0.1, 50.0, 1_000_000)
+    times = impact.contact_time(STEEL, MASS, speeds)
+    assert times.shape == impact.peak_force(STEEL, MASS, speeds).shape == speeds.shape
+    assert times[[0, -1]] == pytest.approx([impact.contact_time(STEEL, MASS, v) for v in (0.1, 50.0)], rel=1e-14)
+
+
+def test_the_differential_equation_gives_the_closed_form():
+    exact, found = solved(), solved("solver.tolerance=1e-12", stepper="dop853")
+    for name in ("contact_duration", "peak_force", "greatest_approach", "restitution"):
+        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-10)
+    assert found.force == pytest.approx(exact.force, abs=1e-9 * exact.peak_force)
+    assert found.values["velocity"] == pytest.approx(exact.values["velocity"], abs=1e-8)
+
+
+@pytest.mark.parametrize(("restitution", "product"), [(0.9, 0.16648), (0.7, 0.63483), (0.5, 1.43275)])
+def test_damping_gives_exactly_the_restitution_asked_for(restitution, product):
+    """chi v (1 + e) = ln[(1 + chi v) / (1 - e chi v)]; usual shortcuts give 0.47 to 0.73 for 0.5."""
+    assert damping_for_restitution(restitution, 20.0) * 20.0 == pytest.approx(product, abs=6e-6)
+    by_quadrature = solved(f"contact.restitution={restitution}")
+    by_equation = solved(f"contact.restitution={restitution}", "solver.tolerance=1e-12", stepper="dop853")
+    for found in (by_quadrature, by_equation):
+        assert found.restitution == pytest.approx(restitution, rel=1e-9)
+        assert abs(found.energy_closure) < 1e-9
+    assert by_quadrature.contact_duration == pytest.approx(by_equation.contact_duration, rel=1e-9)
+    assert by_quadrature.peak_force == pytest.approx(by_equation.peak_force, rel=1e-8)
+    assert by_quadrature.force == pytest.approx(by_equation.force, abs=1e-6 * by_equation.peak_force)
+
+
+def test_damping_goes_to_nothing_as_restitution_goes_to_one():
+    elastic, damped = impact.damped_impact(STEEL, MASS, 20.0, 0.0), impact.damped_impact(STEEL, MASS, 20.0, 1e-9)
+    assert damped == pytest.approx(elastic, rel=1e-7)
+
+
+@settings(deadline=None)
+@given(st.floats(0.1, 5.0), st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.sampled_from([1.0, 0.8]))
+def test_momentum_is_kept_and_velocities_part_as_restitution_says(heavier, second, speed, restitution):
+    overrides = (
+        f"second.mass={heavier}", f"motion.first_velocity={second + speed}", f"motion.second_velocity={second}",
+        f"contact.restitution={restitution}",
+    )  # fmt: skip
+    found = solved(*overrides)
+    velocity, masses = found.values["velocity"], np.array([0.2258, heavier])
+    momentum = velocity @ masses
+    assert momentum == pytest.approx(momentum[0], abs=1e-9 * np.abs(masses * velocity[0]).sum())
+    assert velocity[-1, 1] - velocity[-1, 0] == pytest.approx(restitution * speed, rel=1e-8)
+
+
+def test_energy_is_kept_through_the_contact():
+    found = solved("solver.tolerance=1e-11", stepper="dop853")
+    total = found.values["kinetic_energy"] + found.values["elastic_energy"]
+    assert total == pytest.approx(0.5 * MASS * 400.0, rel=1e-8)
+
+
+def test_spheres_a_metre_apart_do_not_pass_through_each_other():
+    """Adaptive integrators step over the contact and report success; free flight here is exact."""
+
+    diameter = 0.0381
+
+    def right_hand_side(_, y):
+        """Distance of the centres and its rate; the spheres repel where they overlap."""
+        return [y[1], math.copysign(STEEL * max(diameter - abs(y[0]), 0.0) ** 1.5 / MASS, y[0])]
+
+    passed = 0
+    for method in ("RK45", "DOP853", "Radau", "BDF", "LSODA"):
+        for tolerance in (1e-3, 1e-6, 1e-9):
+            blind = solve_ivp(right_hand_side, (0.0, 0.1), [1.0 + diameter, -20.0], method, rtol=tolerance)
+            assert blind.success
+            passed += blind.y[0, -1] < -diameter
+    assert passed >= 12
+    found = solved("motion.gap=1.0")
+    assert found.contacts[0].start == pytest.approx(0.05, rel=1e-12)
+    assert found.contacts[0].duration == pytest.approx(6.278541908e-5, rel=1e-9)
+
+
+def restitutions(method, steps):
+    nodes = np.empty((2000, 4))
+    step = impact.contact_time(STEEL, MASS, 20.0) / steps
+    spring, found = Spring(STEEL, NO_LINE, 0.0), []
+    for phase in np.linspace(0.001, 1.0, 200):
+        count = march_fixed(method, spring, MASS, 20.0, step, phase, nodes)
+        assert count > 0
+        found.append(-nodes[count - 1, 2] / 20.0)
+    return min(found), max(found)
+
+
+@pytest.mark.parametrize(
+    ("method", "steps", "low", "high"),
+    [(1, 2, 0.59, 2.38), (1, 3, 0.94, 1.07), (1, 5, 0.98, 1.02), (1, 8, 0.995, 1.005), (0, 1, 0.37, 3.5)],
+)
+def test_too_few_fixed_steps_make_or_lose_speed(method, steps, low, high):
+    """Restitution of an elastic impact over all phases of the first step; 1 = rk4 at 0, symplectic Euler at 1."""
+    least, greatest = restitutions(method, steps)
+    assert least == pytest.approx(low, rel=0.15 if steps == 1 else 0.01)
+    assert greatest == pytest.approx(high, rel=0.03)
+
+
+def test_a_step_beyond_an_eighth_of_the_contact_is_refused_and_a_coarse_one_is_warned_of():
+    from bearing_twin.fidelity import choose
+
+    with pytest.raises(SceneError, match="at least 8 steps; use"):
+        load_scene("two_spheres", ["solver.stepper=rk4", "solver.step=1.0e-5"])
+    coarse = load_scene("two_spheres", ["solver.stepper=symplectic_euler", "solver.step=6.0e-6"])
+    assert "16 steps a contact" in choose(coarse).warnings[0]
+    assert choose(load_scene("two_spheres", ["solver.stepper=rk4"])).warnings == ()
+
+
+@pytest.mark.parametrize(("stepper", "order"), [("rk4", 2.0), ("symplectic_euler", 1.0)])
+def test_fixed_steps_converge(stepper, order):
+    exact, errors = solved().contact_duration, []
+    for count in (50, 800):
+        step = exact / count
+        errors.append(abs(solved(f"solver.step={step!r}", stepper=stepper).contact_duration / exact - 1.0))
+    assert math.log(errors[0] / errors[1]) / math.log(16.0) > order - 0.1
+
+
+def test_numbers_that_are_not_finite_stop_the_run():
+    """LSODA returns success with NaN; here one sentence says what happened."""
+    blind = solve_ivp(lambda t, y: [y[1], math.nan if t > 5e-5 else 0.0], (0.0, 1e-4), [0.0, 20.0], "LSODA")
+    assert blind.success
+    assert np.isnan(blind.y).any()
+    for method in ("dop853", "rk4"):
+        with pytest.raises(IntegrationError, match="not finite"):
+            collide(Spring(math.nan, NO_LINE, 0.0), MASS, 20.0, method, 1e-9, 1e-6, 6e-5)
+
+
+def test_the_compiled_march_gives_the_plain_numbers():
+    spring, step = Spring(STEEL, NO_LINE, 0.01), 4e-6
+    compiled, plain = np.zeros((100, 4)), np.zeros((100, 4))
+    count = march_fixed(0, spring, MASS, 20.0, step, 0.5, compiled)
+    assert march_fixed.py_func(0, spring, MASS, 20.0, step, 0.5, plain) == count
+    assert plain[:count] == pytest.approx(compiled[:count], rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("motion.first_velocity=0", "never meet"),
+        ("motion.first_velocity=-3.0", "never meet"),
+        ("motion.second_velocity=20.0", "never meet"),
+        ("first.radius=0", "first.radius = 0 is out of range"),
+        ("first.material.poisson_ratio=0.5", "below 0.5"),
+        ("contact.restitution=0", "above 0"),
+        ("contact.restitution=1.2", "at most 1"),
+        ("motion.gap=-1e-3", "at least 0"),
+        ("solver.stepper=euler", "did you mean symplectic_euler|legal"),
+        ("motion.velocity=3", "is not a key"),
+    ],
+)
+def test_bad_input_gets_a_sentence(override, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        load_scene("two_spheres", [override])
+
+
+def test_flags_say_where_the_elastic_theory_ends():
+    assert any("yield pressure" in flag for flag in solved().flags)
+    assert solved("motion.first_velocity=0.01").flags == ()
