@@ -1,6 +1,5 @@
 """From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
 
-
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
