@@ -7,9 +7,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.charts.style import BALL_COLOURS, STYLE, finish, frame, heading
 from bearing_twin.charts.summary import run_facts
-from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.errors import LogError
 from bearing_twin.motion.collision import peak_of
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
@@ -58,14 +58,7 @@ def plot_impact(source, png_path, facts: dict | None = None) -> Path:
         _draw_pair(figure, values)
     scene = facts.get("scene")
     title = scene.description if scene and scene.description else "Impact"
-    figure.text(0.06, 0.955, title, fontsize=17, weight="bold", color=STYLE["ink"], va="center")
-    figure.text(0.06, 0.022, _footer(facts, values), fontsize=10.5, color=STYLE["soft"], va="center")
-    path = Path(png_path)
-    try:
-        figure.savefig(path, format="png", metadata={"Software": f"bearing_twin {__version__}"})
-    except OSError as error:
-        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
-    return path
+    return finish(figure, title, _footer(facts, values), png_path, size=17)
 
 
 def summarise_impact(stream, blocks, history: ImpactHistory) -> dict:

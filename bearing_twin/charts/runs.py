@@ -16,11 +16,11 @@ from bearing_twin.charts.style import (
     RACEWAYS,
     STYLE,
     ball_line,
+    finish,
     frame,
     heading,
 )
 from bearing_twin.charts.summary import run_facts
-from bearing_twin.errors import BearingTwinError
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
@@ -48,14 +48,7 @@ def plot_ball_loads(source, png_path, title: str | None = None, facts: dict | No
     _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
 
     title = title or _title(history, scene)
-    figure.text(0.06, 0.955, title, fontsize=20, weight="bold", color=STYLE["ink"], va="center")
-    figure.text(0.06, 0.022, _footer(facts, history), fontsize=10.5, color=STYLE["soft"], va="center")
-    path = Path(png_path)
-    try:
-        figure.savefig(path, format="png", metadata={"Software": f"bearing_twin {__version__}"})
-    except OSError as error:
-        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
-    return path
+    return finish(figure, title, _footer(facts, history), png_path)
 
 
 def _draw_loads(figure, axes, history):

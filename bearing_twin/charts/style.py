@@ -1,5 +1,10 @@
 """Colours that stay apart for colour-blind eyes (Okabe and Ito), the same in every chart."""
 
+from pathlib import Path
+
+from bearing_twin import __version__
+from bearing_twin.errors import BearingTwinError
+
 STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6dc", "edge": "#8a97a3"}
 
 BALL_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000", "#B8A800")
@@ -30,3 +35,15 @@ def frame(axis) -> None:
     axis.tick_params(length=0, labelsize=11, labelcolor=STYLE["ink"])
     axis.xaxis.label.set(size=12, color=STYLE["ink"])
     axis.yaxis.label.set(size=12, color=STYLE["ink"])
+
+
+def finish(figure, title: str, footer: str, png_path, size: int = 20) -> Path:
+    """Writes title and footer on a picture of a run and saves it; raises BearingTwinError where that is impossible."""
+    figure.text(0.06, 0.955, title, fontsize=size, weight="bold", color=STYLE["ink"], va="center")
+    figure.text(0.06, 0.022, footer, fontsize=10.5, color=STYLE["soft"], va="center")
+    path = Path(png_path)
+    try:
+        figure.savefig(path, format="png", metadata={"Software": f"bearing_twin {__version__}"})
+    except OSError as error:
+        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
+    return path
