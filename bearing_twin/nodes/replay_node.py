@@ -4,13 +4,12 @@ import threading
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock as ClockMessage
 from std_srvs.srv import SetBool
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, qos_profile, stamp
+from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class
 from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import Pace, Timed
 from bearing_twin.nodes.replaying import ReplayLoop
 from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
@@ -44,15 +43,8 @@ class ReplayNode(Node):
             values["log"], self._deliver, values["rate"], round(values["start"] * 1e9), values["loop"]
         )
         self.loop.paced.paused = values["start_paused"]
-        self._log_publishers = {
-            name: self.create_publisher(message_class(ros_type), name, qos_profile(qos))
-            for name, (ros_type, qos) in self.loop.topics.items()
-        }
-        self._clock_publisher = None
-        if values["publish_clock"]:
-            self._clock_publisher = self.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
-        self._ticked = -1
-        self._published = 0
+        topics = ((name, ros_type, qos) for name, (ros_type, qos) in self.loop.topics.items())
+        self._outlet = Outlet(self, topics, values["publish_clock"])
         self._earlier = Pace(0, 0, 0, 0)
         self._warned = False
         self.create_service(SetBool, "~/pause", self._on_pause)
@@ -60,7 +52,7 @@ class ReplayNode(Node):
             message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
         )
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self.get_logger().info(f"{values['log']}: {len(self._log_publishers)} topics")
+        self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
         self.worker = Worker(self._turn, self._wait_for_subscribers, self._ended)
         self.worker.start()
 
@@ -70,27 +62,19 @@ class ReplayNode(Node):
 
     # In the worker's thread
 
+    def _deliver(self, message: Timed) -> None:
+        self._outlet.deliver(message)
+
     def _wait_for_subscribers(self) -> None:
-        wait_for_subscribers(self._log_publishers.values(), self._discovery)
+        wait_for_subscribers(self._outlet.publishers, self._discovery)
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
         if self.loop.paced.finished and not self.done.is_set():
-            acknowledged(self._log_publishers.values())
-            self.get_logger().info(f"done, {self._published} messages")
+            acknowledged(self._outlet.publishers)
+            self.get_logger().info(f"done, {self._outlet.published} messages")
             self.done.set()
         return wake_at
-
-    def _deliver(self, message: Timed) -> None:
-        try:
-            if self._clock_publisher and message.time_ns != self._ticked:
-                self._ticked = message.time_ns
-                self._clock_publisher.publish(ClockMessage(clock=stamp(message.time_ns)))
-            self._log_publishers[message.topic].publish(message.cdr)
-            self._published += 1
-        except Exception:
-            if self.context.ok():  # otherwise a signal has ended ROS under way
-                raise
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None and self.context.ok():
@@ -114,7 +98,7 @@ class ReplayNode(Node):
             "wanted_real_time_factor": wanted,
             "lag_s": pace.lag_ns * 1e-9,
             "given_up_s": pace.slipped_ns * 1e-9,
-            "messages": self._published,
+            "messages": self._outlet.published,
             "rounds": self.loop.rounds,
         }
         self._earlier = pace

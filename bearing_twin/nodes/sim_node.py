@@ -10,7 +10,6 @@ from functools import partial
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
@@ -19,9 +18,10 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.channels import NAMESPACE, MessageStream
 from bearing_twin.log.mcap_log import LogWriter
 from bearing_twin.log.raw_log import refuse_existing
-from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, diagnostics, message_class, qos_profile, stamp
+from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, diagnostics, message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.pacing import Pace, Timed
+from bearing_twin.nodes.outlet import Outlet
+from bearing_twin.nodes.pacing import Pace
 from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
@@ -72,21 +72,14 @@ class SimNode(Node):
         }
         make_stream = partial(MessageStream, scene, law=self.simulation.law)
         stream = make_stream()
-        self._topic_publishers = {
-            topic.name: self.create_publisher(message_class(topic.ros_type), topic.name, qos_profile(topic.qos))
-            for topic in stream.topics
-        }
-        self._clock_publisher = None
-        if values["publish_clock"]:
-            self._clock_publisher = self.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
-        self._ticked = -1
-        self._published = 0
+        topics = ((topic.name, topic.ros_type, topic.qos) for topic in stream.topics)
+        self._outlet = Outlet(self, topics, values["publish_clock"])
         self._log_path = values["log"]
         self._discovery = values["discovery"]
         self.loop = SimulationLoop(
             self.simulation,
             make_stream,
-            self._deliver,
+            self._outlet.deliver,
             values["real_time_factor"],
             round(values["duration"] * 1e9),
             self._open_log,
@@ -116,7 +109,7 @@ class SimNode(Node):
             message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
         )
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
-        if self._clock_publisher:
+        if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
         self.add_post_set_parameters_callback(self._on_parameters)
 
@@ -134,7 +127,7 @@ class SimNode(Node):
     def _warm_up(self) -> None:
         self.get_logger().info("compiling the kernels of this scene (some seconds the first time)")
         seconds = self.simulation.warm_up()
-        wait_for_subscribers(self._topic_publishers.values(), self._discovery)
+        wait_for_subscribers(self._outlet.publishers, self._discovery)
         self._ready = True
         self.get_logger().info(
             f"{self.simulation.scene.name} by {self.simulation.law} and {self.simulation.stepper}, "
@@ -144,22 +137,11 @@ class SimNode(Node):
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
         if self.loop.paced.finished and not self.done.is_set():
-            acknowledged(self._topic_publishers.values())
+            acknowledged(self._outlet.publishers)
             self._report()
-            self.get_logger().info(f"done at {self.loop.time_ns * 1e-9:.6f} s, {self._published} messages")
+            self.get_logger().info(f"done at {self.loop.time_ns * 1e-9:.6f} s, {self._outlet.published} messages")
             self.done.set()
         return wake_at
-
-    def _deliver(self, message: Timed) -> None:
-        try:
-            if self._clock_publisher and message.time_ns != self._ticked:
-                self._ticked = message.time_ns
-                self._clock_publisher.publish(ClockMessage(clock=stamp(message.time_ns)))
-            self._topic_publishers[message.topic].publish(message.cdr)
-            self._published += 1
-        except Exception:
-            if self.context.ok():  # otherwise a signal has ended ROS under way; the log still gets everything
-                raise
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None and self.context.ok():
@@ -211,7 +193,7 @@ class SimNode(Node):
     @guarded
     def _on_clock(self):
         if self.loop.paced.paused:
-            self._clock_publisher.publish(ClockMessage(clock=stamp(self.loop.time_ns)))
+            self._outlet.tick(self.loop.time_ns)
 
     @guarded
     def _on_diagnostics(self):
@@ -244,7 +226,7 @@ class SimNode(Node):
             "given_up_s": pace.slipped_ns * 1e-9,
             "simulation_time_s": self.loop.time_ns * 1e-9,
             "outputs": self.simulation.sequence + 1,
-            "messages": self._published,
+            "messages": self._outlet.published,
             "runs": self.loop.runs + 1,
         }
         self._publish_status(level, message, values)

@@ -4,13 +4,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bearing_twin.contact.validity import WIDEST_IN_GROOVE, gathered, width_doubt
 from bearing_twin.reference.kinematics import cage_speed, roll_rate
 from bearing_twin.sample import Block
 from bearing_twin.scenes.bearing_outputs import contact_details
 from bearing_twin.scenes.bearing_parameters import BearingScene
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
-WIDEST_ELLIPSE = 0.15  # semi-major axis / ball radius: the square, 2 %, is about what the flat half-space is off by
 ENERGY_GAIN = 0.01  # of the work moved; more is never a success
 SUMS = ("count", "load", "torque", "drive_torque", "roll_rate", "speed")
 
@@ -111,10 +111,7 @@ class Statistics:
         flags = []
         if pressure > PERMANENT_PRESSURE:
             flags.append(f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents")
-        if width > WIDEST_ELLIPSE * 0.5 * self.parameters.geometry.ball_diameter:
-            flags.append(
-                f"contact ellipses reach {width:.3g} m: wide for the ball, Hertz's flat half-space is a rough picture"
-            )
+        flags += gathered(width_doubt(width, 0.5 * self.parameters.geometry.ball_diameter, WIDEST_IN_GROOVE))
         if closure > ENERGY_GAIN:
             flags.append(
                 f"energy grew by {100 * closure:.2g} % of the work moved: shorten the step or tighten the tolerance"

@@ -1,0 +1,53 @@
+"""Where a node's timed messages leave it: one publisher a topic, and the time they belong to on /clock if wanted."""
+
+from collections.abc import Iterable
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMessage
+
+from bearing_twin.log.bag import Qos
+from bearing_twin.nodes.messages import message_class, qos_profile, stamp
+from bearing_twin.nodes.pacing import Timed
+
+
+class Outlet:
+    """Publishes serialised messages as they are, and /clock before the first of each instant; counts them."""
+
+    def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
+        self._context = node.context
+        self._publishers = {
+            name: node.create_publisher(message_class(ros_type), name, qos_profile(qos))
+            for name, ros_type, qos in topics
+        }
+        self._clock = None
+        if publish_clock:
+            self._clock = node.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
+        self._ticked = -1
+        self.published = 0
+
+    @property
+    def publishers(self):
+        """The publishers of the topics."""
+        return self._publishers.values()
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether time is published."""
+        return self._clock is not None
+
+    def tick(self, time_ns: int) -> None:
+        """Publishes the time, where that is wanted."""
+        if self._clock:
+            self._clock.publish(ClockMessage(clock=stamp(time_ns)))
+
+    def deliver(self, message: Timed) -> None:
+        """Publishes a message; once a signal has ended ROS under way there is nobody to publish to, and no error."""
+        try:
+            if message.time_ns != self._ticked:
+                self._ticked = message.time_ns
+                self.tick(message.time_ns)
+            self._publishers[message.topic].publish(message.cdr)
+            self.published += 1
+        except Exception:
+            if self._context.ok():
+                raise
