@@ -61,6 +61,11 @@ class SimNode(Node):
         self.failure: Exception | None = None
         values = declare(self, PARAMETERS)
         scene = load_scene(values["scene"], [one for one in values["overrides"] if one])
+        if scene.kind != "bearing":
+            raise BearingTwinError(
+                f"scene {scene.name} is an impact, over in {scene.parameters.run.duration:.2g} s; "
+                f"use `bearing_twin simulate {scene.name} --out LOG`, and replay_node for its log"
+            )
         if values["log"]:
             refuse_existing(values["log"])
         self.simulation = Simulation(scene)
