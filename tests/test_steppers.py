@@ -1,4 +1,4 @@
-"""Every stepper on the bearing: observed order in load and friction torque, references, refusals, tableaux."""
+"""Every stepper on the bearing: observed order in load and friction torque, references, refusals."""
 
 import platform
 
@@ -10,7 +10,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.motion.steppers import METHODS, RK4, RODAS4, factorise, next_step, substitute
+from bearing_twin.motion.steppers import METHODS, RODAS4, factorise, next_step, substitute
 from bearing_twin.scenes.bearing import COLUMNS, LANE_ROWS, LANES, raceway_rates
 
 
@@ -60,23 +60,6 @@ def test_rodas4_has_order_four_on_a_stiff_problem_with_a_known_solution():
     exact = np.array([cos(2.0), 0.5 * (cos(2.0) + sin(2.0)) + 0.5 * exp(-2.0)])
     errors = [np.abs(end(steps) - exact).max() for steps in (40, 80, 160)]
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.15)
-
-
-def test_rk4_tableau_satisfies_the_order_conditions():
-    a = np.array([[*row, *[0.0] * (4 - len(row))] for row in RK4.a])
-    b, c = np.array(RK4.b), np.array(RK4.c)
-    assert a.sum(axis=1) == pytest.approx(c)
-    conditions = [
-        b.sum(),
-        2 * b @ c,
-        3 * b @ c**2,
-        6 * b @ a @ c,
-        4 * b @ c**3,
-        8 * b @ (c * (a @ c)),
-        12 * b @ a @ c**2,
-        24 * b @ a @ a @ c,
-    ]
-    assert conditions == pytest.approx([1.0] * 8)
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,7 @@
 """Integration methods as data, and the small compiled pieces they share.
 
-Names: `METHODS` says what each stepper is. A fixed-step Runge-Kutta method is a Butcher tableau. A Rosenbrock method
-is the set of coefficients of its transformed form (Hairer and Wanner, Solving ODE II, section IV.7): with
-W = I/(h gamma) - J the stages solve
+`METHODS` says what each stepper is. A Rosenbrock method is the set of coefficients of its transformed form (Hairer and
+Wanner, Solving ODE II, section IV.7): with W = I/(h gamma) - J the stages solve
 
     W k_i = f(t + alpha_i h, y + sum_j a_ij k_j) + sum_j (c_ij / h) k_j + h d_i df/dt
 
@@ -15,15 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-
-
-class RungeKutta(NamedTuple):
-    """An explicit Runge-Kutta method: strictly lower triangular `a`, weights `b`, nodes `c`, formal order."""
-
-    a: tuple[tuple[float, ...], ...]
-    b: tuple[float, ...]
-    c: tuple[float, ...]
-    order: int
 
 
 class Rosenbrock(NamedTuple):
@@ -54,10 +44,6 @@ METHODS = {
     "dop853": Method(8, True, "SciPy DOP853, explicit; a reference"),
     "radau": Method(5, True, "SciPy Radau IIA, implicit; a reference"),
 }
-
-RK4 = RungeKutta(
-    a=((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)), b=(1 / 6, 1 / 3, 1 / 3, 1 / 6), c=(0.0, 0.5, 0.5, 1.0), order=4
-)
 
 _RODAS4_A5 = (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950)
 RODAS4 = Rosenbrock(
