@@ -12,7 +12,7 @@ from bearing_twin.contact.normal import LAWS, load_coefficient
 from bearing_twin.motion.collision import FEW_STEPS, FIXED_STEP
 from bearing_twin.scene import Scene
 from bearing_twin.scenes import sphere_on_beam
-from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, nominal_curvatures, stable_step, start_state
 from bearing_twin.scenes.pair_parameters import contact_time_by, pair_contact_time
 
 RINGING_OUTPUTS = 0.5
@@ -37,12 +37,8 @@ class Choice(NamedTuple):
 
 def law_error(law: str, scene: Scene) -> float:
     """Greatest relative load error of a law against exact Hertz at the scene's two nominal contacts."""
-    geometry = scene.parameters.geometry
-    ball = 2.0 / geometry.ball_diameter
     worst = 0.0
-    for side, conformity in ((-1.0, geometry.inner_conformity), (1.0, geometry.outer_conformity)):
-        small = 0.5 * (ball - 1.0 / (conformity * geometry.ball_diameter))
-        large = 0.5 * (ball - side / (0.5 * geometry.pitch_diameter + side / ball))
+    for small, large in nominal_curvatures(scene.parameters.geometry):
         exact = hertz_coefficient(small, large, 1.0)
         worst = max(worst, abs(load_coefficient(LAWS[law], small, large, 1.0, exact) / exact - 1.0))
     return worst

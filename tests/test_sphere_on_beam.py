@@ -82,7 +82,15 @@ def test_impulse_and_energy_identities(scene):
     assert total == pytest.approx(total[0], rel=2e-4)  # the tail's own small energy is in none of the three
 
 
-@pytest.mark.parametrize(("scene", "contacts"), [("sphere_on_beam", 1), ("sphere_on_beam_drop_600mm", 2)])
+@pytest.mark.parametrize(
+    ("scene", "contacts"),
+    [
+        ("sphere_on_beam", 1),
+        ("sphere_on_beam_drop_50mm", 2),
+        ("sphere_on_beam_drop_600mm", 2),
+        ("sphere_on_beam_long", 3),
+    ],
+)
 def test_the_integral_equation_agrees_with_the_modes(scene, contacts):
     """Eq. (9) against modes and spring: hats in time, errors of step^2 removed by one extrapolation, to 1e-8."""
     exact = thrown(scene, 500)

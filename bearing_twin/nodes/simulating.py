@@ -7,7 +7,7 @@ from pathlib import Path
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
 
-CHUNK_NS = 10_000_000  # computed in one go, so the longest simulated time a command waits
+CHUNK_NS = 10_000_000  # handed over in one go; a command waits at most for the simulation's own chunk
 LONGEST_STEP = 10.0  # s
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
 

@@ -42,7 +42,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     inner_modulus = effective_modulus(materials.ball, materials.inner_ring)
     outer_modulus = effective_modulus(materials.ball, materials.outer_ring)
     # The rational form of the law hertz ends at b/a = 0.01; grooves closer than that take the exact solution.
-    narrow = law == "hertz" and max(shape_range(geometry)) > HERTZ_U_MAX
+    narrow = law == "hertz" and max(shape_variable(*pair) for pair in nominal_curvatures(geometry)) > HERTZ_U_MAX
     tag = LAWS["hertz_exact" if narrow else law]
     return Bearing(
         geometry.balls,
@@ -61,15 +61,15 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     )
 
 
-def shape_range(geometry: Geometry) -> tuple[float, float]:
-    """`shape_variable` of the inner and the outer contact at contact angle zero."""
+def nominal_curvatures(geometry: Geometry) -> tuple[tuple[float, float], ...]:
+    """Curvatures (small, large) of the gap [1/m] at the inner and the outer contact, at contact angle zero."""
     ball = 2.0 / geometry.ball_diameter
-    shapes = []
+    pairs = []
     for side, conformity in ((-1.0, geometry.inner_conformity), (1.0, geometry.outer_conformity)):
-        along = ball - 1.0 / (conformity * geometry.ball_diameter)
-        around = ball - side / (0.5 * geometry.pitch_diameter + side / ball)
-        shapes.append(shape_variable(0.5 * along, 0.5 * max(around, along)))
-    return shapes[0], shapes[1]
+        small = 0.5 * (ball - 1.0 / (conformity * geometry.ball_diameter))
+        large = 0.5 * (ball - side / (0.5 * geometry.pitch_diameter + side / ball))
+        pairs.append((small, max(small, large)))
+    return tuple(pairs)
 
 
 def equilibrium(bearing: Bearing, orbit_rate: float, orbit_angle: float) -> tuple[float, float]:
