@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import DOP853, Radau
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.motion.steppers import RODAS4
+from bearing_twin.motion.steppers import EXPLICIT, ROSENBROCK
 from bearing_twin.rotation import turned
 from bearing_twin.sample import Found
 from bearing_twin.scenes.bearing import (
@@ -18,12 +18,13 @@ from bearing_twin.scenes.bearing import (
     bearing_rates,
     mark_near,
 )
+from bearing_twin.scenes.bearing_explicit import explicit_chunk
 from bearing_twin.scenes.bearing_groups import group_chunk, groups_of
+from bearing_twin.scenes.bearing_imex import imex_chunk
 from bearing_twin.scenes.bearing_outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.scenes.bearing_parameters import BearingScene
 from bearing_twin.scenes.bearing_report import ENERGY_GAIN, Statistics
-from bearing_twin.scenes.bearing_rk4 import rk4_chunk
-from bearing_twin.scenes.bearing_rosenbrock import Results, Task, lone_chunk
+from bearing_twin.scenes.bearing_rosenbrock import Task, lone_chunk
 from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
@@ -34,6 +35,7 @@ from bearing_twin.scenes.bearing_steps import (
     STALLED,
     STEPS,
     TOO_DEEP,
+    Results,
     relative_spin,
 )
 
@@ -41,6 +43,7 @@ NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
+FIXED_STEP = ("rk4", "imex")
 SCIPY = {"dop853": DOP853, "radau": Radau}
 
 
@@ -56,19 +59,8 @@ class BearingMotion:
         self.stepper = stepper
         start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
         self.rates = fastest_rates(self.bearing, start, parameters.drive.speed)
-        self.step = parameters.solver.step or stable_step(self.rates)
-        if stepper == "rk4" and self.step > self.rates.shortest_contact / 8.0:
-            raise SceneError(
-                f"solver.step = {self.step:g} s is too long: a contact can be as short as "
-                f"{self.rates.shortest_contact:.2g} s and needs at least 8 steps; "
-                f"use {self.rates.shortest_contact / 16.0:.2g} s or less, or solver.stepper: rodas4"
-            )
-        if stepper == "rk4" and self.step * self.rates.friction > 2.78:
-            raise SceneError(
-                f"solver.step = {self.step:g} s is unstable: friction answers at {self.rates.friction:.2g} /s and the "
-                f"classical Runge-Kutta method holds to {2.78 / self.rates.friction:.2g} s; use a shorter step, "
-                f"or solver.stepper: rodas4"
-            )
+        self.step = parameters.solver.step or stable_step(self.rates, stepper)
+        self._refuse_long_steps()
         self._start = start
         speed = parameters.contact.friction_regularisation
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
@@ -76,6 +68,22 @@ class BearingMotion:
         self.scales = parameters.solver.tolerance * STEP_SHARE * np.array(unit)
         self.nudges = np.array([3e-12, 1e-7, 3e-12, *(1e-6 * speed,) * 3, *(1e-6 * speed / radius,) * 3])
         self.reset()
+
+    def _refuse_long_steps(self):
+        if self.stepper not in FIXED_STEP:
+            return
+        if self.step > self.rates.shortest_contact / 8.0:
+            raise SceneError(
+                f"solver.step = {self.step:g} s is too long: a contact can be as short as "
+                f"{self.rates.shortest_contact:.2g} s and needs at least 8 steps; "
+                f"use {self.rates.shortest_contact / 16.0:.2g} s or less, or solver.stepper: rodas4"
+            )
+        if self.stepper == "rk4" and self.step * self.rates.friction > 2.78:
+            raise SceneError(
+                f"solver.step = {self.step:g} s is unstable: friction answers at {self.rates.friction:.2g} /s and the "
+                f"classical Runge-Kutta method holds to {2.78 / self.rates.friction:.2g} s; use a shorter step, "
+                f"or solver.stepper: rodas4"
+            )
 
     def reset(self) -> None:
         """Back to the start."""
@@ -151,26 +159,18 @@ class BearingMotion:
         return out
 
     def _integrate(self, drive, near, times, duration, states, orientations):
+        moving = self.state, self.orientation
         failure = np.zeros(2)
-        common = self.state, self.orientation
-        if self.stepper == "rk4":
-            status = rk4_chunk(
-                self.bearing,
-                drive,
-                near,
-                times,
-                duration,
-                self.step,
-                *common,
-                states,
-                orientations,
-                self.counts,
-                failure,
-            )
-        elif self.stepper == "rodas4":
-            task = Task(RODAS4, self.bearing, drive, near, times, duration, self.scales, self.nudges)
-            results = Results(states, orientations, self.counts, failure)
+        results = Results(states, orientations, self.counts, failure)
+        chunk = self.bearing, drive, near, times, duration
+        if self.stepper in ROSENBROCK:
+            task = Task(ROSENBROCK[self.stepper], *chunk, self.scales, self.nudges)
             status = self._rosenbrock(task, results)
+        elif self.stepper in EXPLICIT:
+            method = EXPLICIT[self.stepper]
+            status = explicit_chunk(method, *chunk, self.step, self.scales, *moving, self.steps, results)
+        elif self.stepper == "imex":
+            status = imex_chunk(*chunk, self.step, *moving, results)
         else:
             status = self._scipy(drive, near, times, duration, states, orientations)
         if status != OK:
