@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy.integrate
 
 from bearing_twin.compiled import inlined, kernel
 
@@ -77,6 +78,38 @@ RODAS4 = Rosenbrock(
         ]
     ),
     order=4,
+)
+
+
+
+
+class Explicit(NamedTuple):
+    """An explicit Runge-Kutta method: stages `a`, weights `b`, and those of two error estimates (zero: fixed step).
+
+    The last estimate divides by the length of (`fifth`, 0.1 `third`), as Hairer's dop853 does.
+    """
+
+    a: np.ndarray
+    b: np.ndarray
+    fifth: np.ndarray
+    third: np.ndarray
+    order: int
+
+
+_NO_ESTIMATE = np.zeros(5)
+RK4 = Explicit(
+    np.array([[0.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]),
+    np.array([1.0, 2.0, 2.0, 1.0]) / 6.0,
+    _NO_ESTIMATE,
+    _NO_ESTIMATE,
+    4,
+)
+DOP853 = Explicit(
+    np.ascontiguousarray(scipy.integrate.DOP853.A),
+    scipy.integrate.DOP853.B,
+    scipy.integrate.DOP853.E5,
+    scipy.integrate.DOP853.E3,
+    8,
 )
 
 
