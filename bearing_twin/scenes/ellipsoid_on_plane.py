@@ -236,8 +236,11 @@ def gap_of(body, state):
 
 
 @kernel
-def ellipsoid_rates(body, state, out):
-    """Time derivative of the state; returns the normal load [N]."""
+def ellipsoid_rates(body, state, loaded, out):
+    """Time derivative of the state; without `loaded` the plane is not there.
+
+    In flight the stages of a long step would reach below the plane although the step does not.
+    """
     pose = pose_of(body, state)
     out[0], out[1], out[2] = state[7], state[8], state[9]
     turn = quaternion_product((pose.spin[0], pose.spin[1], pose.spin[2], 0.0), (state[3], state[4], state[5], state[6]))
@@ -247,8 +250,8 @@ def ellipsoid_rates(body, state, out):
         out[i] = 0.0
     out[9] = -body.gravity
     reach, _ = ellipsoid_reach(body.semi_axes, pose.down)
-    if reach <= state[2]:
-        return 0.0
+    if not loaded or reach <= state[2]:
+        return
     touch = touch_of(body, state, pose)
     force = (touch.friction_x, touch.friction_y, touch.normal_load)
     moment = cross(touch.arm, force)
@@ -261,7 +264,6 @@ def ellipsoid_rates(body, state, out):
     if body.law >= DIFFERENTIAL:
         shape = shape_rates(Shape(state[15], state[16], state[17]), touch.ratio_rate)
         out[15], out[16], out[17] = shape.parameter, shape.first_kind, shape.second_kind
-    return touch.normal_load
 
 
 @kernel

@@ -5,9 +5,11 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.normal import LAWS
-from bearing_twin.contact.validity import YIELD_ONSET
+from bearing_twin.contact.normal import LAWS, load_coefficient
+from bearing_twin.contact.validity import LAW_TOLERANCE, YIELD_ONSET
 from bearing_twin.materials import MATERIALS, Material, effective_modulus
 from bearing_twin.motion.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.parameters import choice, quantity, section
@@ -21,6 +23,7 @@ ELLIPSOID_LAWS = LAWS | {"hertz_differential": DIFFERENTIAL, "hertz_unprojected"
 """The laws of one contact, and the two that carry the elliptic integrals as states (paper 1, section 3)."""
 
 ELLIPSOID_STEPPERS = ("dop853", "rk4")
+GRID = 13  # directions over a quarter turn, where a law is weighed over the surface
 GREATEST_ASPECT = 30.0  # longest over shortest semi-axis: beyond it b/a falls below where the laws are known
 DEEPEST = 0.1  # of the shortest semi-axis: a start pressed in deeper is no small deformation
 SECOND_OUTPUTS = 2000.0  # Hz, where output_rate is left to be chosen
@@ -142,6 +145,23 @@ def start_gap(parameters: EllipsoidOnPlaneScene):
     """The lowest point at the start, a `surfaces.LowestPoint`."""
     down = -rotation_matrix(start_orientation(parameters.start))[2]
     return ellipsoid_on_plane(parameters.body.semi_axes, tuple(float(x) for x in down))
+
+
+def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
+    """Greatest relative load error of a law against exact Hertz over the body's surface, on a grid of directions."""
+    if ELLIPSOID_LAWS[law] >= DIFFERENTIAL:
+        return 0.0
+    axes, start, worst = tuple(parameters.body.semi_axes), start_gap(parameters), 0.0
+    frozen = hertz_coefficient(start.curvature_small, start.curvature_large, 1.0)
+    for polar in np.linspace(0.0, 0.5 * math.pi, GRID):
+        for round_about in np.linspace(0.0, 0.5 * math.pi, GRID):
+            flat = math.sin(polar)
+            direction = (flat * math.cos(round_about), flat * math.sin(round_about), math.cos(polar))
+            low = ellipsoid_on_plane(axes, direction)
+            curvatures = low.curvature_small, low.curvature_large, 1.0
+            exact = hertz_coefficient(*curvatures)
+            worst = max(worst, abs(load_coefficient(ELLIPSOID_LAWS[law], *curvatures, frozen) / exact - 1.0))
+    return worst
 
 
 def greatest_speed(parameters: EllipsoidOnPlaneScene) -> float:

@@ -184,9 +184,8 @@ class EllipsoidMotion:
             "energy_end_j": statistics.last["stored"],
             "dissipated_viscous_j": statistics.last["dissipated_viscous"],
             "dissipated_friction_j": statistics.last["dissipated_friction"],
-            "momentum_change_horizontal_ns": [
-                self.body.mass * float(change) for change in statistics.change("velocity")[:2]
-            ],
+            "momentum_change_x_ns": self.body.mass * float(statistics.change("velocity")[0]),
+            "momentum_change_y_ns": self.body.mass * float(statistics.change("velocity")[1]),
             "angular_momentum_change_vertical_nms": float(statistics.change("angular_momentum")[2]),
             "quaternion_drift": float(self.clock[DRIFT]),
         }

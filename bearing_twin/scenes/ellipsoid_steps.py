@@ -45,7 +45,7 @@ CLOCK = 5
 RECORD = 14
 """Of a contact: times [s], peak load [N] with approach and curvatures there, speeds [m/s], impulse [N s]; work room."""
 
-FIRST_STEP = 1e-3  # of the contact time expected: the load begins as t^1.5, which no method likes
+FIRST_STEP = 1e-6  # of the contact time expected: loads begin as t^1.5, viscous ones as t^0.25, which no method likes
 RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m)
 LONGEST_FLIGHT = 1.0  # s a step
 FLIGHT_TURN = 0.02  # rad a step of a fixed-step method in flight
@@ -79,8 +79,8 @@ class Work(NamedTuple):
 
 
 @kernel
-def one_step(body, plan, state, step, work, out):
-    """Writes the state `step` [s] later; returns the error estimate in units of `work.scales` (0 = fixed step)."""
+def one_step(body, plan, state, step, loaded, work, out):
+    """Writes the state `step` [s] later, in contact (`loaded`) or flight; returns the error estimate in units of `work.scales` (0 = fixed step)."""
     method = plan.method
     stages = len(method.b)
     for i in range(stages):
@@ -90,7 +90,7 @@ def one_step(body, plan, state, step, work, out):
             if weight != 0.0:
                 for n in range(COLUMNS):
                     work.trial[n] += weight * work.stages[j, n]
-        ellipsoid_rates(body, work.trial, work.stages[i])
+        ellipsoid_rates(body, work.trial, loaded, work.stages[i])
     out[:] = state
     fifth = third = 0.0
     for n in range(COLUMNS):
@@ -173,11 +173,11 @@ def landed(body, state):
 
 
 @kernel
-def adaptive_step(body, plan, state, wanted, counts, work):
+def adaptive_step(body, plan, state, wanted, loaded, counts, work):
     """Takes the longest step up to `wanted` [s] that meets the tolerance; returns (step, the next to try, error)."""
     step = wanted
     while True:
-        error = one_step(body, plan, state, step, work, work.after)
+        error = one_step(body, plan, state, step, loaded, work, work.after)
         counts[EVALUATIONS] += len(plan.method.b)
         if error <= 1.0:
             return step, next_step(step, error, plan.method.order) if plan.fixed == 0.0 else math.inf
@@ -201,7 +201,7 @@ def separation(body, plan, state, step, counts, work):
         length = (low * approach_high - high * approach_low) / (approach_high - approach_low)
         if not low < length < high:
             length = 0.5 * (low + high)
-        one_step(body, plan, state, length, work, work.after)
+        one_step(body, plan, state, length, True, work, work.after)
         counts[EVALUATIONS] += len(plan.method.b)
         approach, _ = gap_of(body, work.after)
         if approach > 0.0:
@@ -216,7 +216,7 @@ def separation(body, plan, state, step, counts, work):
             break
     if approach > 0.0:
         length = high
-        one_step(body, plan, state, high, work, work.after)
+        one_step(body, plan, state, high, True, work, work.after)
     return length
 
 
@@ -233,9 +233,9 @@ def note_peak(body, plan, state, step, record, counts, work, spare):
         top = 0.5 * (rise * step + fall * back) / (rise - fall)
         top = min(max(top, -back), step)
         if top >= 0.0:
-            one_step(body, plan, state, top, work, spare)
+            one_step(body, plan, state, top, True, work, spare)
         else:
-            one_step(body, plan, work.before, back + top, work, spare)
+            one_step(body, plan, work.before, back + top, True, work, spare)
         counts[EVALUATIONS] += len(plan.method.b)
         keep_peak(touch_of(body, spare, pose_of(body, spare)), record)
     keep_peak(touch_of(body, state, pose_of(body, state)), record)
@@ -297,9 +297,10 @@ def commit(body, state, step, clock, counts, work):
 @kernel
 def write_outputs_until(body, plan, state, clock, end, times, states, work, spare):
     """States at the output times up to `end` [s], each by a step of its own from the start of this one."""
+    loaded = clock[IN_CONTACT] > 0.0
     while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= end:
         row = int(clock[CURSOR])
-        one_step(body, plan, state, times[row] - clock[TIME], work, spare)
+        one_step(body, plan, state, times[row] - clock[TIME], loaded, work, spare)
         states[row] = spare
         clock[CURSOR] += 1.0
 
@@ -326,7 +327,7 @@ def advance(body, plan, state, clock, times, until, states, record, records, cou
             wanted = min(clock[STEP], min(safe_flight(body, plan, state), LONGEST_FLIGHT))
             if plan.fixed > 0.0:
                 wanted = min(wanted, FLIGHT_TURN / max(greatest_spin(body, state), 1e-9))
-        step, following = adaptive_step(body, plan, state, wanted, counts, work)
+        step, following = adaptive_step(body, plan, state, wanted, contact, counts, work)
         if step < 0.0:
             return STALLED, completed
         ended = False
