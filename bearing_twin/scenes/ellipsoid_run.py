@@ -168,7 +168,6 @@ class EllipsoidMotion:
     def found(self, statistics: "Books") -> Found:
         """What the run found up to the last output given out."""
         contacts = self._contacts(statistics.until)
-        closure = statistics.closure
         figures = {
             "peak_force_n": max((one.peak_load for one in contacts), default=0.0),
             "contact_count": len(contacts),
@@ -178,18 +177,11 @@ class EllipsoidMotion:
             "resting_since_s": contacts[-1].start if contacts and contacts[-1].open else None,
             "greatest_approach_m": max((one.approach for one in contacts), default=0.0),
             "peak_pressure_pa": max((self._ellipse(one).peak_pressure for one in contacts), default=0.0),
-            "energy_closure": closure,
-            "greatest_energy_gain": statistics.gain,
-            "energy_start_j": statistics.first["stored"],
-            "energy_end_j": statistics.last["stored"],
-            "dissipated_viscous_j": statistics.last["dissipated_viscous"],
-            "dissipated_friction_j": statistics.last["dissipated_friction"],
-            "momentum_change_x_ns": self.body.mass * float(statistics.change("velocity")[0]),
-            "momentum_change_y_ns": self.body.mass * float(statistics.change("velocity")[1]),
-            "angular_momentum_change_vertical_nms": float(statistics.change("angular_momentum")[2]),
+            **statistics.figures(),
             "quaternion_drift": float(self.clock[DRIFT]),
         }
-        status = "failed: energy" if not max(abs(closure), statistics.gain) <= ENERGY_GAIN else "done"
+        wrong = not max(abs(statistics.closure), statistics.gain) <= ENERGY_GAIN
+        status = "failed: energy" if wrong else "done"
         return Found(figures, tuple(self._flags(contacts)), status)
 
     def costs(self) -> dict[str, int]:
@@ -311,9 +303,20 @@ class Books:
         lost = {name: float(block.values[name][row]) for name in ENERGIES[3:]}
         return {"stored": float(stored[row]), "total": float(total[row]), **lost, **kept}
 
-    def change(self, name: str) -> np.ndarray:
-        """By how much a vector has changed since the first output."""
-        return self.last[name] - self.first[name]
+    def figures(self) -> dict:
+        """Balances by SI-suffixed keys; velocities and angular momentum as changes since the first output."""
+        velocity, turning = (self.last[name] - self.first[name] for name in ("velocity", "angular_momentum"))
+        return {
+            "energy_closure": self.closure,
+            "greatest_energy_gain": self.gain,
+            "energy_start_j": self.first["stored"],
+            "energy_end_j": self.last["stored"],
+            "dissipated_viscous_j": self.last["dissipated_viscous"],
+            "dissipated_friction_j": self.last["dissipated_friction"],
+            "velocity_change_x_m_s": float(velocity[0]),
+            "velocity_change_y_m_s": float(velocity[1]),
+            "angular_momentum_change_vertical_nms": float(turning[2]),
+        }
 
     @property
     def closure(self) -> float:

@@ -3,7 +3,7 @@
 In flight the approach bends at most by  B = g + w^2 (spread + 2 lean)  (w: greatest angular velocity at this angular
 momentum), so from a gap it stays one until h + h' t + B t^2/2 = 0, and so on from there: quadratic convergence to the
 touch, which is known to a few roundings of the height. In contact a step is at most a sixth of 1/sqrt(k/m) at the
-greatest stiffness ahead, some 24 a bounce; separation is the zero of the approach as a function of the last step's
+greatest stiffness ahead, some 24 a bounce, more in one that lasts; separation is the zero of the approach as a function of the last step's
 length. Outputs are steps of their own from the start of the step they fall into, so they do not touch the motion.
 """
 
@@ -46,7 +46,8 @@ RECORD = 14
 """Of a contact: times [s], peak load [N] with approach and curvatures there, speeds [m/s], impulse [N s]; work room."""
 
 FIRST_STEP = 1e-6  # of the contact time expected: loads begin as t^1.5, viscous ones as t^0.25, which no method likes
-RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m)
+RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
+LASTING, RESTING = 20.0, 2.0  # of 1/sqrt(k/m): beyond the first a contact is no bounce; the error control sets the step
 LONGEST_FLIGHT = 1.0  # s a step
 FLIGHT_TURN = 0.02  # rad a step of a fixed-step method in flight
 DEEPEST = 0.5  # of the shortest semi-axis
@@ -122,8 +123,8 @@ def expected_approach(touch):
 
 
 @kernel
-def contact_scales(body, plan, state, work):
-    """Sets the error scales from the contact ahead; returns the longest step [s] that resolves it."""
+def contact_scales(body, plan, state, lasted, work):
+    """Sets the error scales from the contact ahead; returns the longest step [s] for one that has `lasted` [s]."""
     touch = touch_of(body, state, pose_of(body, state))
     ahead = expected_approach(touch)
     size = max(body.semi_axes[0], max(body.semi_axes[1], body.semi_axes[2]))
@@ -135,7 +136,7 @@ def contact_scales(body, plan, state, work):
     fill(work.scales, MOMENTUM, 3, max(plan.tolerance * speed, ROUNDING * size * rate) * body.mass * size)
     fill(work.scales, VISCOUS, 2, max(plan.tolerance * speed, ROUNDING * size * rate) * body.mass * speed)
     fill(work.scales, SHAPE, 3, 10.0 * max(plan.tolerance, ROUNDING))
-    return RESOLUTION / rate
+    return (RESOLUTION if lasted * rate < LASTING else RESTING) / rate
 
 
 @kernel
@@ -320,7 +321,7 @@ def advance(body, plan, state, clock, times, until, states, record, records, cou
             counts[TOUCHES] += 1
         contact = clock[IN_CONTACT] > 0.0
         if contact:
-            longest = contact_scales(body, plan, state, work)
+            longest = contact_scales(body, plan, state, clock[TIME] - record[BEGAN], work)
             wanted = min(clock[STEP], plan.fixed if plan.fixed > 0.0 else longest)
         else:
             flight_scales(body, plan, work)
