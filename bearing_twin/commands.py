@@ -275,7 +275,9 @@ COMMANDS = {
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
     "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
-    "chart": Command("accuracy against speed of the steppers or of the elastic laws; bounces", _chart_arguments, _chart),
+    "chart": Command(
+        "accuracy against speed of steppers or elastic laws; bounces by two laws", _chart_arguments, _chart
+    ),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }

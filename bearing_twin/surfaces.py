@@ -75,7 +75,7 @@ def ellipsoid_on_plane(semi_axes, direction):
     """The ellipsoid's farthest point along a unit `direction`, and the curvatures [1/m] of its gap to a plane there.
 
     The principal radii are the eigenvalues of the support function's second derivative (A^2 - p p^T)/|A d| across the
-    direction; their product is (a b c)^2/|A d|^4. The gap z = P x^2 + Q y^2 (paper 1, eq. 6) has P and Q = 1/(2 radius).
+    direction; their product is (a b c)^2/|A d|^4. The gap z = P x^2 + Q y^2 (paper 1, eq. 6) has P and Q = 1/(2 r).
     """
     reach, point = ellipsoid_reach(semi_axes, direction)
     axis = 0

@@ -127,7 +127,7 @@ def touch_at(motion, state):
 
 @pytest.mark.parametrize("law", ELLIPSOID_LAWS)
 def test_forces_are_the_slope_of_the_elastic_energy(law):
-    """Virtual work: -dU by height is the load, -dU by a small turn about x, y, z the moment of the load at its point."""
+    """Virtual work: -dU by height is the load, -dU by a small turn the moment of the load at its point."""
     scene = load_scene("ellipsoid_tumbling", ["start.height=-2e-5"])
     motion = EllipsoidMotion(scene.parameters, law, "dop853")
     here = touch_at(motion, motion.state)

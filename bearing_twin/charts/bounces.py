@@ -50,7 +50,14 @@ class Point:
 
 
 def _scene(case, law, *more):
-    overrides = ["contact.restitution=1.0", f"run.duration={DURATION}", TOLERANCE, f"contact.normal={law}", *CASES[case], *more]
+    overrides = [
+        "contact.restitution=1.0",
+        f"run.duration={DURATION}",
+        TOLERANCE,
+        f"contact.normal={law}",
+        *CASES[case],
+        *more,
+    ]
     if "d(h)" in case:
         overrides.append(f"contact.viscosity={steady_damping(RESTITUTION, *_bodies('hertz'))!r}")
     return load_scene(SCENE, overrides)
@@ -173,11 +180,10 @@ def draw(points: list[Point], path: Path) -> None:
     heading(delays, "Delay of the impacts; lines: closed forms")
     for axis in (whole, near, delays):
         frame(axis)
-        axis.margins(x=0.01)
-    finish(figure, "A steel ball of radius 0.1 m bounces: Hertz against the volumetric law (paper 1, figures 3 and 4)",
+        axis.margins(x=0.04 if axis is delays else 0.01)
+    finish(figure, "A ball of radius 0.1 m bounces by two laws: figures 3 and 4 of Kosenko and Aleksandrov",
            f"{SCENE}, {DURATION:g} s, fall {_fall():g} m, restitution {RESTITUTION:g}", path, size=17)  # fmt: skip
 
 
 def _fall():
     return load_scene(SCENE).parameters.start.height
-

@@ -13,7 +13,7 @@ from bearing_twin.charts.impacts import ImpactHistory
 from bearing_twin.charts.style import BALL_COLOURS, STYLE, finish, frame, heading
 from bearing_twin.charts.summary import run_facts
 from bearing_twin.rotation import rotation_matrix
-from bearing_twin.scenes.ellipsoid_run import Books
+from bearing_twin.scenes.ellipsoid_report import Books
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
 GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
@@ -131,7 +131,9 @@ def _draw_side(axis, values, scene):
     else:
         for row in _rows_along(values["position"]):
             outline = 1e3 * _outline(semi_axes, values["orientation"][row], (0, 2))
-            axis.add_patch(Polygon(outline + [x[row], z[row]], closed=True, fill=False, color=BALL_COLOURS[4]))
+            axis.add_patch(
+                Polygon(outline + np.array([x[row], z[row]]), closed=True, fill=False, color=BALL_COLOURS[4])
+            )
         axis.plot(x, z, color=BALL_COLOURS[0], linewidth=1.6)
         axis.set_aspect("equal", adjustable="datalim")
         axis.autoscale_view()

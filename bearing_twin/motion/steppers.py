@@ -81,8 +81,6 @@ RODAS4 = Rosenbrock(
 )
 
 
-
-
 class Explicit(NamedTuple):
     """An explicit Runge-Kutta method: stages `a`, weights `b`, and those of two error estimates (zero: fixed step).
 

@@ -11,7 +11,7 @@ from bearing_twin.reference.impact import contact_time
 
 
 def contact_delay(coefficient_ratio, duration):
-    """By how much [s] each contact of `duration` [s] ends later when the law's coefficient is `coefficient_ratio` times.
+    """By how much [s] a contact of `duration` [s] ends later when the law's coefficient is `coefficient_ratio` times.
 
     Contact time goes as c^(-2/5) (paper 3, eqs. 1, 2): for paper 1's volumetric law on a sphere 0.9953^(-2/5) - 1 =
     0.19 % of it, a bounce. Without loss nothing else differs: speeds, and so flights, stay the same.
@@ -22,9 +22,9 @@ def contact_delay(coefficient_ratio, duration):
 def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, gravity: float = 0.0):
     """Contact time [s] and restitution with `steady_damped_load` at a damping ratio in [0, 0.5).
 
-    With s = (2/sqrt 5) h^(5/4) and d theta = k h^(1/4) dt, k^2 = 5c/(4m):  s'' + 2 z s' + s = 0, s(0) = 0. The load ends
-    where s + 2 z s' = 0; the bodies then part freely at the speed e v until h = 0. Gravity enters to first order in
-    g tau/v, by the oscillator's response to a push; it takes a little speed away unless there is no loss.
+    With s = (2/sqrt 5) h^(5/4) and d theta = k h^(1/4) dt, k^2 = 5c/(4m):  s'' + 2 z s' + s = 0, s(0) = 0. The load
+    ends where s + 2 z s' = 0; the bodies then part freely at the speed e v until h = 0. Gravity enters to first order
+    in g tau/v, by the oscillator's response to a push; it takes a little speed away unless there is no loss.
     """
     if ratio == 0.0:
         return float(contact_time(coefficient, mass, speed)), 1.0

@@ -5,11 +5,11 @@
 Fixed axes, z up, the plane is z = 0. L is the angular momentum about the centre, q the orientation. The lowest point of
 the ellipsoid, its approach h and the curvatures P <= Q of the gap there are closed forms (`surfaces`).
 
-The elastic contact is a spring with the energy U = (2/5) c(P, Q) h^(5/2) of paper 1, section 4. When the body turns, the
-curvatures change and with them c: the load c h^(3/2) alone, applied at the lowest point, would make or lose energy (a
-ten-thousandth a bounce for a spinning ellipsoid). The derivative of U by the orientation is a moment; it puts the load's
-point of application beside the lowest point, by 0.4 h grad(ln c), a small part of the contact's size. All forces act
-there, for both bodies at the height of the interface that their compliances give.
+The elastic contact is a spring with the energy U = (2/5) c(P, Q) h^(5/2) of paper 1, section 4. When the body turns,
+the curvatures change and with them c: the load c h^(3/2) alone, applied at the lowest point, would make or lose energy
+(a ten-thousandth a bounce for a spinning ellipsoid). The derivative of U by the orientation is a moment; it puts the
+load's point of application beside the lowest point, by 0.4 h grad(ln c), a small part of the contact's size. All forces
+act there, for both bodies at the height of the interface that their compliances give.
 
 Breaks: where the half-space does (validity flags), at the b/a where the law does, and in true rolling resistance and
 sticking, which this friction does not know (it creeps).
@@ -17,8 +17,6 @@ sticking, which this friction does not know (it creeps).
 
 import math
 from typing import NamedTuple
-
-import numpy as np
 
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.damping import damped_load, steady_damped_load
@@ -260,7 +258,9 @@ def ellipsoid_rates(body, state, loaded, out):
         out[10 + i] = moment[i]
     out[12] += touch.drilling_torque
     out[13] = (touch.normal_load - touch.elastic_load) * touch.approach_rate
-    out[14] = -(touch.friction_x * touch.slip_x + touch.friction_y * touch.slip_y + touch.drilling_torque * pose.spin[2])
+    out[14] = -(
+        touch.friction_x * touch.slip_x + touch.friction_y * touch.slip_y + touch.drilling_torque * pose.spin[2]
+    )
     if body.law >= DIFFERENTIAL:
         shape = shape_rates(Shape(state[15], state[16], state[17]), touch.ratio_rate)
         out[15], out[16], out[17] = shape.parameter, shape.first_kind, shape.second_kind
@@ -284,26 +284,3 @@ def finish_shape(body, state):
         state[15], state[16], state[17] = shape_of(low.curvature_small, low.curvature_large)
     else:
         state[15], state[16], state[17] = projected(Shape(state[15], state[16], state[17]), ratio)
-
-
-@kernel
-def energies(body, state, lowest):
-    """Kinetic, potential (zero with the centre at height `lowest` [m]) and elastic energy [J]."""
-    pose = pose_of(body, state)
-    velocity, momentum = (state[7], state[8], state[9]), (state[10], state[11], state[12])
-    kinetic = 0.5 * (body.mass * dot(velocity, velocity) + dot(momentum, pose.spin))
-    potential = body.mass * body.gravity * (state[2] - lowest)
-    touch = touch_of(body, state, pose)
-    return kinetic, potential, touch.elastic_energy
-
-
-def start_state(body: Ellipsoid, height: float, orientation, velocity, angular_velocity) -> np.ndarray:
-    """The state (COLUMNS,) of an ellipsoid whose lowest point is `height` [m] above the plane; SI, fixed axes."""
-    state = np.zeros(COLUMNS)
-    state[3:7], state[7:10] = orientation, velocity
-    pose = pose_of(body, state)
-    turn = np.array([pose.x, pose.y, [-one for one in pose.down]])
-    state[10:13] = turn @ (np.array(body.inertia) * (turn.T @ np.array(angular_velocity)))
-    state[2] = height + ellipsoid_reach(body.semi_axes, pose.down)[0]
-    begin_shape(body, state)
-    return state

@@ -6,8 +6,9 @@ import numpy as np
 
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.rotation import dot
 from bearing_twin.sample import Channel
-from bearing_twin.scenes.ellipsoid_on_plane import COLUMNS, RUBBED, VISCOUS, Ellipsoid, energies, pose_of, touch_of
+from bearing_twin.scenes.ellipsoid_on_plane import COLUMNS, RUBBED, VISCOUS, Ellipsoid, pose_of, touch_of
 from bearing_twin.scenes.ellipsoid_parameters import EllipsoidOnPlaneScene
 
 CHANNELS = (
@@ -39,6 +40,17 @@ WIDTH = sum(channel.width for channel in CHANNELS)
 def channels(parameters: EllipsoidOnPlaneScene) -> tuple[Channel, ...]:
     """What one sample of this scene holds."""
     return CHANNELS
+
+
+@kernel
+def energies(body, state, lowest):
+    """Kinetic, potential (zero with the centre at height `lowest` [m]) and elastic energy [J]."""
+    pose = pose_of(body, state)
+    velocity, momentum = (state[7], state[8], state[9]), (state[10], state[11], state[12])
+    kinetic = 0.5 * (body.mass * dot(velocity, velocity) + dot(momentum, pose.spin))
+    potential = body.mass * body.gravity * (state[2] - lowest)
+    touch = touch_of(body, state, pose)
+    return kinetic, potential, touch.elastic_energy
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.normal import LAWS, load_coefficient
-from bearing_twin.contact.validity import LAW_TOLERANCE, YIELD_ONSET
+from bearing_twin.contact.validity import YIELD_ONSET
 from bearing_twin.materials import MATERIALS, Material, effective_modulus
 from bearing_twin.motion.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.parameters import choice, quantity, section
@@ -62,7 +62,7 @@ class EllipsoidContact:
     """The laws of the contact; at most one of damping, relaxation_time, viscosity and a restitution below 1."""
 
     normal: str = choice("auto", ("auto", *ELLIPSOID_LAWS), "elastic law; auto = the cheapest adequate one")
-    restitution: float = quantity(1.0, "1", "coefficient of restitution at the point of contact", above=0.0, at_most=1.0)
+    restitution: float = quantity(1.0, "1", "coefficient of restitution where it touches", above=0.0, at_most=1.0)
     restitution_speed: float = quantity(
         0.0, "m/s", "speed at which the restitution holds (Hunt and Crossley); 0 = at every speed", at_least=0.0
     )
@@ -192,8 +192,8 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
         )
     if parameters.start.height < -DEEPEST * min(axes):
         problems.append(
-            f"start.height = {parameters.start.height:g} m presses the body in by more than {DEEPEST:g} of its shortest "
-            f"semi-axis; give {-DEEPEST * min(axes):.3g} m or more"
+            f"start.height = {parameters.start.height:g} m presses the body in by more than {DEEPEST:g} of its "
+            f"shortest semi-axis; give {-DEEPEST * min(axes):.3g} m or more"
         )
     given = [name for name in ("damping", "relaxation_time", "viscosity") if getattr(contact, name) > 0.0]
     given += ["restitution"] if contact.restitution < 1.0 else []
