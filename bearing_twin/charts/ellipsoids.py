@@ -205,7 +205,10 @@ def _draw_load(axis, time, values, history):
     frame(axis)
     load = values["normal_load"]
     loaded = np.where(load > 0.0, load, np.nan)
-    axis.plot(time, loaded, color=BALL_COLOURS[0], linewidth=1.0, marker="." if np.mean(load > 0) < 0.5 else "")
+    axis.plot(time, loaded, color=BALL_COLOURS[0], linewidth=1.0)
+    beside = np.concatenate([[0.0], load, [0.0]])
+    alone = (load > 0.0) & ((beside[:-2] <= 0.0) | (beside[2:] <= 0.0))  # bounces of one or two outputs make no line
+    axis.plot(time[alone], load[alone], ".", color=BALL_COLOURS[0])
     axis.set_yscale("log")
     axis.set_ylabel("normal load [N]")
     axis.margins(x=0.0)
