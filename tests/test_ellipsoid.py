@@ -436,3 +436,48 @@ def test_carried_integrals_stay_on_their_equation_where_they_are_projected():
         off[law] = abs(motion.state[SHAPE:] - np.array(fresh)).max()
     assert off["hertz_differential"] < 1e-14
     assert 1e-13 < off["hertz_unprojected"] < 1e-8
+
+
+@pytest.mark.parametrize(
+    "damper",
+    ["contact.restitution=0.5", "contact.viscosity=1e4", "contact.damping=0.5", "contact.relaxation_time=1e-5"],
+)
+def test_the_viscous_load_vanishes_at_the_onset_and_never_pulls(damper):
+    """Paper 1, section 5: d(h) -> 0 with h."""
+    overrides = ["start.height=0", "start.velocity=[0,0,-1]", "contact.restitution=1.0", damper]
+    motion = EllipsoidMotion(load_scene("ellipsoid_on_plane", overrides).parameters, "hertz", "dop853")
+    viscous = []
+    for approach in (0.0, 1e-20, 1e-12, 1e-6):
+        motion.state[2] = 0.1 - approach
+        touch = touch_at(motion, motion.state)
+        viscous.append(touch.normal_load - touch.elastic_load)
+    assert viscous[0] == 0.0
+    assert viscous[0] <= viscous[1] < 0.1 * viscous[3]
+    motion.state[9] = 50.0  # leaving far too fast
+    assert touch_at(motion, motion.state).normal_load >= 0.0
+    assert touch_at(motion, motion.state).friction_x == 0.0
+
+
+def test_a_run_that_loses_more_than_a_hundredth_of_its_energy_is_no_success():
+    """The coarsest fixed step that is allowed, 60 s of bouncing: 7 % of the energy is gone, and the status says so."""
+    report, _ = ran("ellipsoid_on_plane", "contact.restitution=1.0", "solver.stepper=rk4", "solver.step=6.4e-5",
+                    "run.duration=60", "run.output_rate=20")  # fmt: skip
+    assert report.status == "failed: energy"
+    assert -0.1 < report.figures["energy_closure"] < -0.01
+    assert "16 steps a contact" in report.warnings[0]
+
+
+def test_spin_weakens_the_sliding_friction_of_a_spot():
+    """Contensou: with spin the same slip meets less force; without it the spot is a point."""
+    forces = {}
+    for form in ("point", "spot"):
+        for spin in (0.0, 2000.0):
+            overrides = (f"friction.form={form}", "start.height=-1e-5", "start.turn=[0,0,0]", "start.velocity=[0.05,0,0]",
+                         "friction.regularisation=1e-4", f"start.angular_velocity=[0,0,{spin}]")  # fmt: skip
+            scene = load_scene("ellipsoid_rocking", overrides)
+            motion = EllipsoidMotion(scene.parameters, "hertz", "dop853")
+            touch = touch_at(motion, motion.state)
+            forces[form, spin] = -touch.friction_x / touch.normal_load
+    assert forces["spot", 0.0] == pytest.approx(forces["point", 0.0], rel=1e-9) == pytest.approx(0.15, rel=1e-5)
+    assert forces["point", 2000.0] == forces["point", 0.0]
+    assert 0.0 < forces["spot", 2000.0] < 0.5 * forces["spot", 0.0]
