@@ -77,6 +77,7 @@ def _outer(a, b):
 
 @inlined
 def plus(a, b):
+    """Sum of two 3 x 3 matrices."""
     return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
 
 
