@@ -473,7 +473,8 @@ def test_spin_weakens_the_sliding_friction_of_a_spot():
     for form in ("point", "spot"):
         for spin in (0.0, 2000.0):
             overrides = (f"friction.form={form}", "start.height=-1e-5", "start.turn=[0,0,0]",
-                         "start.velocity=[0.05,0,0]", "friction.regularisation=1e-4", f"start.angular_velocity=[0,0,{spin}]")  # fmt: skip
+                         "start.velocity=[0.05,0,0]", "friction.regularisation=1e-4",
+                         f"start.angular_velocity=[0,0,{spin}]")  # fmt: skip
             scene = load_scene("ellipsoid_rocking", overrides)
             motion = EllipsoidMotion(scene.parameters, "hertz", "dop853")
             touch = touch_at(motion, motion.state)
