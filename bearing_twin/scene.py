@@ -15,7 +15,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
 from bearing_twin.paths import share_path
 from bearing_twin.sample import Channel
-from bearing_twin.scenes import beam_parameters, bearing_parameters, pair_parameters
+from bearing_twin.scenes import beam_parameters, bearing_parameters, ellipsoid_parameters, pair_parameters
 
 GREATEST_FILE = 1_000_000  # bytes
 GREATEST_DEPTH = 20
@@ -58,6 +58,12 @@ KINDS = {
         beam_parameters.check_beam,
         "bearing_twin.scenes.sphere_on_beam",
         beam_parameters.resolve,
+    ),
+    "ellipsoid_on_plane": Kind(
+        ellipsoid_parameters.EllipsoidOnPlaneScene,
+        ellipsoid_parameters.check_ellipsoid,
+        "bearing_twin.scenes.ellipsoid_outputs",
+        ellipsoid_parameters.resolve,
     ),
 }
 
