@@ -14,7 +14,14 @@ class LogError(BearingTwinError):
 
 
 class IntegrationError(BearingTwinError):
-    """The integration stopped: non-finite state, step refused, or bodies through each other."""
+    """The integration stopped: `reason` ("not finite", "too deep", "stalled"), at `seconds`, for which `body`.
+
+    Where a method cannot tell, `reason` and `body` are empty and `seconds` is NaN.
+    """
+
+    def __init__(self, sentence: str, reason: str = "", seconds: float = float("nan"), body: str = ""):
+        super().__init__(sentence)
+        self.reason, self.seconds, self.body = reason, seconds, body
 
 
 class MissingInterfacesError(BearingTwinError):

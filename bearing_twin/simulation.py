@@ -112,7 +112,8 @@ class Simulation:
         try:
             self._pending = self._motion.advance(times, times[-1])
         except IntegrationError as error:
-            raise IntegrationError(f"after {1e-9 * self.time_ns:.9g} s: {error}") from error
+            sentence = f"after {1e-9 * self.time_ns:.9g} s: {error}"
+            raise IntegrationError(sentence, error.reason, error.seconds, error.body) from error
         self._used = 0
         self._compute_seconds += time.perf_counter() - start
 

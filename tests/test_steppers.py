@@ -40,7 +40,7 @@ def test_load_and_friction_torque_converge_with_the_order_of_fixed_steps(stepper
         return run(*smooth, f"solver.step={step}", stepper=stepper, count=8, period=1.2e-5)[1]
 
     reference = run(*smooth, "solver.step=2e-8", stepper="rk4", count=8, period=1.2e-5)[1]
-    errors = np.array([errors_against(reference, outputs(step)) for step in coarsest / np.array([1.0, 2.0, 4.0])])
+    errors = np.array([errors_against(reference, outputs(step)) for step in (coarsest, 0.5 * coarsest)])
     orders = np.log2(errors[:-1] / errors[1:])
     assert orders == pytest.approx(METHODS[stepper].order, abs=0.15)
 

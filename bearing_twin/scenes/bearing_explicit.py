@@ -201,6 +201,9 @@ def explicit_chunk(
             error = _explicit_step(method, bearing, drive, near, time, h, scales, room)
             counts[RATES] += stages * balls
             if not error <= 1.0:
+                if not adaptive:
+                    _from_lanes(room.trial, state)
+                    return check_all(bearing, drive, time + h, state, results.failure)
                 counts[REJECTIONS] += balls
                 wanted = next_step(h, error, method.order)
                 if wanted < LEAST_STEP:

@@ -45,6 +45,14 @@ NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
+FAILURES = {
+    NOT_FINITE: ("not finite", "is not finite any more; shorten solver.step or use solver.stepper: rodas4"),
+    TOO_DEEP: ("too deep", "has run through a raceway; check the loads, or shorten solver.step"),
+    STALLED: (
+        "stalled",
+        "needs ever shorter steps; loosen solver.tolerance or raise contact.friction_regularisation",
+    ),
+}
 FIXED_STEP = ("rk4", "imex")
 TOGETHER = 0.05  # share of a chunk: balls that may meet sooner are integrated together
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
@@ -140,7 +148,8 @@ class BearingMotion:
         """
         if not np.all(np.isfinite(self.state)):
             ball = int(np.argmin(np.isfinite(self.state).all(axis=1)))
-            raise IntegrationError(f"the state of ball {ball} is not finite; reset, and shorten solver.step")
+            sentence = f"the state of ball {ball} is not finite; reset, and shorten solver.step"
+            raise IntegrationError(sentence, "not finite", self.elapsed, f"ball {ball}")
         out = empty_outputs(self.parameters, len(times))
         begin, cursor = 0.0, 0
         while cursor < len(times) or begin < duration:
@@ -222,14 +231,9 @@ class BearingMotion:
         else:
             status = self._scipy(drive, near, times, duration, states, orientations)
         if status != OK:
-            reasons = {
-                NOT_FINITE: "is not finite any more; shorten solver.step or use solver.stepper: rodas4",
-                TOO_DEEP: "has run through a raceway; check the loads, or shorten solver.step",
-                STALLED: "needs ever shorter steps; loosen solver.tolerance or raise contact.friction_regularisation",
-            }
-            raise IntegrationError(
-                f"{failure[0]:.6g} s into this chunk of {duration:.6g} s, ball {int(failure[1])} {reasons[status]}"
-            )
+            reason, advice = FAILURES[status]
+            seconds, body = self.elapsed + failure[0], f"ball {int(failure[1])}"
+            raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
 
     def _rosenbrock(self, task, results):
         """One chunk: balls that touch no other side by side, then each group of balls that may touch.
