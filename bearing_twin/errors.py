@@ -9,6 +9,10 @@ class SceneError(BearingTwinError):
     """A scene file, scene name or override cannot be used."""
 
 
+class StudyError(BearingTwinError):
+    """A study file, study name, override or input distribution cannot be used, or asks for too much."""
+
+
 class LogError(BearingTwinError):
     """A log cannot be read, or may not be written."""
 
