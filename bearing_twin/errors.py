@@ -10,7 +10,11 @@ class SceneError(BearingTwinError):
 
 
 class StudyError(BearingTwinError):
-    """A study file, study name, override or input distribution cannot be used, or asks for too much."""
+    """A study, one of its uncertain inputs or a way of sampling and propagating them cannot be used."""
+
+
+class StatisticError(BearingTwinError):
+    """A statistic that was asked for does not exist, or cannot be had from the samples there are."""
 
 
 class LogError(BearingTwinError):

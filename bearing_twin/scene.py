@@ -92,15 +92,22 @@ def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
     return parse_scene(mapping, origin)
 
 
-def open_scene(name_or_path, overrides: Iterable[str] = ()) -> tuple[dict, str]:
-    """As `load_scene`, but (mapping, origin) for `parse_scene`: all keys, what is left to be chosen still open."""
-    path = SCENES.find(name_or_path)
+def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
+    """As `load_scene`, but (mapping, origin) for `parse_scene`: all keys, what is left to be chosen still open.
+
+    `source` is a name, a path or a scene's plain data.
+    """
+    if isinstance(source, Mapping):
+        text, origin = source, f"scene {source.get('name', 'without a name')}"
+    else:
+        path = SCENES.find(source)
+        text, origin = SCENES.read_text(path), f"scene {path.name}"
     overrides = tuple(overrides)
-    scene = _parse(SCENES.read_text(path), f"scene {path.name}")
+    scene = _parse(text, origin)
     mapping = scene.resolved()
     for override in overrides:
         _apply(KINDS[scene.kind].parameters, mapping, override)
-    return mapping, " ".join((f"scene {path.name}", *(("with",) if overrides else ()), *overrides))
+    return mapping, " ".join((origin, *(("with",) if overrides else ()), *overrides))
 
 
 def parse_scene(text_or_mapping, origin: str) -> Scene:
