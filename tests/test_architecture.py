@@ -31,6 +31,7 @@ ROOMS = (
     "fidelity",
     "report",
     "simulation",
+    "uq",
     "log",
     "charts",
     "terminal",
