@@ -83,6 +83,19 @@ class _TruncatedExponential(stats.rv_continuous):
 _tilted = _TruncatedExponential(a=0.0, b=1.0, name="truncated_exponential")
 
 
+class _TruncatedNormal(type(stats.truncnorm)):
+    """SciPy's truncated normal with all digits on the upper tail too: that is the lower tail of its mirror image."""
+
+    def _isf(self, q, a, b):
+        return -self._ppf(q, -b, -a)
+
+    def _sf(self, x, a, b):
+        return self._cdf(-x, -b, -a)
+
+
+_truncated_normal_of = _TruncatedNormal(name="truncated_normal")
+
+
 def truncated_exponential(low, high, mean):
     """Frozen SciPy distribution on [low, high], density exponential in x, with that mean.
 
@@ -153,7 +166,7 @@ def _truncated_normal(mean, std, low=-math.inf, high=math.inf):
         cut <= FARTHEST_CUT and top >= -FARTHEST_CUT,
         f"a bound lies more than {FARTHEST_CUT:g} std out on the tail of the normal, of which nothing is left",
     )
-    return stats.truncnorm(cut, top, loc=mean, scale=std)
+    return _truncated_normal_of(cut, top, loc=mean, scale=std)
 
 
 def _lognormal(mean=None, std=None, mean_log=None, std_log=None):

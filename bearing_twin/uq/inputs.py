@@ -39,6 +39,12 @@ class Input:
         """Quantile at probability 1 - u, with all digits for small u."""
         return self.distribution.isf(u)
 
+    def at_score(self, z):
+        """Quantile at the normal score z, that is at probability Phi(z), with all digits on both tails to |z| = 37."""
+        z = np.asarray(z, float)
+        u = ndtr(-np.abs(z))
+        return np.where(z < 0.0, self.ppf(u), self.isf(u))
+
     def cdf(self, x):
         """Probability of a value not above x."""
         return self.distribution.cdf(x)
