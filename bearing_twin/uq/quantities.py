@@ -30,7 +30,9 @@ class ClosedForm(NamedTuple):
 
     describes: Callable[[Any], bool]
     bodies: Callable[[Any], tuple]
-    histories: dict[str, Callable]  # channel: (times, *bodies) -> array, times on the last axis
+    histories: dict[str, Callable]  # channel: (times, *bodies) -> array, all broadcast
+    no_solution: str  # why a closed form gives NaN although the bodies meet
+    without: tuple[str, ...] = ()  # keys that may not be uncertain
 
 
 def _figure(key: str) -> Callable[[Mapping], float]:
@@ -74,18 +76,16 @@ CLOSED_FORMS = {
         _elastic_spheres,
         _spheres,
         {"normal_load": impact.force_history, "approach": impact.approach_history},
+        "the closed form is not finite at these values",
+        ("contact.restitution",),
     ),
-    "two_discs": ClosedForm(_discs_by_quadrature, _discs, {}),
+    "two_discs": ClosedForm(
+        _discs_by_quadrature, _discs, {}, "the law of line contact cannot store the energy of this impact"
+    ),
 }
 
 KNOWN_WHEN_SOLVED = ("two_spheres", "two_discs", "sphere_on_beam")
-"""Kinds whose figures are there before any output is asked for."""
-
-_DURATION = "s", "total time in contact"
-_PEAK = "N", "greatest contact force"
-_APPROACH = "m", "greatest mutual approach"
-_RESTITUTION = "1", "relative speed away over relative speed before"
-_IMPULSE = "N s", "of the contact force, over all contacts"
+"""Kinds whose figures do not depend on the outputs asked for."""
 
 
 def _total_impulse(figures) -> float:
@@ -93,11 +93,11 @@ def _total_impulse(figures) -> float:
 
 
 _IMPACT = {
-    "contact_duration": Quantity(*_DURATION, _figure("contact_duration_s")),
-    "peak_force": Quantity(*_PEAK, _figure("peak_force_n")),
-    "greatest_approach": Quantity(*_APPROACH, _figure("greatest_approach_m")),
-    "impulse": Quantity(*_IMPULSE, _total_impulse),
-    "restitution": Quantity(*_RESTITUTION, _figure("restitution")),
+    "contact_duration": Quantity("s", "total time in contact", _figure("contact_duration_s")),
+    "peak_force": Quantity("N", "greatest contact force", _figure("peak_force_n")),
+    "greatest_approach": Quantity("m", "greatest mutual approach", _figure("greatest_approach_m")),
+    "impulse": Quantity("N s", "of the contact force, over all contacts", _total_impulse),
+    "restitution": Quantity("1", "relative speed away over relative speed before", _figure("restitution")),
 }
 
 
@@ -134,7 +134,9 @@ QUANTITIES: dict[str, dict[str, Quantity]] = {
             _greatest("greatest_normal_load_inner_n", "greatest_normal_load_outer_n"),
         ),
         "greatest_pressure": Quantity(
-            "Pa", "greatest Hertz pressure of any contact", _greatest("peak_pressure_inner_pa", "peak_pressure_outer_pa")
+            "Pa",
+            "greatest Hertz pressure of any contact",
+            _greatest("peak_pressure_inner_pa", "peak_pressure_outer_pa"),
         ),
         "cage_speed": Quantity(
             "rad/s", "mean speed of the balls about the axis, second half of the run", _figure("cage_speed_rad_s")
@@ -145,7 +147,9 @@ QUANTITIES: dict[str, dict[str, Quantity]] = {
         ),
         "dissipated_energy": Quantity("J", "lost in the contacts during the run", _figure("dissipated_j")),
         "greatest_contact_angle": Quantity(
-            "rad", "of any contact at its greatest load", _greatest("contact_angle_inner_rad", "contact_angle_outer_rad")
+            "rad",
+            "of any contact at its greatest load",
+            _greatest("contact_angle_inner_rad", "contact_angle_outer_rad"),
         ),
     },
 }
@@ -159,12 +163,13 @@ def quantity_of(kind: str, name) -> Quantity:
     return known[name]
 
 
-def has_closed_form(kind: str, parameters, names, histories=()) -> bool:
-    """Whether closed forms give all these quantities and histories of a scene."""
+def has_closed_form(kind: str, parameters, names, histories=(), varied=()) -> bool:
+    """Whether closed forms give all these quantities and histories of a scene, the `varied` keys being uncertain."""
     form = CLOSED_FORMS.get(kind)
     return (
         form is not None
         and form.describes(parameters)
+        and not set(form.without) & set(varied)
         and all(QUANTITIES[kind][name].closed for name in names)
         and all(channel in form.histories for channel in histories)
     )

@@ -14,6 +14,7 @@ from bearing_twin.uq.scene_keys import put
 METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
 STATISTICS = ("mean", "std", "quantile")
 
+
 @dataclass(frozen=True)
 class Stop:
     """When the ensemble is large enough; without a tolerance it takes all its samples. See `stopping`."""
@@ -29,7 +30,7 @@ class Stop:
 class Settings:
     """The keys of a study that are plain numbers and words."""
 
-    method: str = choice("auto", METHODS, "auto = change of variable where one input and a closed form allow, else ensemble")
+    method: str = choice("auto", METHODS, "auto = change of variable where it applies, else ensemble")
     sampler: str = choice("random", tuple(SAMPLERS), "where the unit cube is sampled")
     samples: int = quantity(2000, "1", "realisations, at most", at_least=1, at_most=2**30)
     seed: int = quantity(1, "1", "of every random choice", at_least=0, at_most=2**63)
@@ -40,9 +41,11 @@ class Settings:
     history_duration: float = quantity(
         0.0, "s", "length of histories; 0 = the run of the scene at its median inputs", at_least=0.0
     )
-    degree: int = quantity(4, "1", "greatest degree of polynomial chaos", at_least=1, at_most=20)
+    degree: int = quantity(0, "1", "of polynomial chaos; 0 = until its error is 1e-4", at_least=0, at_most=12)
     modality: str = choice("yes", ("yes", "no"), "whether modes are counted, with a bootstrap")
-    sensitivity: str = choice("no", ("no", "yes"), "whether Sobol indices are estimated, by samples of their own")
+    sensitivity: int = quantity(
+        0, "1", "rows of (inputs + 2) further samples for Sobol indices; 0 = none", at_least=0, at_most=2**24
+    )
     stop: Stop = section(Stop)
 
 
@@ -88,8 +91,10 @@ class Study:
         return parse_scene(placed(self.scene, self.targets, values), "a realisation")
 
     def at(self, value: float) -> "Study":
-        """The study at one value of its sweep, without the sweep."""
-        return dataclasses.replace(self, scene=put(self.scene, self.sweep[0], value), sweep=None)
+        """The study at one value of its sweep, without what would be too much of: histories and the count of modes."""
+        settings = dataclasses.replace(self.settings, modality="no")
+        scene = put(self.scene, self.sweep[0], value)
+        return dataclasses.replace(self, scene=scene, sweep=None, histories=(), settings=settings)
 
     def resolved(self) -> dict:
         """All keys as plain data, the scene in full; `parse_study` of it gives an equal study."""

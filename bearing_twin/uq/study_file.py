@@ -4,13 +4,13 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 
 from bearing_twin.errors import SceneError, StudyError
-from bearing_twin.parameters import Limits, echo, read, unknown
+from bearing_twin.parameters import echo, read, unknown
 from bearing_twin.scene import open_scene, parse_scene
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
-from bearing_twin.uq.inputs import Input, Joint, read_input
 from bearing_twin.uq.quantities import QUANTITIES, quantity_of
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys, put, value_at
-from bearing_twin.uq.study import Settings, Study, placed
+from bearing_twin.uq.study import Settings, Study
+from bearing_twin.uq.study_inputs import read_inputs
 
 STUDIES = Shelf("study", "studies", StudyError)
 FREE_KEYS = (
@@ -40,18 +40,19 @@ def parse_study(text_or_mapping, origin: str, overrides: Iterable[str] = ()) -> 
     if not isinstance(mapping, Mapping) or "scene" not in mapping:
         raise StudyError(f"{origin} has no key `scene`; start it with `scene: two_spheres` or another scene")
     mapping = dict(mapping)
+    problems: list[str] = []
     try:
-        for_scene, for_study = _sorted_overrides(overrides)
+        for_scene, for_study = _sorted_overrides(mapping, overrides)
         scene = _open(mapping, for_scene)
         for override in for_study:
             _apply(mapping, scene["kind"], override)
-        problems: list[str] = []
         study = _read(mapping, scene, origin, problems)
     except (SceneError, StudyError) as error:
         raise StudyError(f"{origin}: {error}") from error
+    if len(problems) == 1:
+        raise StudyError(f"{origin}: {problems[0]}")
     if problems:
-        listed = problems[0] if len(problems) == 1 else "\n".join(("", *(f"  {one}" for one in problems)))
-        raise StudyError(f"{origin}: {listed}" if len(problems) == 1 else f"{origin} has {len(problems)} problems:{listed}")
+        raise StudyError(f"{origin} has {len(problems)} problems:\n" + "\n".join(f"  {one}" for one in problems))
     return study
 
 
@@ -71,8 +72,10 @@ def _read(mapping, scene, origin, problems):
     problems += found
 
     kind = scene["kind"]
+    if settings.method == "chaos" and free.get("histories"):
+        problems.append("histories are sampled, which the method chaos does not do; leave them out, or use ensemble")
     quantities = _quantities(free.get("quantities"), kind, problems)
-    given, also, joint, correlation = _inputs(free, scene, problems)
+    given, also, joint, correlation = read_inputs(free, scene, problems)
     return Study(
         _text(free.get("name", origin.removeprefix("study ").removesuffix(".yaml")), "name", LONGEST_NAME, problems),
         _text(free.get("description", ""), "description", LONGEST_DESCRIPTION, problems).strip(),
@@ -90,16 +93,23 @@ def _read(mapping, scene, origin, problems):
     )
 
 
-def _sorted_overrides(overrides):
-    """(for the scene, for the study): the first word of a study's override is a key of studies."""
-    names = {*FREE_KEYS, *(item.name for item in dataclasses.fields(Settings))}
-    for_scene, for_study = [], []
-    for override in overrides:
-        key, equals, _ = override.partition("=")
-        word = key.partition(".")[0].strip()
-        if not equals or not word:
+def _sorted_overrides(mapping, overrides):
+    """(for the scene, for the study) by their first words; those that name another scene are obeyed at once."""
+    of_study = (*FREE_KEYS, *(item.name for item in dataclasses.fields(Settings)))
+    words = {override: override.partition("=")[0].partition(".")[0].strip() for override in overrides}
+    for override, word in words.items():
+        if "=" not in override or not word:
             raise StudyError(f"override {echo(override)} must look like samples=500 or motion.first_velocity=50")
-        (for_study if word in names else for_scene).append(override)
+        if word in ("scene", "set"):
+            _apply(mapping, None, override)
+    of_scene = tuple(_open(mapping, ()))
+    for_scene, for_study = [], []
+    for override, word in words.items():
+        if word not in of_study + of_scene:
+            hint = unknown(word, of_study + of_scene)
+            raise StudyError(f"override {echo(override)}: {echo(word)} is no key of the study or its scene; {hint}")
+        if word not in ("scene", "set"):
+            (for_study if word in of_study else for_scene).append(override)
     return for_scene, for_study
 
 
@@ -122,7 +132,9 @@ def _apply(mapping, kind, override):
         rest = key.strip().partition(".")[2]
         inner = max((one for one in known if rest == one or rest.startswith(f"{one}.")), key=len, default=None)
         if inner is None:
-            raise StudyError(f"override {echo(override)}: {echo(rest)} is no number of the scene; {unknown(rest, known)}")
+            raise StudyError(
+                f"override {echo(override)}: {echo(rest)} is no number of the scene; {unknown(rest, known)}"
+            )
         words = ["inputs", inner, *(rest[len(inner) + 1 :].split(".") if rest != inner else ())]
     holder = mapping
     for word in words[:-1]:
@@ -134,94 +146,10 @@ def _apply(mapping, kind, override):
     holder[words[-1]] = STUDIES.load(text, f"override {echo(override)}")
 
 
-def _inputs(free, scene, problems):
-    """(given, also, joint, correlation) of the inputs."""
-    kind, table = scene["kind"], free.get("inputs")
-    if not isinstance(table, Mapping) or not table:
-        problems.append("inputs must map keys of the scene to distributions, one at least")
-        table = {}
-    given, also, inputs, taken = {}, {}, [], {}
-    for key, told in table.items():
-        try:
-            checked_key(kind, key)
-            told, more = _split(key, told, kind)
-            one = read_input(key, told)
-            for target in (key, *more):
-                if target in taken:
-                    raise StudyError(f"input {key}: {target} already follows the input {taken[target]}")
-                taken[target] = key
-                check_support(kind, target, one)
-        except StudyError as error:
-            problems.append(str(error))
-            continue
-        given[key] = told
-        if more:
-            also[key] = more
-        inputs.append(one)
-    correlation = _correlation(free.get("correlation", ()), problems)
-    joint = None
-    if not problems:
-        try:
-            joint = Joint(inputs, {(a, b): rho for a, b, rho in correlation} or None)
-            medians = [float(one.ppf(0.5)) for one in inputs]
-            parse_scene(placed(scene, [(one.key, *also.get(one.key, ())) for one in inputs], medians), "at the medians")
-        except (SceneError, StudyError) as error:
-            problems.append(str(error))
-    return given, also, joint, correlation
-
-
-def _split(key, told, kind):
-    """What is told of an input, as plain data, and the further keys that follow it."""
-    if not isinstance(told, Mapping):
-        return told, ()
-    more = told.get("also", ())
-    if isinstance(more, str):
-        more = (more,)
-    if not isinstance(more, (list, tuple)):
-        raise StudyError(f"input {key}: also = {echo(more)} must be a list of further keys that take the same value")
-    return {word: value for word, value in told.items() if word != "also"}, tuple(checked_key(kind, one) for one in more)
-
-
-def check_support(kind: str, key: str, one: Input) -> None:
-    """Raises StudyError where the input can take values that the scene's limits for that key forbid.
-
-    A bound that is itself forbidden may be the end of a continuous distribution: it has probability 0.
-    """
-    row = numeric_keys(kind)[key]
-    values = getattr(one.distribution, "values", None)
-    if row.type == "integer" and (values is None or any(value != round(value) for value in values)):
-        raise StudyError(f"input {key} takes whole numbers; give it the distribution fixed or empirical with such values")
-    limits, points = row.bounds, (one.low, one.high)
-    if one.has_density:
-        limits = Limits(at_least=_either(limits.above, limits.at_least), at_most=_either(limits.below, limits.at_most))
-    if not all(limits.allow(point) for point in points):
-        raise StudyError(
-            f"input {key}: {one.distribution_name.replace('_', ' ')} takes values from {one.low:g} to {one.high:g}, but "
-            f"{key} must be {row.bounds.text()}; give a distribution inside, such as uniform, beta or truncated_normal"
-        )
-
-
-def _either(one, other):
-    return other if one is None else one
-
-
-def _correlation(given, problems):
-    if not isinstance(given, (list, tuple)):
-        problems.append(f"correlation = {echo(given)} must be a list of [key, key, value]")
-        return ()
-    rows = []
-    for row in given:
-        if isinstance(row, (list, tuple)) and len(row) == 3 and all(isinstance(key, str) for key in row[:2]):
-            rows.append(tuple(row))
-        else:
-            problems.append(f"correlation: {echo(row)} must be [key, key, value]")
-    return tuple(rows)
-
-
 def _quantities(given, kind, problems):
     known = tuple(QUANTITIES.get(kind, ()))
-    if given is None:
-        problems.append(f"quantities is missing: what shall be found out? legal: {', '.join(known)}")
+    if not given:
+        problems.append(f"quantities names nothing: what shall be found out? legal: {', '.join(known)}")
         return ()
     names = _words(given, "quantities", problems)
     for name in names:
@@ -282,7 +210,9 @@ def _stop_quantity(given, settings, quantities, kind, problems):
     if given is None:
         return quantities[0] if quantities else ""
     if given not in quantities:
-        problems.append(f"stop.quantity = {echo(given)} is not among the study's quantities; {unknown(given, quantities)}")
+        problems.append(
+            f"stop.quantity = {echo(given)} is not among the study's quantities; {unknown(given, quantities)}"
+        )
     return given
 
 
