@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import bearing_twin.uq.realise
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log.mcap_log import content_digest
 from bearing_twin.log.study_log import read_study, write_study
@@ -304,6 +305,56 @@ def test_an_exception_in_between_leaves_no_process():
         ensemble.evaluate(np.full((8, 1), 1e-5), tell)
     assert len(told[0]) == 1
     assert children() == []
+
+
+def test_a_worker_that_dies_ends_the_study_with_what_is_done():
+    killed = []
+
+    def watch(one):
+        if one.done >= 8 and not killed:
+            killed.extend(children())
+            os.kill(killed[0], signal.SIGKILL)
+
+    quick = ["set=[run.duration=0.01, run.output_rate=1000]", "samples=64", "batch=8", "stop.minimum=8"]
+    result = run(LONG_RUN, quick, progress=watch)
+    assert len(killed) == 1
+    assert 8 <= result.summary["samples"] < 64
+    assert result.summary["stopped_because"].startswith("failed: a worker process died")
+    assert any("a worker process died" in doubt for doubt in result.doubts)
+    assert children() == []
+
+
+def test_a_script_that_guards_nothing_is_told_so(tmp_path):
+    script = tmp_path / "naked.py"
+    lines = (
+        f"mapping = {LOSSY!r}",
+        "from bearing_twin import parse_study, run_study",
+        "run_study(parse_study(mapping, 's'))",
+    )
+    script.write_text("\n".join(lines), encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, script], env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 1
+    assert 'behind `if __name__ == "__main__":`' in done.stderr
+
+
+def test_an_error_nobody_foresaw_is_the_failure_of_one_realisation(monkeypatch):
+    task = task_of(parse_study(LOSSY, "s"))
+    calls = []
+
+    def simulate(scene):
+        calls.append(scene)
+        if len(calls) == 2:
+            raise ZeroDivisionError("float division by zero")
+        return from_the_library(scene)
+
+    from_the_library = bearing_twin.uq.realise.simulate
+    monkeypatch.setattr("bearing_twin.uq.realise.simulate", simulate)
+    found = realise(task, np.full((3, 1), 1e-4))
+    assert found.failures == {1: "ZeroDivisionError: float division by zero"}
+    assert np.isfinite(found.quantities).all(axis=1).tolist() == [True, False, True]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])

@@ -17,6 +17,8 @@ from bearing_twin.uq.statistics import estimate
 from bearing_twin.uq.stopping import IN_A_ROW, looks, rule_of
 from bearing_twin.uq.study import Study
 
+PIECE = 65536  # points drawn at once, so that a cancel need not wait for a whole batch
+
 
 class Progress(NamedTuple):
     """How far a study is: realisations `done` of `total` at most; the watched statistic as last looked at.
@@ -44,6 +46,7 @@ class Drawn:
     because: str = "every quantity follows without sampling"
     notes: tuple[str, ...] = ()
     done: int = 0
+    broken: bool = False
 
     def __post_init__(self):
         study, settings = self.study, self.study.settings
@@ -70,7 +73,7 @@ class Drawn:
             except StudyError as error:
                 if not self.done:
                     raise
-                self.because = f"failed: {error}"
+                self.because, self.broken = f"failed: {error}", True
                 break
             if self.done < size:
                 self.because = "cancelled"
@@ -82,17 +85,21 @@ class Drawn:
                 break
 
     def _realise(self, ensemble, size) -> None:
-        done = self.done
-        values = self.study.joint.values(self.points.chunk(done, size - done))
-        found = ensemble.evaluate(values, lambda more: self._tell(done + more))
-        count = len(found.quantities)
-        self._add(
-            values[:count],
-            found.quantities,
-            found.histories,
-            self.reasons.codes(count, found.failures),
-            self.doubts.bits(count, found.doubts),
-        )
+        """Realisations up to number `size`, fewer when cancelled."""
+        while self.done < size:
+            done, wanted = self.done, min(size - self.done, PIECE)
+            values = self.study.joint.values(self.points.chunk(done, wanted))
+            found = ensemble.evaluate(values, lambda more, done=done: self._tell(done + more))
+            count = len(found.quantities)
+            self._add(
+                values[:count],
+                found.quantities,
+                found.histories,
+                self.reasons.codes(count, found.failures),
+                self.doubts.bits(count, found.doubts),
+            )
+            if count < wanted:
+                return
 
     def _take_over(self, start, size) -> None:
         """Realisations of an earlier result, up to number `size`."""

@@ -111,6 +111,8 @@ def _result(future) -> Realised:
             "a worker process died (no memory left, or killed from outside; a script must keep run_study behind "
             '`if __name__ == "__main__":`); try fewer workers'
         ) from error
+    except OSError as error:  # of a Dask cluster: its scheduler or worker is gone
+        raise StudyError(f"the cluster was lost ({error}); what is done is kept, go on from it") from error
 
 
 def _end(pool: ProcessPoolExecutor, kill: bool) -> None:

@@ -134,6 +134,9 @@ def _by_simulation(task, values):
         except BearingTwinError as error:
             found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
             continue
+        except (ArithmeticError, ValueError) as error:  # of numbers nobody tried before; one must not end all others
+            found.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
+            continue
         numbers = [QUANTITIES[kind][name].figure(report.figures) for name in task.quantities]
         if report.status != "done":
             found.failures[row] = report.status

@@ -69,6 +69,8 @@ class StudyResult:
         sentences = [f"{many} of {count} realisations: {what}" for what, many in self.summary["doubts"].items()]
         if failed:
             sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
+        if self.summary["stopped_because"].startswith("failed"):
+            sentences.append(self.summary["stopped_because"])
         return (*sentences, *self.summary["notes"])
 
 

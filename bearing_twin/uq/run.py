@@ -13,7 +13,7 @@ from bearing_twin.uq.chaos import Chaos
 from bearing_twin.uq.drawing import Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.evaluation import Cancelled, Evaluator, expansions, sources_of_variance, summary_of_chaos
-from bearing_twin.uq.histories import Histories
+from bearing_twin.uq.histories import KEPT, Histories
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
@@ -38,9 +38,10 @@ def run_study(
     """Runs a study; the same study and seed give the same numbers whatever the number of workers.
 
     `progress` is called after every batch and every few realisations, from this thread. `cancelled` is a
-    threading.Event or a function: once true the study ends within half a second with what is done. `start` is an
-    earlier result of the same study with fewer samples, which are kept; the result equals that of one run. Raises
-    StudyError for a study too large for its memory, a method that does not fit it, or a `start` of another study.
+    threading.Event or a function: once true the study ends within half a second with what is done, besides the time
+    the statistics of it take (a second for two million samples). `start` is an earlier result of the same study with
+    fewer samples, which are kept; the result equals that of one run. Raises StudyError for a study too large for its
+    memory, a method that does not fit it, or a `start` of another study.
     """
     began = time.monotonic()
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
@@ -52,7 +53,7 @@ def run_study(
     drawn = Drawn(study, task, progress or (lambda _: None), asked, began)
     with Ensemble(task, study.settings.workers, study.executor, asked) as ensemble:
         chaos, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
-        at_mean = ensemble.evaluate(mean_inputs(study)) if not asked() else empty(task, 0)
+        at_mean = empty(task, 0) if asked() or drawn.broken else ensemble.evaluate(mean_inputs(study))
     values, quantities, histories, status, doubtful = drawn.arrays()
     result = StudyResult(
         study, values, quantities, histories,
@@ -74,7 +75,8 @@ def memory_needed(study: Study) -> float:
     # A batch is kept in pieces before it is joined, and histories are sorted instant by instant.
     row = 2.0 * (inputs + quantities + histories + 2) + WORKING_COPIES
     further = settings.sensitivity * (inputs + 2) * (2.0 * inputs + quantities + WORKING_COPIES)
-    return 8.0 * (settings.samples * row + further)
+    sums = len(study.histories) * settings.history_points * (settings.history_points + KEPT)
+    return 8.0 * (settings.samples * row + further + sums)
 
 
 def refuse_too_large(study: Study) -> None:
@@ -120,7 +122,7 @@ def _propagate(study, ensemble, drawn, start, sampled):
             drawn.because = f"{evaluate.runs} runs for polynomial chaos are done"
         elif sampled or study.histories:
             drawn.draw(ensemble, start)
-        if study.settings.sensitivity and not drawn.asked():
+        if study.settings.sensitivity and not (drawn.asked() or drawn.broken):
             sources = sources_of_variance(study, evaluate)
     except Cancelled:
         drawn.because = "cancelled"

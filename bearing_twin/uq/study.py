@@ -44,7 +44,7 @@ class Settings:
     degree: int = quantity(0, "1", "of polynomial chaos; 0 = until its error is 1e-4", at_least=0, at_most=12)
     modality: str = choice("yes", ("yes", "no"), "whether modes are counted, with a bootstrap")
     sensitivity: int = quantity(
-        0, "1", "rows of (inputs + 2) further samples for Sobol indices; 0 = none", at_least=0, at_most=2**24
+        0, "1", "rows of (inputs + 2) further samples for Sobol indices; 0 = none", at_least=0, at_most=50_000
     )
     stop: Stop = section(Stop)
 
