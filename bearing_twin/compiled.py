@@ -38,4 +38,4 @@ def kernel(function):
 
 def inlined(function):
     """Compiles `function` into its callers."""
-    return njit(inline="always", **OPTIONS)(function)
+    return njit(forceinline=True, **OPTIONS)(function)

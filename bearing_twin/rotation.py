@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined
 
 
 @inlined
@@ -38,12 +38,36 @@ def scaled(factor, a):
 
 
 @inlined
+def cosine_sine(angle):
+    """Cosine and sine of an angle [rad] below a million, within 2e-16, without a branch: loops stay vector code.
+
+    Reduced by the nearest quarter turn in three parts (Cody and Waite), then Taylor's series to the 17th power.
+    """
+    quarters = math.floor(angle * 0.6366197723675814 + 0.5)
+    x = angle - quarters * 1.5707963267341256
+    x = (x - quarters * 6.077100506303966e-11) - quarters * 2.0222662487959506e-21
+    y = x * x
+    s = 1.0 / 6227020800.0 - y * (1.0 / 1307674368000.0 - y / 355687428096000.0)
+    s = 1.0 / 120.0 - y * (1.0 / 5040.0 - y * (1.0 / 362880.0 - y * (1.0 / 39916800.0 - y * s)))
+    s = x - x * y * (1.0 / 6.0 - y * s)
+    c = 1.0 / 479001600.0 - y * (1.0 / 87178291200.0 - y / 20922789888000.0)
+    c = 1.0 / 24.0 - y * (1.0 / 720.0 - y * (1.0 / 40320.0 - y * (1.0 / 3628800.0 - y * c)))
+    c = 1.0 - y * (0.5 - y * c)
+    half = math.floor(0.5 * quarters)
+    odd = quarters - 2.0 * half
+    sign = 1.0 - 2.0 * (half - 2.0 * math.floor(0.5 * half))
+    cosine = sign * ((1.0 - odd) * c - odd * s)
+    sine = sign * ((1.0 - odd) * s + odd * c)
+    return cosine, sine
+
+
+@inlined
 def about_z(cosine, sine, a):
     """The vector `a` turned about z by the angle of the given cosine and sine."""
     return (cosine * a[0] - sine * a[1], sine * a[0] + cosine * a[1], a[2])
 
 
-@kernel
+@inlined
 def quaternion_product(p, q):
     """p q: first the rotation q, then p."""
     return (
@@ -54,15 +78,17 @@ def quaternion_product(p, q):
     )
 
 
-@kernel
+@inlined
 def quaternion_from_vector(vector):
     """Quaternion of the rotation by |vector| [rad] about `vector`."""
-    angle = math.sqrt(dot(vector, vector))
-    factor = 0.5 - angle * angle / 48.0 if angle < 1e-4 else math.sin(0.5 * angle) / angle
-    return (factor * vector[0], factor * vector[1], factor * vector[2], math.cos(0.5 * angle))
+    # The tiny number spares a branch for no rotation at all, where the quotient is 1/2.
+    angle = math.sqrt(dot(vector, vector) + 1e-200)
+    cosine, sine = cosine_sine(0.5 * angle)
+    factor = sine / angle
+    return (factor * vector[0], factor * vector[1], factor * vector[2], cosine)
 
 
-@kernel
+@inlined
 def turned(quaternion, omega_start, omega_middle, omega_end, step):
     """The orientation after `step` [s] at an angular velocity [rad/s] known at start, middle and end, in fixed axes.
 
@@ -71,7 +97,9 @@ def turned(quaternion, omega_start, omega_middle, omega_end, step):
     mean = scaled(step / 6.0, add(add(omega_start, omega_end), scaled(4.0, omega_middle)))
     vector = add(mean, scaled(step * step / 12.0, cross(omega_end, omega_start)))
     product = quaternion_product(quaternion_from_vector(vector), quaternion)
-    norm = math.sqrt(product[0] ** 2 + product[1] ** 2 + product[2] ** 2 + product[3] ** 2)
+    norm = math.sqrt(
+        product[0] * product[0] + product[1] * product[1] + product[2] * product[2] + product[3] * product[3]
+    )
     return (product[0] / norm, product[1] / norm, product[2] / norm, product[3] / norm)
 
 

@@ -16,6 +16,8 @@ from bearing_twin.reference.kinematics import cage_speed, cage_speed_with_slip, 
 from bearing_twin.scene import load_scene
 from bearing_twin.scenes.bearing import (
     AXIS_DISTANCE,
+    LANE_ROWS,
+    LANES,
     ORBIT_ANGLE,
     SPIN,
     VELOCITY,
@@ -248,7 +250,9 @@ def test_the_state_is_constant_in_steady_rolling():
     moving.advance(np.array([5e-3]), 5e-3)
     rates = np.zeros_like(moving.state)
     near = np.zeros(8, np.bool_)
-    bearing_rates(moving.bearing, moving.drive, near, 0.0, moving.state, rates)
+    bearing_rates(
+        moving.bearing, moving.drive, near, 0.0, moving.state, np.arange(8), rates, np.zeros(LANE_ROWS * LANES)
+    )
     velocity = ball_vector(moving.state, 0, VELOCITY)
     centrifugal = velocity[1] ** 2 / ball_position(moving.state, 0)[0]
     assert np.abs(rates[0, VELOCITY:SPIN]).max() < 1e-3 * centrifugal

@@ -11,7 +11,7 @@ from scipy.linalg import lu_factor, lu_solve
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.motion.steppers import METHODS, RODAS4, factorise, next_step, substitute
-from bearing_twin.scenes.bearing import COLUMNS, LANE_ROWS, LANES, raceway_rates
+from bearing_twin.scenes.bearing import LANE_ROWS, LANES, raceway_rates
 
 
 def errors_against(reference, out):
@@ -151,7 +151,6 @@ def test_the_lanes_of_the_kernel_are_vector_instructions():
     if platform.machine() != "x86_64":
         pytest.skip("looks for x86-64 instructions")
     moving = motion()
-    lanes, rates = np.ones(LANE_ROWS * LANES), np.zeros(COLUMNS * LANES)
     function = njit(**OPTIONS)(raceway_rates.py_func)
-    function(moving.bearing, 1.0, 1, lanes, rates)
+    function(moving.bearing, np.ones(LANE_ROWS * LANES))
     assert function.inspect_asm(function.signatures[0]).count("divpd") > 8

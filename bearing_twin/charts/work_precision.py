@@ -59,7 +59,7 @@ PROBLEMS = {
     ),
 }
 METHODS = (
-    Method("rodas4", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5)),
+    Method("rodas4", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)),
     Method("rk4", (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)),
     Method("dop853", (1e-1, 1e-3, 1e-5)),
     Method("radau", (1e-1, 1e-3, 1e-5)),

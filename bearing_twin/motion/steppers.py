@@ -15,6 +15,8 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 
+MOST_STAGES = 6  # of a Rosenbrock method; a has one column fewer
+
 
 class Rosenbrock(NamedTuple):
     """A Rosenbrock method in transformed form; the last stage is the error estimate, `dense` the interpolant."""

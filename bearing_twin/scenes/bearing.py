@@ -18,8 +18,6 @@ Signs. A contact's `normal` points from the ball's centre to the raceway, so the
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.ellipse import hertz_coefficient
@@ -33,7 +31,7 @@ from bearing_twin.contact.normal import (
     hertz_rational,
     load_coefficient,
 )
-from bearing_twin.rotation import about_z, add, cross, dot, minus, scaled
+from bearing_twin.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 from bearing_twin.surfaces import ball_in_groove
 
 # Columns of a ball's state.
@@ -44,12 +42,13 @@ MOTION = 9  # the columns before this one are the motion; the rest only listen
 DRIVE_WORK, DISSIPATED, GROSS_WORK = 9, 10, 11
 COLUMNS = 12
 
-# Lane form: row r of lane k is number r * LANES + k of a flat array. After the motion come the cosine and sine of a
-# reference orbit angle, that angle, and the two load coefficients that are given. (Without a gap between these rows:
-# one made LLVM give up on vector instructions; a test watches.)
-LANES = 16
-COSINE, SINE, REFERENCE, GIVEN = 9, 10, 11, 12
-LANE_ROWS = 14
+# Lane form: row r of lane k is number r * LANES + k of a flat array; balls in lanes are integrated as COLUMNS rows.
+# What `raceway_rates` reads and writes are rows of one array, because LLVM proves the rows of one array apart, while of
+# several it gives up and leaves scalar code: the motion, then the speed of the inner ring and the two load
+# coefficients that are given, then COLUMNS rows of rates.
+LANES = 8
+RING_SPEED, GIVEN, LANE_RATES = 9, 10, 12
+LANE_ROWS = LANE_RATES + COLUMNS
 
 
 class Raceway(NamedTuple):
@@ -195,6 +194,12 @@ def given_coefficient(bearing, raceway, centre, position):
 
 
 @inlined
+def lane_vector(lanes, row, k):
+    """Three consecutive rows of lane k as a vector."""
+    return (lanes[row * LANES + k], lanes[(row + 1) * LANES + k], lanes[(row + 2) * LANES + k])
+
+
+@inlined
 def ball_position(state, k):
     """Centre of ball k in its own frame [m]."""
     return (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
@@ -295,33 +300,20 @@ def in_ball_frame(state, k, vector):
     return about_z(math.cos(angle), -math.sin(angle), vector)
 
 
-@inlined
-def lane_direction(lanes, k):
-    """Cosine and sine of a lane's orbit angle, from those of its reference angle and the small angle between.
-
-    Taylor's series to the eighth power, below 1e-16 for differences up to 0.1 rad.
-    """
-    cosine, sine = lanes[COSINE * LANES + k], lanes[SINE * LANES + k]
-    x = lanes[ORBIT_ANGLE * LANES + k] - lanes[REFERENCE * LANES + k]
-    y = x * x
-    small_cosine = 1.0 - y * (0.5 - y * (1.0 / 24.0 - y * (1.0 / 720.0 - y / 40320.0)))
-    small_sine = x * (1.0 - y * (1.0 / 6.0 - y * (1.0 / 120.0 - y / 5040.0)))
-    return cosine * small_cosine - sine * small_sine, sine * small_cosine + cosine * small_sine
-
-
 @kernel
-def raceway_rates(bearing, inner_speed, count, lanes, rates):
-    """Newton's and Euler's equations of `count` balls side by side, neighbours apart: d(state)/dt in lane form.
+def raceway_rates(bearing, lanes):
+    """Newton's and Euler's equations of LANES balls side by side, neighbours apart: d(state)/dt into the rates' rows.
 
     In the frame turning with the ball at `orbit_rate` about z, velocity and angular velocity gain the terms
     -orbit_rate z x (.), which hold the centrifugal, Coriolis and gyroscopic effects.
     """
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
-    for k in range(count):
-        cosine, sine = lane_direction(lanes, k)
+    for k in range(LANES):
+        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
+        inner_speed = lanes[RING_SPEED * LANES + k]
         position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
-        velocity = (lanes[3 * LANES + k], lanes[4 * LANES + k], lanes[5 * LANES + k])
-        spin = (lanes[6 * LANES + k], lanes[7 * LANES + k], lanes[8 * LANES + k])
+        velocity = lane_vector(lanes, VELOCITY, k)
+        spin = lane_vector(lanes, SPIN, k)
         inner_centre = about_z(cosine, -sine, bearing.offset)
         gravity = about_z(cosine, -sine, bearing.gravity)
         given = lanes[GIVEN * LANES + k]
@@ -331,40 +323,39 @@ def raceway_rates(bearing, inner_speed, count, lanes, rates):
         force = add(inner.force, outer.force)
         torque = add(inner.torque, outer.torque)
         orbit_rate = velocity[1] / position[0]
-        rates[0 * LANES + k] = velocity[0]
-        rates[1 * LANES + k] = orbit_rate
-        rates[2 * LANES + k] = velocity[2]
-        rates[3 * LANES + k] = force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1]
-        rates[4 * LANES + k] = force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0]
-        rates[5 * LANES + k] = force[2] * inverse_mass + gravity[2]
-        rates[6 * LANES + k] = torque[0] * inverse_inertia + orbit_rate * spin[1]
-        rates[7 * LANES + k] = torque[1] * inverse_inertia - orbit_rate * spin[0]
-        rates[8 * LANES + k] = torque[2] * inverse_inertia
-        rates[9 * LANES + k] = inner.drive_power
-        rates[10 * LANES + k] = inner.dissipation + outer.dissipation
-        rates[11 * LANES + k] = abs(inner.drive_power)
+        rates = LANE_RATES * LANES + k
+        lanes[rates] = velocity[0]
+        lanes[rates + 1 * LANES] = orbit_rate
+        lanes[rates + 2 * LANES] = velocity[2]
+        lanes[rates + 3 * LANES] = force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1]
+        lanes[rates + 4 * LANES] = force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0]
+        lanes[rates + 5 * LANES] = force[2] * inverse_mass + gravity[2]
+        lanes[rates + 6 * LANES] = torque[0] * inverse_inertia + orbit_rate * spin[1]
+        lanes[rates + 7 * LANES] = torque[1] * inverse_inertia - orbit_rate * spin[0]
+        lanes[rates + 8 * LANES] = torque[2] * inverse_inertia
+        lanes[rates + 9 * LANES] = inner.drive_power
+        lanes[rates + 10 * LANES] = inner.dissipation + outer.dissipation
+        lanes[rates + 11 * LANES] = abs(inner.drive_power)
 
 
 @kernel
-def aim_lane(lanes, k):
-    """Sets a lane's reference angle to its orbit angle."""
-    angle = lanes[ORBIT_ANGLE * LANES + k]
-    lanes[REFERENCE * LANES + k] = angle
-    lanes[COSINE * LANES + k] = math.cos(angle)
-    lanes[SINE * LANES + k] = math.sin(angle)
-
-
-@kernel
-def give_coefficients(bearing, count, lanes):
+def give_coefficients(bearing, lanes):
     """Looks up the load coefficients of the laws that `raceway_contact` does not evaluate itself."""
     if bearing.inner.law == HERTZ:
         return
-    for k in range(count):
-        cosine, sine = lane_direction(lanes, k)
+    for k in range(LANES):
+        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
         position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
         centre = about_z(cosine, -sine, bearing.offset)
         lanes[GIVEN * LANES + k] = given_coefficient(bearing, bearing.inner, centre, position)
         lanes[(GIVEN + 1) * LANES + k] = given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position)
+
+
+@kernel
+def lane_rates(bearing, lanes):
+    """`raceway_rates` by whatever law."""
+    give_coefficients(bearing, lanes)
+    raceway_rates(bearing, lanes)
 
 
 @kernel
@@ -380,24 +371,32 @@ def add_pair_rates(bearing, near, state, k, rates):
 
 
 @kernel
-def ball_rates(bearing, drive, near, time, state, k, rates, lanes, lane_rates):
-    """Writes d(state[k])/dt at `time` [s] into `rates[k]`; `lanes` and `lane_rates` are room to work in."""
-    for column in range(MOTION):
-        lanes[column * LANES] = state[k, column]
-    aim_lane(lanes, 0)
-    give_coefficients(bearing, 1, lanes)
-    raceway_rates(bearing, drive.speed + drive.acceleration * time, 1, lanes, lane_rates)
-    for column in range(COLUMNS):
-        rates[k, column] = lane_rates[column * LANES]
-    add_pair_rates(bearing, near, state, k, rates)
+def into_lane(row, lanes, k):
+    """Copies as many of a ball's numbers as `row` has to lane k."""
+    for column in range(len(row)):
+        lanes[column * LANES + k] = row[column]
 
 
 @kernel
-def bearing_rates(bearing, drive, near, time, state, rates):
-    """d(state)/dt of all balls at `time` [s]."""
-    lanes, lane_rates = np.zeros(LANE_ROWS * LANES), np.zeros(COLUMNS * LANES)
-    for k in range(bearing.balls):
-        ball_rates(bearing, drive, near, time, state, k, rates, lanes, lane_rates)
+def from_lane(lanes, k, row):
+    """Copies as many numbers of lane k as `row` has room for."""
+    for column in range(len(row)):
+        row[column] = lanes[column * LANES + k]
+
+
+@kernel
+def bearing_rates(bearing, drive, near, time, state, balls, rates, lanes):
+    """d(state)/dt at `time` [s] of the balls numbered in `balls`; `lanes` is room to work in."""
+    for first in range(0, len(balls), LANES):
+        count = min(LANES, len(balls) - first)
+        for k in range(LANES):
+            into_lane(state[balls[first + min(k, count - 1)], :MOTION], lanes, k)
+            lanes[RING_SPEED * LANES + k] = drive.speed + drive.acceleration * time
+        lane_rates(bearing, lanes)
+        for k in range(count):
+            from_lane(lanes[LANE_RATES * LANES :], k, rates[balls[first + k]])
+    for ball in balls:
+        add_pair_rates(bearing, near, state, ball, rates)
 
 
 @kernel

@@ -10,17 +10,20 @@ from bearing_twin.sample import Found
 from bearing_twin.scenes.bearing import (
     COLUMNS,
     GROSS_WORK,
+    LANE_ROWS,
+    LANES,
     MOTION,
     ORBIT_ANGLE,
     Drive,
     bearing_rates,
     mark_near,
 )
+from bearing_twin.scenes.bearing_groups import group_chunk, groups_of
 from bearing_twin.scenes.bearing_outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.scenes.bearing_parameters import BearingScene
 from bearing_twin.scenes.bearing_report import ENERGY_GAIN, Statistics
 from bearing_twin.scenes.bearing_rk4 import rk4_chunk
-from bearing_twin.scenes.bearing_rosenbrock import Results, Task, rosenbrock_chunk
+from bearing_twin.scenes.bearing_rosenbrock import Results, Task, lone_chunk
 from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
@@ -167,7 +170,7 @@ class BearingMotion:
         elif self.stepper == "rodas4":
             task = Task(RODAS4, self.bearing, drive, near, times, duration, self.scales, self.nudges)
             results = Results(states, orientations, self.counts, failure)
-            status = rosenbrock_chunk(task, *common, self.steps, results)
+            status = self._rosenbrock(task, results)
         else:
             status = self._scipy(drive, near, times, duration, states, orientations)
         if status != OK:
@@ -180,13 +183,27 @@ class BearingMotion:
                 f"{failure[0]:.6g} s into this chunk of {duration:.6g} s, ball {int(failure[1])} {reasons[status]}"
             )
 
+    def _rosenbrock(self, task, results):
+        """One chunk: balls that touch no other side by side, then each group of balls that may touch.
+
+        The rings' motion is prescribed, so a ball acts on another only where they touch.
+        """
+        moving = self.state, self.orientation, self.steps
+        groups = groups_of(task.near)
+        alone = np.array([group[0] for group in groups if len(group) == 1], np.int64)
+        status = lone_chunk(task, alone, *moving, results) if len(alone) else OK
+        for group in groups:
+            if status == OK and len(group) > 1:
+                status = group_chunk(task, np.array(group, np.int64), *moving, results)
+        return status
+
     def _scipy(self, drive, near, times, duration, states, orientations):
         """One chunk by a SciPy method: the same equations, for reference."""
         shape = self.state.shape
-        rates = np.zeros(shape)
+        rates, balls, lanes = np.zeros(shape), np.arange(len(self.state)), np.zeros(LANE_ROWS * LANES)
 
         def right_hand_side(time, flat):
-            bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), rates)
+            bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), balls, rates, lanes)
             return rates.ravel().copy()
 
         scales = np.concatenate([REFERENCE_SHARE * self.scales, [1e-12] * (COLUMNS - MOTION)])

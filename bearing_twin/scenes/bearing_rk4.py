@@ -7,86 +7,68 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.scenes.bearing import (
     COLUMNS,
+    LANE_RATES,
     LANE_ROWS,
     LANES,
     MOTION,
+    RING_SPEED,
     add_pair_rates,
-    aim_lane,
-    give_coefficients,
-    raceway_rates,
+    from_lane,
+    into_lane,
+    lane_rates,
 )
 from bearing_twin.scenes.bearing_steps import OK, RATES, STEPS, check_all, turn
 
-# Directions are refreshed long before a ball has gone the 0.1 rad up to which they are exact; orientations need fewer
-# steps than the contacts do; a state that cannot be right is looked for now and then and at every instant given out.
-AIM_EVERY, TURN_EVERY, CHECK_EVERY = 16, 8, 64
-
-# Values are the lanes of `raceway_rates` with the listening columns behind them; rates have one row a column.
-IN_VALUES, IN_RATES = LANE_ROWS, MOTION
-VALUE_ROWS = LANE_ROWS + COLUMNS - MOTION
+# Orientations need fewer steps than the contacts do; a state that cannot be right is looked for now and then and at
+# every instant given out.
+TURN_EVERY, CHECK_EVERY = 8, 64
 
 
 @kernel
-def _to_lanes(rows, blocks, listeners):
-    """One row a ball to lane form; the columns after the motion go to the lane rows from `listeners` on."""
-    for ball in range(len(rows)):
-        block, lane = blocks[ball // LANES], ball % LANES
-        for column in range(MOTION):
-            block[column * LANES + lane] = rows[ball, column]
-        for column in range(MOTION, COLUMNS):
-            block[(listeners + column - MOTION) * LANES + lane] = rows[ball, column]
+def _to_lanes(rows, blocks):
+    """One row a ball to lane form, a block for every LANES balls; lanes left over repeat the last ball."""
+    for i in range(len(blocks) * LANES):
+        into_lane(rows[min(i, len(rows) - 1)], blocks[i // LANES], i % LANES)
 
 
 @kernel
-def _from_lanes(blocks, listeners, rows):
+def _from_lanes(blocks, rows):
     """The inverse of `_to_lanes`."""
     for ball in range(len(rows)):
-        block, lane = blocks[ball // LANES], ball % LANES
-        for column in range(MOTION):
-            rows[ball, column] = block[column * LANES + lane]
-        for column in range(MOTION, COLUMNS):
-            rows[ball, column] = block[(listeners + column - MOTION) * LANES + lane]
+        from_lane(blocks[ball // LANES], ball % LANES, rows[ball])
 
 
 @kernel
-def _all_rates(bearing, drive, near, touching, time, values, rates, rows, row_rates):
-    """Rates of all balls (blocks, COLUMNS * LANES) from `values` (blocks, VALUE_ROWS * LANES)."""
+def _all_rates(bearing, drive, near, touching, time, values, rates, lanes, rows, row_rates):
+    """Rates of all balls from `values`, both (blocks, COLUMNS * LANES)."""
     speed = drive.speed + drive.acceleration * time
     for block in range(len(values)):
-        count = min(LANES, bearing.balls - block * LANES)
-        give_coefficients(bearing, count, values[block])
-        raceway_rates(bearing, speed, count, values[block], rates[block])
+        for i in range(MOTION * LANES):
+            lanes[i] = values[block, i]
+        for k in range(LANES):
+            lanes[RING_SPEED * LANES + k] = speed
+        lane_rates(bearing, lanes)
+        for i in range(COLUMNS * LANES):
+            rates[block, i] = lanes[LANE_RATES * LANES + i]
     if touching:
-        _from_lanes(values, IN_VALUES, rows)
-        _from_lanes(rates, IN_RATES, row_rates)
+        _from_lanes(values, rows)
+        _from_lanes(rates, row_rates)
         for k in range(bearing.balls):
             add_pair_rates(bearing, near, rows, k, row_rates)
-        _to_lanes(row_rates, rates, IN_RATES)
-
-
-@kernel
-def _aim(values, balls, others):
-    """Takes the present orbit angles as those from which directions are measured, for `values` and for `others`."""
-    for block in range(len(values)):
-        for lane in range(min(LANES, balls - block * LANES)):
-            aim_lane(values[block], lane)
-        others[block, MOTION * LANES : LANE_ROWS * LANES] = values[block, MOTION * LANES : LANE_ROWS * LANES]
+        _to_lanes(row_rates, rates)
 
 
 @kernel
 def _combine(start, factor, slope, out):
-    """out = start + factor * slope, from values and rates to values."""
+    """out = start + factor * slope."""
     for block in range(len(start)):
-        for i in range(MOTION * LANES):
+        for i in range(COLUMNS * LANES):
             out[block, i] = start[block, i] + factor * slope[block, i]
-        for i in range(MOTION * LANES, COLUMNS * LANES):
-            j = i + (IN_VALUES - IN_RATES) * LANES
-            out[block, j] = start[block, j] + factor * slope[block, i]
 
 
 @kernel
 def _sum(total, factor, slope):
-    """total += factor * slope, all rates."""
+    """total += factor * slope."""
     for block in range(len(total)):
         for i in range(COLUMNS * LANES):
             total[block, i] += factor * slope[block, i]
@@ -126,20 +108,14 @@ def rk4_chunk(
     """
     balls = bearing.balls
     blocks = (balls + LANES - 1) // LANES
-    shape, rates_shape = (blocks, VALUE_ROWS * LANES), (blocks, COLUMNS * LANES)
-    y, trial, turned_from = np.ones(shape), np.ones(shape), np.ones(shape)
-    k1, k, total, turned_rates = (
-        np.zeros(rates_shape),
-        np.zeros(rates_shape),
-        np.zeros(rates_shape),
-        np.zeros(rates_shape),
-    )
-    rows, row_rates = state.copy(), np.zeros_like(state)
+    shape = (blocks, COLUMNS * LANES)
+    y, trial, turned_from = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    k1, k, total, turned_rates = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    lanes, rows, row_rates = np.zeros(LANE_ROWS * LANES), state.copy(), np.zeros_like(state)
     touching = np.any(near)
-    _to_lanes(state, y, IN_VALUES)
-    _aim(y, balls, trial)
+    _to_lanes(state, y)
     time = 0.0
-    _all_rates(bearing, drive, near, touching, time, y, k1, rows, row_rates)
+    _all_rates(bearing, drive, near, touching, time, y, k1, lanes, rows, row_rates)
     for instant in range(len(times) + 1):
         goal = times[instant] if instant < len(times) else duration
         span = goal - time
@@ -149,17 +125,15 @@ def rk4_chunk(
         turned_rates[:] = k1
         for step in range(steps):
             h = span / steps
-            if step % AIM_EVERY == 0:
-                _aim(y, balls, trial)
             total[:] = k1
             for stage in range(1, 4):
                 half = 0.5 if stage < 3 else 1.0
                 _combine(y, half * h, k1 if stage == 1 else k, trial)
-                _all_rates(bearing, drive, near, touching, time + half * h, trial, k, rows, row_rates)
+                _all_rates(bearing, drive, near, touching, time + half * h, trial, k, lanes, rows, row_rates)
                 _sum(total, 2.0 if stage < 3 else 1.0, k)
             _combine(y, h / 6.0, total, y)
             time = begin + (step + 1) * h
-            _all_rates(bearing, drive, near, touching, time, y, k1, rows, row_rates)
+            _all_rates(bearing, drive, near, touching, time, y, k1, lanes, rows, row_rates)
             unturned += 1
             if unturned == TURN_EVERY or step == steps - 1:
                 _turn_balls(unturned * h, turned_from, turned_rates, y, k1, orientation)
@@ -169,7 +143,7 @@ def rk4_chunk(
             counts[STEPS] += balls
             counts[RATES] += 4 * balls
             if step % CHECK_EVERY == CHECK_EVERY - 1 or step == steps - 1:
-                _from_lanes(y, IN_VALUES, state)
+                _from_lanes(y, state)
                 status = check_all(bearing, drive, time, state, failure)
                 if status != OK:
                     return status

@@ -1,29 +1,34 @@
-"""The bearing by an adaptive Rosenbrock method, each ball (or group of balls that may touch) with its own steps."""
+"""Balls that touch no other ball, by an adaptive Rosenbrock method: side by side in lanes, each with its own steps.
 
-import math
+The rings' motion is prescribed, so such balls do not act on each other. Every lane holds one ball with its own time and
+step size; all lanes take one step together, each accepts or repeats its own, and a lane whose ball has reached the end
+of the chunk takes the next ball.
+"""
+
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
-from bearing_twin.motion.steppers import Rosenbrock, factorise, next_step, rosenbrock_dense, substitute
-from bearing_twin.scenes.bearing import (
-    COLUMNS,
-    COSINE,
-    LANE_ROWS,
-    LANES,
-    MOTION,
-    REFERENCE,
-    Bearing,
-    Drive,
-    add_pair_rates,
-    aim_lane,
-    ball_rates,
-    give_coefficients,
-    raceway_rates,
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.motion.steppers import Rosenbrock, next_step
+from bearing_twin.scenes.bearing import COLUMNS, LANES, Bearing, Drive, from_lane, into_lane
+from bearing_twin.scenes.bearing_lanes import (
+    ALL_ROWS,
+    END,
+    ERROR,
+    ORIENTATION,
+    START,
+    STEP,
+    TIME,
+    TURNED,
+    WANTED,
+    interpolate_lane,
+    rosenbrock_step,
+    turn_lanes,
 )
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
+    LEAST_STEP,
     OK,
     RATES,
     REJECTIONS,
@@ -33,7 +38,9 @@ from bearing_twin.scenes.bearing_steps import (
     turn,
 )
 
-LEAST_STEP = 1e-12  # seconds; a shorter step means that the equations cannot be followed
+RUNNING = -1  # status of a ball that has not reached the end of the chunk
+IDLE = -1  # number of the ball in a lane without one
+NOTHING = 1e-12  # share of a chunk that is too short for a step
 
 
 class Task(NamedTuple):
@@ -58,301 +65,109 @@ class Results(NamedTuple):
     failure: np.ndarray
 
 
-class Room(NamedTuple):
-    """Arrays to work in; state-like ones have one row a ball of the bearing, the others one a ball of the group."""
-
-    start: np.ndarray
-    trial: np.ndarray
-    base: np.ndarray
-    slope: np.ndarray
-    rates: np.ndarray
-    jacobian: np.ndarray
-    matrix: np.ndarray
-    pivots: np.ndarray
-    k: np.ndarray
-    right: np.ndarray
-    motion: np.ndarray
-    middle: np.ndarray
-    lanes: np.ndarray
-    lane_rates: np.ndarray
-
-
 @kernel
-def _room(state, size, stages):
-    return Room(
-        state.copy(),
-        state.copy(),
-        np.zeros_like(state),
-        np.zeros_like(state),
-        np.zeros_like(state),
-        np.zeros((size * COLUMNS, size * MOTION)),
-        np.zeros((size * MOTION, size * MOTION)),
-        np.zeros(size * MOTION, np.int64),
-        np.zeros((stages, size, COLUMNS)),
-        np.zeros((size, COLUMNS)),
-        np.zeros(size * MOTION),
-        np.zeros(COLUMNS),
-        np.ones(LANE_ROWS * LANES),
-        np.zeros(COLUMNS * LANES),
-    )
-
-
-@kernel
-def _raceway_jacobian(bearing, drive, time, state, ball, column_of, row_of, nudges, jacobian, lanes, lane_rates):
-    """The block of one ball against the raceways: forward differences, all columns side by side in lanes.
-
-    Lane 0 is the state itself, lane c + 1 has column c nudged; the lanes left over repeat lane 0.
-    """
-    for lane in range(LANES):
-        for column in range(MOTION):
-            lanes[column * LANES + lane] = state[ball, column]
-    for column in range(MOTION):
-        lanes[column * LANES + column + 1] += nudges[column]
-    aim_lane(lanes, 0)
-    for lane in range(1, LANES):
-        for row in range(COSINE, REFERENCE + 1):
-            lanes[row * LANES + lane] = lanes[row * LANES]
-    give_coefficients(bearing, LANES, lanes)
-    raceway_rates(bearing, drive.speed + drive.acceleration * time, LANES, lanes, lane_rates)
-    for column in range(MOTION):
-        inverse = 1.0 / (lanes[column * LANES + column + 1] - state[ball, column])
-        for row in range(COLUMNS):
-            change = lane_rates[row * LANES + column + 1] - lane_rates[row * LANES]
-            jacobian[row_of + row, column_of + column] = change * inverse
-
-
-@kernel
-def _jacobian(bearing, drive, near, time, state, group, nudges, jacobian, lanes, lane_rates):
-    """d(rates)/d(motion) of a group of balls: rows are all columns of each ball, columns the motion of each.
-
-    A ball's motion acts on itself and on the neighbours it may touch; everything else stays zero.
-    """
-    size = len(group)
-    jacobian[:] = 0.0
-    for i in range(size):
-        _raceway_jacobian(
-            bearing, drive, time, state, group[i], i * MOTION, i * COLUMNS, nudges, jacobian, lanes, lane_rates
-        )
-    if size == 1:
-        return
-    before, after = np.zeros_like(state), np.zeros_like(state)
-    for j in range(size):
-        ball = group[j]
-        for column in range(MOTION):
-            kept = state[ball, column]
-            for side in range(-1, min(2, size - 1)):
-                i = (j + side) % size
-                before[group[i]] = 0.0
-                add_pair_rates(bearing, near, state, group[i], before)
-            state[ball, column] = kept + nudges[column]
-            nudge = state[ball, column] - kept
-            for side in range(-1, min(2, size - 1)):
-                i = (j + side) % size
-                after[group[i]] = 0.0
-                add_pair_rates(bearing, near, state, group[i], after)
-                for row in range(COLUMNS):
-                    change = after[group[i], row] - before[group[i], row]
-                    jacobian[i * COLUMNS + row, j * MOTION + column] += change / nudge
-            state[ball, column] = kept
-
-
-@kernel
-def _stage_solution(jacobian, matrix, pivots, inverse, size, motion, right, stage):
-    """Solves W k = right for one stage: motion by the factors, then the integrals that only listen."""
-    for i in range(size):
-        for column in range(MOTION):
-            motion[i * MOTION + column] = right[i, column]
-    substitute(matrix, pivots, size * MOTION, motion)
-    for i in range(size):
-        for column in range(MOTION):
-            stage[i, column] = motion[i * MOTION + column]
-        for column in range(MOTION, COLUMNS):
-            value = right[i, column]
-            for j in range(size * MOTION):
-                value += jacobian[i * COLUMNS + column, j] * motion[j]
-            stage[i, column] = value / inverse
-
-
-@kernel
-def _rosenbrock_step(method, bearing, drive, near, time, h, group, room):
-    """One step of a group from `room.start`: its end into `room.trial`, stages into `room.k`; False if singular."""
-    size = len(group)
-    inverse = 1.0 / (h * method.gamma)
-    matrix, k, trial, right = room.matrix, room.k, room.trial, room.right
-    for i in range(size):
-        for row in range(MOTION):
-            for j in range(size * MOTION):
-                matrix[i * MOTION + row, j] = -room.jacobian[i * COLUMNS + row, j]
-            matrix[i * MOTION + row, i * MOTION + row] += inverse
-    if not factorise(matrix, room.pivots, size * MOTION):
-        return False
-    stages = len(method.alpha)
-    for stage in range(stages):
-        for i in range(size):
-            for column in range(COLUMNS):
-                trial[group[i], column] = room.start[group[i], column]
-                right[i, column] = h * method.d[stage] * room.slope[group[i], column]
-            for other in range(stage):
-                a, c = method.a[stage, other], method.c[stage, other] / h
-                for column in range(COLUMNS):
-                    trial[group[i], column] += a * k[other, i, column]
-                    right[i, column] += c * k[other, i, column]
-        for i in range(size):
-            if stage > 0:
-                moment = time + method.alpha[stage] * h
-                ball_rates(bearing, drive, near, moment, trial, group[i], room.rates, room.lanes, room.lane_rates)
-            for column in range(COLUMNS):
-                right[i, column] += room.base[group[i], column] if stage == 0 else room.rates[group[i], column]
-        _stage_solution(room.jacobian, matrix, room.pivots, inverse, size, room.motion, right, k[stage])
-    for i in range(size):
-        for column in range(COLUMNS):
-            trial[group[i], column] += k[stages - 1, i, column]
-    return True
-
-
-@kernel
-def _interpolate(method, fraction, start, end, k, i, out):
-    """The step's interpolant at `fraction` of it, for ball i of its group."""
-    for column in range(COLUMNS):
-        third, fourth = 0.0, 0.0
-        for stage in range(method.dense.shape[1]):
-            third += method.dense[0, stage] * k[stage, i, column]
-            fourth += method.dense[1, stage] * k[stage, i, column]
-        out[column] = rosenbrock_dense(fraction, start[column], end[column], third, fourth)
-
-
-@kernel
-def _give_out(task, cursor, time, h, group, room, orientation, results):
+def _give_out(dense, times, cursor, lanes, k, states, orientations, ball, rows):
     """Writes the instants inside the step just accepted, from its interpolant; returns the next instant to serve."""
-    method, times, middle = task.method, task.times, room.middle
-    states, orientations = results.states, results.orientations
+    time, h = lanes[TIME * LANES + k], lanes[STEP * LANES + k]
     while cursor < len(times) and times[cursor] <= time + h:
         fraction = (times[cursor] - time) / h
-        for i in range(len(group)):
-            ball = group[i]
-            start, end = room.start[ball], room.trial[ball]
-            _interpolate(method, fraction, start, end, room.k, i, states[cursor, ball])
-            _interpolate(method, 0.5 * fraction, start, end, room.k, i, middle)
-            turn(orientation[ball], start, middle, states[cursor, ball], fraction * h, orientations[cursor, ball])
+        row = states[cursor, ball]
+        from_lane(lanes[START * LANES :], k, rows[0])
+        from_lane(lanes[ORIENTATION * LANES :], k, rows[2, :4])
+        interpolate_lane(dense, fraction, lanes, k, row)
+        interpolate_lane(dense, 0.5 * fraction, lanes, k, rows[1])
+        turn(rows[2], rows[0], rows[1], row, fraction * h, orientations[cursor, ball])
         cursor += 1
     return cursor
 
 
 @kernel
-def _accept(method, bearing, drive, time, h, group, room, orientation, failure):
-    """Moves a group to the end of its step; OK, or why the new state cannot be right."""
-    for i in range(len(group)):
-        ball = group[i]
-        _interpolate(method, 0.5, room.start[ball], room.trial[ball], room.k, i, room.middle)
-        turn(orientation[ball], room.start[ball], room.middle, room.trial[ball], h, orientation[ball])
-        room.start[ball] = room.trial[ball]
-        status = check_ball(bearing, drive, time, room.start, ball)
-        if status != OK:
-            failure[0], failure[1] = time + h, ball
-            return status
-    return OK
+def _next_ball(number, state, orientation, steps, duration, lanes, k):
+    """Puts a ball at the start of the chunk into a lane."""
+    into_lane(state[number], lanes[START * LANES :], k)
+    into_lane(orientation[number], lanes[ORIENTATION * LANES :], k)
+    lanes[TIME * LANES + k] = 0.0
+    lanes[STEP * LANES + k] = min(steps[number], duration)
 
 
 @kernel
-def _error_norm(group, error, scales):
-    """Greatest root-mean-square error of a ball in the group, in units of the scales."""
-    greatest = 0.0
-    for i in range(len(group)):
-        total = 0.0
-        for column in range(MOTION):
-            ratio = error[i, column] / scales[column]
-            total += ratio * ratio
-        total = math.sqrt(total / MOTION)
-        if not total < math.inf:
-            return math.inf
-        greatest = max(greatest, total)
-    return greatest
+def _cut_steps(duration, lanes):
+    """Lets no lane step over the end of the chunk; what it would have stepped is kept as WANTED."""
+    for k in range(LANES):
+        wanted, left = lanes[STEP * LANES + k], duration - lanes[TIME * LANES + k]
+        lanes[WANTED * LANES + k] = wanted
+        lanes[STEP * LANES + k] = left if wanted >= left - NOTHING * duration else wanted
+
+
+@inlined
+def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, rows):
+    """Moves a lane to the end of its step, giving out the instants in it; returns its status and its next instant."""
+    times, step = task.times, lanes[STEP * LANES + k]
+    moment = lanes[TIME * LANES + k] + step
+    finished = moment >= task.duration * (1.0 - NOTHING)
+    if cursor < len(times) and times[cursor] <= moment:
+        dense, states, orientations = task.method.dense, results.states, results.orientations
+        cursor = _give_out(dense, times, cursor, lanes, k, states, orientations, number, rows)
+    proposed = next_step(step, lanes[ERROR * LANES + k], task.method.order)
+    for row in range(COLUMNS):
+        lanes[(START + row) * LANES + k] = lanes[(END + row) * LANES + k]
+    for part in range(4):
+        lanes[(ORIENTATION + part) * LANES + k] = lanes[(TURNED + part) * LANES + k]
+    lanes[TIME * LANES + k], lanes[STEP * LANES + k] = moment, proposed
+    if not finished:
+        return RUNNING, cursor
+    # A step cut short by the end of the chunk: what it proposes counts only if it is longer.
+    steps[number] = max(lanes[WANTED * LANES + k], proposed)
+    from_lane(lanes[START * LANES :], k, state[number])
+    from_lane(lanes[ORIENTATION * LANES :], k, orientation[number])
+    status = check_ball(task.bearing, task.drive, task.duration, state, number)
+    if status != OK:
+        results.failure[0], results.failure[1] = task.duration, number
+    return status, 0
 
 
 @kernel
-def _linearise(bearing, drive, near, time, group, nudges, room):
-    """Rates, Jacobian and explicit time dependence at the start of a step."""
-    start, base, slope = room.start, room.base, room.slope
-    for i in range(len(group)):
-        ball_rates(bearing, drive, near, time, start, group[i], base, room.lanes, room.lane_rates)
-    _jacobian(bearing, drive, near, time, start, group, nudges, room.jacobian, room.lanes, room.lane_rates)
-    if drive.acceleration != 0.0:
-        later = 1e-7
-        for i in range(len(group)):
-            ball = group[i]
-            ball_rates(bearing, drive, near, time + later, start, ball, slope, room.lanes, room.lane_rates)
-            for column in range(COLUMNS):
-                slope[ball, column] = (slope[ball, column] - base[ball, column]) / later
-
-
-@kernel
-def _advance_group(task, group, room, orientation, steps, results):
-    """Integrates one group of balls over the chunk with its own adaptive steps."""
-    method, bearing, drive, near = task.method, task.bearing, task.drive, task.near
-    size, counts = len(group), results.counts
-    time, cursor, fresh, h = 0.0, 0, True, task.duration
-    for i in range(size):
-        h = min(h, steps[group[i]])
-    while time < task.duration:
-        last = time + h >= task.duration * (1.0 - 1e-12)
-        step = task.duration - time if last else h
-        if fresh:
-            _linearise(bearing, drive, near, time, group, task.nudges, room)
-            counts[JACOBIANS] += size
-            counts[RATES] += size * (MOTION + 1)
-        solved = _rosenbrock_step(method, bearing, drive, near, time, step, group, room)
-        counts[RATES] += size * (len(method.alpha) - 1)
-        error = _error_norm(group, room.k[len(method.alpha) - 1], task.scales) if solved else math.inf
-        proposed = next_step(step, error, method.order)
-        if error > 1.0:
-            counts[REJECTIONS] += size
-            fresh, h = False, proposed
-            if h < LEAST_STEP:
-                results.failure[0], results.failure[1] = time, group[0]
-                return STALLED
-            continue
-        cursor = _give_out(task, cursor, time, step, group, room, orientation, results)
-        status = _accept(method, bearing, drive, time, step, group, room, orientation, results.failure)
-        if status != OK:
-            return status
-        counts[STEPS] += size
-        time = task.duration if last else time + step
-        fresh = True
-        # The last step was cut short by the end of the chunk: what it proposes counts only if it is longer.
-        h = max(h, proposed) if last else proposed
-    for i in range(size):
-        steps[group[i]] = h
-    return OK
-
-
-@kernel
-def rosenbrock_chunk(task, state, orientation, steps, results):
-    """An adaptive Rosenbrock method; balls that cannot touch in this chunk are integrated apart, each at its own step.
-
-    The rings' motion is prescribed, so a ball acts on another only where they touch: `task.near` cuts the ring of
-    balls into groups. `steps` (N,) [s] are the step sizes carried from chunk to chunk.
-    """
-    balls, near = task.bearing.balls, task.near
-    stages = len(task.method.alpha)
-    first = 0
-    for k in range(balls):
-        if not near[(k - 1) % balls]:
-            first = k
-            break
-    alone = _room(state, 1, stages)
-    done = 0
-    while done < balls:
-        length = 1
-        while done + length < balls and near[(first + done + length - 1) % balls]:
-            length += 1
-        group = np.empty(length, np.int64)
-        for i in range(length):
-            group[i] = (first + done + i) % balls
-        room = alone if length == 1 else _room(state, length, stages)
-        status = _advance_group(task, group, room, orientation, steps, results)
-        if status != OK:
-            return status
-        for i in range(length):
-            state[group[i]] = room.start[group[i]]
-        done += length
+def lone_chunk(task, balls, state, orientation, steps, results):
+    """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along."""
+    method, counts = task.method, results.counts
+    lanes, rows = np.zeros(ALL_ROWS * LANES), np.zeros((3, COLUMNS))
+    ball, cursor = np.full(LANES, IDLE), np.zeros(LANES, np.int64)
+    running = min(LANES, len(balls))
+    waiting = running
+    for k in range(LANES):
+        # A lane without a ball repeats the last one's start, as good as any.
+        number = balls[min(k, running - 1)]
+        _next_ball(number, state, orientation, steps, task.duration, lanes, k)
+        ball[k] = number if k < running else IDLE
+    while running > 0:
+        _cut_steps(task.duration, lanes)
+        rosenbrock_step(task.bearing, task.drive, method, task.scales, lanes)
+        turn_lanes(method.dense, lanes)
+        for k in range(LANES):
+            number = ball[k]
+            if number == IDLE:
+                continue
+            counts[JACOBIANS] += 1
+            counts[RATES] += len(method.alpha)
+            if not lanes[ERROR * LANES + k] <= 1.0:
+                counts[REJECTIONS] += 1
+                shorter = next_step(lanes[STEP * LANES + k], lanes[ERROR * LANES + k], method.order)
+                lanes[STEP * LANES + k] = shorter
+                if shorter < LEAST_STEP:
+                    results.failure[0], results.failure[1] = lanes[TIME * LANES + k], number
+                    return STALLED
+                continue
+            counts[STEPS] += 1
+            status, cursor[k] = _accept(task, number, cursor[k], state, orientation, steps, results, lanes, k, rows)
+            if status == RUNNING:
+                continue
+            if status != OK:
+                return status
+            if waiting < len(balls):
+                ball[k] = balls[waiting]
+                waiting += 1
+                _next_ball(ball[k], state, orientation, steps, task.duration, lanes, k)
+            else:
+                ball[k] = IDLE
+                running -= 1
     return OK

@@ -22,6 +22,7 @@ from bearing_twin.scenes.bearing import (
 
 OK, NOT_FINITE, TOO_DEEP, STALLED = range(4)
 STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
+LEAST_STEP = 1e-12  # seconds; a shorter step means that the equations cannot be followed
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
 
 

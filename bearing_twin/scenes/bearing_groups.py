@@ -1,0 +1,302 @@
+"""Balls that may touch each other, by an adaptive Rosenbrock method: one dense matrix and own steps for each group."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import kernel
+from bearing_twin.motion.steppers import factorise, next_step, rosenbrock_dense, substitute
+from bearing_twin.scenes.bearing import (
+    COLUMNS,
+    LANES,
+    MOTION,
+    RING_SPEED,
+    add_pair_rates,
+    bearing_rates,
+    give_coefficients,
+    into_lane,
+)
+from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, raceway_jacobian
+from bearing_twin.scenes.bearing_steps import (
+    JACOBIANS,
+    LEAST_STEP,
+    OK,
+    RATES,
+    REJECTIONS,
+    STALLED,
+    STEPS,
+    check_ball,
+    turn,
+)
+
+
+class Room(NamedTuple):
+    """Arrays to work in; state-like ones have one row a ball of the bearing, the others one a ball of the group."""
+
+    start: np.ndarray
+    trial: np.ndarray
+    base: np.ndarray
+    slope: np.ndarray
+    rates: np.ndarray
+    jacobian: np.ndarray
+    matrix: np.ndarray
+    pivots: np.ndarray
+    k: np.ndarray
+    right: np.ndarray
+    motion: np.ndarray
+    middle: np.ndarray
+    lanes: np.ndarray
+
+
+@kernel
+def _room(state, size, stages):
+    return Room(
+        state.copy(),
+        state.copy(),
+        np.zeros_like(state),
+        np.zeros_like(state),
+        np.zeros_like(state),
+        np.zeros((size * COLUMNS, size * MOTION)),
+        np.zeros((size * MOTION, size * MOTION)),
+        np.zeros(size * MOTION, np.int64),
+        np.zeros((stages, size, COLUMNS)),
+        np.zeros((size, COLUMNS)),
+        np.zeros(size * MOTION),
+        np.zeros(COLUMNS),
+        np.zeros(JACOBIAN_END * LANES),
+    )
+
+
+@kernel
+def _jacobian(bearing, drive, near, time, state, group, nudges, jacobian, lanes):
+    """d(rates)/d(motion) of a group of balls: rows are all columns of each ball, columns the motion of each.
+
+    A ball's motion acts on itself and on the neighbours it may touch; everything else stays zero. What raceways answer
+    is exact, what balls do to each other by forward differences.
+    """
+    size = len(group)
+    jacobian[:] = 0.0
+    for first in range(0, size, LANES):
+        count = min(LANES, size - first)
+        for k in range(LANES):
+            into_lane(state[group[first + min(k, count - 1)], :MOTION], lanes, k)
+            lanes[RING_SPEED * LANES + k] = drive.speed + drive.acceleration * time
+        give_coefficients(bearing, lanes)
+        raceway_jacobian(bearing, lanes)
+        for k in range(count):
+            i = first + k
+            for row in range(COLUMNS):
+                for column in range(MOTION):
+                    value = lanes[(JACOBIAN + row * MOTION + column) * LANES + k]
+                    jacobian[i * COLUMNS + row, i * MOTION + column] = value
+    before, after = np.zeros_like(state), np.zeros_like(state)
+    for j in range(size):
+        ball = group[j]
+        for column in range(MOTION):
+            kept = state[ball, column]
+            for side in range(-1, min(2, size - 1)):
+                i = (j + side) % size
+                before[group[i]] = 0.0
+                add_pair_rates(bearing, near, state, group[i], before)
+            state[ball, column] = kept + nudges[column]
+            nudge = state[ball, column] - kept
+            for side in range(-1, min(2, size - 1)):
+                i = (j + side) % size
+                after[group[i]] = 0.0
+                add_pair_rates(bearing, near, state, group[i], after)
+                for row in range(COLUMNS):
+                    change = after[group[i], row] - before[group[i], row]
+                    jacobian[i * COLUMNS + row, j * MOTION + column] += change / nudge
+            state[ball, column] = kept
+
+
+@kernel
+def _stage_solution(jacobian, matrix, pivots, inverse, size, motion, right, stage):
+    """Solves W k = right for one stage: motion by the factors, then the integrals that only listen."""
+    for i in range(size):
+        for column in range(MOTION):
+            motion[i * MOTION + column] = right[i, column]
+    substitute(matrix, pivots, size * MOTION, motion)
+    for i in range(size):
+        for column in range(MOTION):
+            stage[i, column] = motion[i * MOTION + column]
+        for column in range(MOTION, COLUMNS):
+            value = right[i, column]
+            for j in range(size * MOTION):
+                value += jacobian[i * COLUMNS + column, j] * motion[j]
+            stage[i, column] = value / inverse
+
+
+@kernel
+def _rosenbrock_step(method, bearing, drive, near, time, h, group, room):
+    """One step of a group from `room.start`: its end into `room.trial`, stages into `room.k`; False if singular."""
+    size = len(group)
+    inverse = 1.0 / (h * method.gamma)
+    matrix, k, trial, right = room.matrix, room.k, room.trial, room.right
+    for i in range(size):
+        for row in range(MOTION):
+            for j in range(size * MOTION):
+                matrix[i * MOTION + row, j] = -room.jacobian[i * COLUMNS + row, j]
+            matrix[i * MOTION + row, i * MOTION + row] += inverse
+    if not factorise(matrix, room.pivots, size * MOTION):
+        return False
+    stages = len(method.alpha)
+    for stage in range(stages):
+        for i in range(size):
+            for column in range(COLUMNS):
+                trial[group[i], column] = room.start[group[i], column]
+                right[i, column] = h * method.d[stage] * room.slope[group[i], column]
+            for other in range(stage):
+                a, c = method.a[stage, other], method.c[stage, other] / h
+                for column in range(COLUMNS):
+                    trial[group[i], column] += a * k[other, i, column]
+                    right[i, column] += c * k[other, i, column]
+        if stage > 0:
+            moment = time + method.alpha[stage] * h
+            bearing_rates(bearing, drive, near, moment, trial, group, room.rates, room.lanes)
+        for i in range(size):
+            for column in range(COLUMNS):
+                right[i, column] += room.base[group[i], column] if stage == 0 else room.rates[group[i], column]
+        _stage_solution(room.jacobian, matrix, room.pivots, inverse, size, room.motion, right, k[stage])
+    for i in range(size):
+        for column in range(COLUMNS):
+            trial[group[i], column] += k[stages - 1, i, column]
+    return True
+
+
+@kernel
+def _interpolate(method, fraction, start, end, k, i, out):
+    """The step's interpolant at `fraction` of it, for ball i of its group."""
+    for column in range(COLUMNS):
+        third, fourth = 0.0, 0.0
+        for stage in range(method.dense.shape[1]):
+            third += method.dense[0, stage] * k[stage, i, column]
+            fourth += method.dense[1, stage] * k[stage, i, column]
+        out[column] = rosenbrock_dense(fraction, start[column], end[column], third, fourth)
+
+
+@kernel
+def _give_out(task, cursor, time, h, group, room, orientation, results):
+    """Writes the instants inside the step just accepted, from its interpolant; returns the next instant to serve."""
+    method, times, middle = task.method, task.times, room.middle
+    states, orientations = results.states, results.orientations
+    while cursor < len(times) and times[cursor] <= time + h:
+        fraction = (times[cursor] - time) / h
+        for i in range(len(group)):
+            ball = group[i]
+            start, end = room.start[ball], room.trial[ball]
+            _interpolate(method, fraction, start, end, room.k, i, states[cursor, ball])
+            _interpolate(method, 0.5 * fraction, start, end, room.k, i, middle)
+            turn(orientation[ball], start, middle, states[cursor, ball], fraction * h, orientations[cursor, ball])
+        cursor += 1
+    return cursor
+
+
+@kernel
+def _accept(method, bearing, drive, time, h, group, room, orientation, failure):
+    """Moves a group to the end of its step; OK, or why the new state cannot be right."""
+    for i in range(len(group)):
+        ball = group[i]
+        _interpolate(method, 0.5, room.start[ball], room.trial[ball], room.k, i, room.middle)
+        turn(orientation[ball], room.start[ball], room.middle, room.trial[ball], h, orientation[ball])
+        room.start[ball] = room.trial[ball]
+        status = check_ball(bearing, drive, time, room.start, ball)
+        if status != OK:
+            failure[0], failure[1] = time + h, ball
+            return status
+    return OK
+
+
+@kernel
+def _error_norm(group, error, scales):
+    """Greatest root-mean-square error of a ball in the group, in units of the scales."""
+    greatest = 0.0
+    for i in range(len(group)):
+        total = 0.0
+        for column in range(MOTION):
+            ratio = error[i, column] / scales[column]
+            total += ratio * ratio
+        total = math.sqrt(total / MOTION)
+        if not total < math.inf:
+            return math.inf
+        greatest = max(greatest, total)
+    return greatest
+
+
+@kernel
+def _linearise(bearing, drive, near, time, group, nudges, room):
+    """Rates, Jacobian and explicit time dependence at the start of a step."""
+    start, base, slope = room.start, room.base, room.slope
+    bearing_rates(bearing, drive, near, time, start, group, base, room.lanes)
+    _jacobian(bearing, drive, near, time, start, group, nudges, room.jacobian, room.lanes)
+    if drive.acceleration != 0.0:
+        later = 1e-7
+        bearing_rates(bearing, drive, near, time + later, start, group, slope, room.lanes)
+        for ball in group:
+            for column in range(COLUMNS):
+                slope[ball, column] = (slope[ball, column] - base[ball, column]) / later
+
+
+@kernel
+def _advance_group(task, group, room, orientation, steps, results):
+    """Integrates one group of balls over the chunk with its own adaptive steps."""
+    method, bearing, drive, near = task.method, task.bearing, task.drive, task.near
+    size, counts = len(group), results.counts
+    time, cursor, fresh, h = 0.0, 0, True, task.duration
+    for i in range(size):
+        h = min(h, steps[group[i]])
+    while time < task.duration:
+        last = time + h >= task.duration * (1.0 - 1e-12)
+        step = task.duration - time if last else h
+        if fresh:
+            _linearise(bearing, drive, near, time, group, task.nudges, room)
+            counts[JACOBIANS] += size
+            counts[RATES] += size
+        solved = _rosenbrock_step(method, bearing, drive, near, time, step, group, room)
+        counts[RATES] += size * (len(method.alpha) - 1)
+        error = _error_norm(group, room.k[len(method.alpha) - 1], task.scales) if solved else math.inf
+        proposed = next_step(step, error, method.order)
+        if error > 1.0:
+            counts[REJECTIONS] += size
+            fresh, h = False, proposed
+            if h < LEAST_STEP:
+                results.failure[0], results.failure[1] = time, group[0]
+                return STALLED
+            continue
+        cursor = _give_out(task, cursor, time, step, group, room, orientation, results)
+        status = _accept(method, bearing, drive, time, step, group, room, orientation, results.failure)
+        if status != OK:
+            return status
+        counts[STEPS] += size
+        time = task.duration if last else time + step
+        fresh = True
+        # The last step was cut short by the end of the chunk: what it proposes counts only if it is longer.
+        h = max(h, proposed) if last else proposed
+    for i in range(size):
+        steps[group[i]] = h
+    return OK
+
+
+@kernel
+def group_chunk(task, group, state, orientation, steps, results):
+    """Advances one group of balls, numbered in `group`, over the chunk; a row of neighbours, or the whole ring."""
+    room = _room(state, len(group), len(task.method.alpha))
+    status = _advance_group(task, group, room, orientation, steps, results)
+    if status == OK:
+        for ball in group:
+            state[ball] = room.start[ball]
+    return status
+
+
+def groups_of(near) -> list[list[int]]:
+    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
+    balls = len(near)
+    first = next((k for k in range(balls) if not near[k - 1]), 0)
+    groups = []
+    for k in range(first, first + balls):
+        if groups and near[(k - 1) % balls]:
+            groups[-1].append(k % balls)
+        else:
+            groups.append([k % balls])
+    return groups

@@ -1,0 +1,158 @@
+"""The exact Jacobian of `raceway_rates`: how the raceways' answer changes with a ball's motion, balls side by side."""
+
+import math
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact.normal import CONSTANT, HERTZ, load_coefficient
+from bearing_twin.rotation import about_z, add, cosine_sine, scaled
+from bearing_twin.scenes.bearing import (
+    AXIS_DISTANCE,
+    COLUMNS,
+    GIVEN,
+    HEIGHT,
+    LANE_ROWS,
+    LANES,
+    MOTION,
+    ORBIT_ANGLE,
+    RING_SPEED,
+    SPIN,
+    VELOCITY,
+    lane_vector,
+)
+from bearing_twin.scenes.bearing_gradient import CURVATURE_STEP, contact_gradient, plus
+from bearing_twin.surfaces import ball_in_groove
+
+# Rows of the lanes after the rates: two slopes of given coefficients, then entry (row, column) of the Jacobian.
+GIVEN_SLOPE = LANE_ROWS
+JACOBIAN = LANE_ROWS + 2
+JACOBIAN_END = JACOBIAN + COLUMNS * MOTION
+
+
+@inlined
+def _store(lanes, row, column, block, factor, k):
+    for i in range(3):
+        for j in range(3):
+            lanes[(JACOBIAN + (row + i) * MOTION + column + j) * LANES + k] = factor * block[i][j]
+
+
+@inlined
+def _store_row(lanes, row, column, values, k):
+    for j in range(3):
+        lanes[(JACOBIAN + row * MOTION + column + j) * LANES + k] = values[j]
+
+
+@inlined
+def _add(lanes, row, column, value, k):
+    lanes[(JACOBIAN + row * MOTION + column) * LANES + k] += value
+
+
+@inlined
+def _add_frame(lanes, position, velocity, spin, gravity, k):
+    """Adds what the frame that turns with the ball does, and gravity in it."""
+    inverse = 1.0 / position[0]
+    rate = velocity[1] * inverse
+    _add(lanes, 0, 3, 1.0, k)
+    _add(lanes, 1, 0, -rate * inverse, k)
+    _add(lanes, 1, 4, inverse, k)
+    _add(lanes, 2, 5, 1.0, k)
+    _add(lanes, 3, 0, -rate * rate, k)
+    _add(lanes, 3, 1, gravity[1], k)
+    _add(lanes, 3, 4, 2.0 * rate, k)
+    _add(lanes, 4, 0, rate * velocity[0] * inverse, k)
+    _add(lanes, 4, 1, -gravity[0], k)
+    _add(lanes, 4, 3, -rate, k)
+    _add(lanes, 4, 4, -velocity[0] * inverse, k)
+    _add(lanes, 6, 0, -rate * spin[1] * inverse, k)
+    _add(lanes, 6, 4, spin[1] * inverse, k)
+    _add(lanes, 6, 7, rate, k)
+    _add(lanes, 7, 0, rate * spin[0] * inverse, k)
+    _add(lanes, 7, 4, -spin[0] * inverse, k)
+    _add(lanes, 7, 6, -rate, k)
+
+
+@kernel
+def _give_slopes(bearing, lanes):
+    """dC/dQ of the load coefficients that are looked up, by central differences."""
+    for k in range(LANES):
+        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
+        centre = about_z(cosine, -sine, bearing.offset)
+        offset = (lanes[AXIS_DISTANCE * LANES + k] - centre[0], -centre[1], lanes[HEIGHT * LANES + k] - centre[2])
+        lanes[GIVEN_SLOPE * LANES + k] = _given_slope(bearing, bearing.inner, offset)
+        offset = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+        lanes[(GIVEN_SLOPE + 1) * LANES + k] = _given_slope(bearing, bearing.outer, offset)
+
+
+@kernel
+def _given_slope(bearing, raceway, offset):
+    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    at = ball_in_groove(axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius)
+    law, modulus, constant = raceway.law, raceway.effective_modulus, raceway.constant
+    step = CURVATURE_STEP * at.curvature_large
+    more = load_coefficient(law, at.curvature_small, at.curvature_large + step, modulus, constant)
+    less = load_coefficient(law, at.curvature_small, at.curvature_large - step, modulus, constant)
+    return (more - less) / (2.0 * step)
+
+
+@kernel
+def _fill(bearing, lanes):
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    for k in range(LANES):
+        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
+        speed = lanes[RING_SPEED * LANES + k]
+        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+        velocity, spin = lane_vector(lanes, VELOCITY, k), lane_vector(lanes, SPIN, k)
+        centre = about_z(cosine, -sine, bearing.offset)
+        gravity = about_z(cosine, -sine, bearing.gravity)
+        contact, inner = contact_gradient(
+            bearing,
+            bearing.inner,
+            lanes[GIVEN * LANES + k],
+            lanes[GIVEN_SLOPE * LANES + k],
+            centre,
+            (-centre[1], centre[0], 0.0),
+            speed,
+            position,
+            velocity,
+            spin,
+        )
+        still = (0.0, 0.0, 0.0)
+        _, outer = contact_gradient(
+            bearing,
+            bearing.outer,
+            lanes[(GIVEN + 1) * LANES + k],
+            lanes[(GIVEN_SLOPE + 1) * LANES + k],
+            still,
+            still,
+            0.0,
+            position,
+            velocity,
+            spin,
+        )
+        for i in range(3 * MOTION):
+            lanes[(JACOBIAN + i) * LANES + k] = 0.0
+        _store(lanes, VELOCITY, 0, plus(inner.force_p, outer.force_p), inverse_mass, k)
+        _store(lanes, VELOCITY, VELOCITY, plus(inner.force_v, outer.force_v), inverse_mass, k)
+        _store(lanes, VELOCITY, SPIN, plus(inner.force_s, outer.force_s), inverse_mass, k)
+        _store(lanes, SPIN, 0, plus(inner.torque_p, outer.torque_p), inverse_inertia, k)
+        _store(lanes, SPIN, VELOCITY, plus(inner.torque_v, outer.torque_v), inverse_inertia, k)
+        _store(lanes, SPIN, SPIN, plus(inner.torque_s, outer.torque_s), inverse_inertia, k)
+        _store_row(lanes, MOTION, 0, inner.power_p, k)
+        _store_row(lanes, MOTION, VELOCITY, inner.power_v, k)
+        _store_row(lanes, MOTION, SPIN, inner.power_s, k)
+        _store_row(lanes, MOTION + 1, 0, add(inner.loss_p, outer.loss_p), k)
+        _store_row(lanes, MOTION + 1, VELOCITY, add(inner.loss_v, outer.loss_v), k)
+        _store_row(lanes, MOTION + 1, SPIN, add(inner.loss_s, outer.loss_s), k)
+        sign = math.copysign(1.0, contact.drive_power)
+        _store_row(lanes, MOTION + 2, 0, scaled(sign, inner.power_p), k)
+        _store_row(lanes, MOTION + 2, VELOCITY, scaled(sign, inner.power_v), k)
+        _store_row(lanes, MOTION + 2, SPIN, scaled(sign, inner.power_s), k)
+
+        _add_frame(lanes, position, velocity, spin, gravity, k)
+
+
+@kernel
+def raceway_jacobian(bearing, lanes):
+    """Fills the Jacobian's rows with d(rates)/d(motion) of each lane, from the motion and the given coefficients."""
+    if bearing.inner.law not in (HERTZ, CONSTANT):
+        _give_slopes(bearing, lanes)
+    _fill(bearing, lanes)

@@ -1,0 +1,70 @@
+"""The exact Jacobian of the raceways' answer against differences, and the block solver against a dense one."""
+
+import numpy as np
+import pytest
+from bearings import motion
+
+from bearing_twin.motion.block_solve import Linear, factorise_body, solve_body
+from bearing_twin.scenes.bearing import COLUMNS, LANE_RATES, LANE_ROWS, LANES, MOTION, RING_SPEED, into_lane, lane_rates
+from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, raceway_jacobian
+
+TILTED = ("drive.offset=[4.0e-6, -9.0e-6, 5.0e-6]", "gravity=[3.0, -9.8, 1.0]", "contact.damping=0.3")
+UNITS = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])
+
+
+def lanes_of(moving, seed):
+    """Eight balls in lanes, each sliding, spinning, orbiting and pressed somewhat differently."""
+    rng = np.random.default_rng(seed)
+    lanes = np.zeros(JACOBIAN_END * LANES)
+    for k in range(LANES):
+        row = moving.state[k].copy()
+        row[:MOTION] += UNITS * rng.uniform(-1.0, 1.0, MOTION)
+        into_lane(row[:MOTION], lanes, k)
+        lanes[RING_SPEED * LANES + k] = rng.uniform(-200.0, 200.0)
+    return lanes
+
+
+def rates(bearing, lanes, column, nudge):
+    moved = lanes.copy()
+    moved[column * LANES : (column + 1) * LANES] += nudge
+    lane_rates(bearing, moved)
+    return moved[LANE_RATES * LANES : LANE_ROWS * LANES].reshape(COLUMNS, LANES).copy()
+
+
+@pytest.mark.parametrize("law", ["hertz", "volumetric", "hertz_exact", "constant"])
+@pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_loose"])
+def test_every_entry_is_the_derivative(scene, law):
+    """Central differences of two sizes tell how far they can be trusted; the loose scene has balls out of contact."""
+    moving = motion(*TILTED, scene=scene, law=law)
+    lanes = lanes_of(moving, 4)
+    lane_rates(moving.bearing, lanes)
+    raceway_jacobian(moving.bearing, lanes)
+    found = lanes[JACOBIAN * LANES :].reshape(COLUMNS, MOTION, LANES)
+    for column in range(MOTION):
+
+        def slope(step, column=column):
+            nudge = step * UNITS[column]
+            ahead, behind = (rates(moving.bearing, lanes, column, sign * nudge) for sign in (1.0, -1.0))
+            return (ahead - behind) / (2.0 * nudge)
+
+        # The size of a row's answers to whatever column, each in its unit: what an entry can matter against.
+        size = np.abs(found * UNITS[None, :, None]).max(axis=1) / UNITS[column]
+        assert np.all(np.abs(slope(1e-4) - found[:, column]) <= 3e-6 * size)
+
+
+def test_the_block_solver_agrees_with_a_dense_one():
+    rng = np.random.default_rng(3)
+    for g in (1e-3, 0.1, 3.0):
+        blocks = {name: tuple(map(tuple, rng.normal(size=(3, 3)))) for name in ("vp", "vs", "sp", "sv")}
+        resisting = {name: tuple(map(tuple, rng.normal(size=(3, 3)) - 8.0 * np.eye(3))) for name in ("vv", "ss")}
+        linear = Linear(angle_by_radius=0.7, angle_by_velocity=-0.4, **blocks, **resisting)
+        jacobian = np.zeros((9, 9))
+        jacobian[0, 3] = jacobian[2, 5] = 1.0
+        jacobian[1, 0], jacobian[1, 4] = 0.7, -0.4
+        for row, letter in ((3, "v"), (6, "s")):
+            for column, other in ((0, "p"), (3, "v"), (6, "s")):
+                jacobian[row : row + 3, column : column + 3] = getattr(linear, letter + other)
+        right = rng.normal(size=9)
+        expected = np.linalg.solve(np.eye(9) / g - jacobian, right)
+        parts = [tuple(right[i : i + 3]) for i in (0, 3, 6)]
+        assert np.ravel(solve_body(linear, factorise_body(linear, g), g, *parts)) == pytest.approx(expected, rel=1e-10)
