@@ -63,6 +63,15 @@ def test_the_count_does_not_depend_on_unit_or_repetition():
     assert scaled.bandwidth == pytest.approx(1e-5 * found.bandwidth)
 
 
+def test_a_stray_value_hides_no_modes_and_a_heap_of_equal_values_is_one():
+    rng = np.random.default_rng(5)
+    sample = np.append(rng.choice([-2.0, 2.0], 1000) + rng.normal(size=1000), [1e6, -1e9])
+    assert modality(sample, 7, 100).modes == 2
+    parted = np.append(np.zeros(200), rng.normal(5.0, 1.0, 800))
+    found = modality(parted, 7, 100)
+    assert found.positions == pytest.approx([0.0, 5.0], abs=0.5)
+
+
 def test_the_critical_bandwidth_is_where_a_mode_disappears():
     sample = np.random.default_rng(1).gamma(3.0, 1.0, 500)
     counts = binned(sample, 0.0, sample.max() + 1.0, 2048)

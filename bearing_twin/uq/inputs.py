@@ -33,11 +33,11 @@ class Input:
 
     def ppf(self, u):
         """Quantile at probability u in (0, 1)."""
-        return self.distribution.ppf(u)
+        return self._inside(self.distribution.ppf(u))
 
     def isf(self, u):
         """Quantile at probability 1 - u, with all digits for small u."""
-        return self.distribution.isf(u)
+        return self._inside(self.distribution.isf(u))
 
     def at_score(self, z):
         """Quantile at the normal score z, that is at probability Phi(z), with all digits on both tails to |z| = 37."""
@@ -64,16 +64,20 @@ class Input:
     @property
     def low(self) -> float:
         """Lower end of the support, -inf where there is none."""
-        return float(self.distribution.support()[0])
+        return float(self.parameters.get("low", self.distribution.support()[0]))
 
     @property
     def high(self) -> float:
         """Upper end of the support, inf where there is none."""
-        return float(self.distribution.support()[1])
+        return float(self.parameters.get("high", self.distribution.support()[1]))
 
     @property
     def has_density(self) -> bool:
         return not isinstance(self.distribution, Values)
+
+    def _inside(self, x):
+        """Without the rounding by which SciPy's location and scale may step over a bound."""
+        return np.clip(x, self.low, self.high) if "low" in self.parameters or "high" in self.parameters else x
 
     def describe(self) -> str:
         """One sentence: name, parameters, mean and deviation, and whether greatest entropy chose the distribution."""

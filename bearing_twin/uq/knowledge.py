@@ -6,6 +6,7 @@ Greatest entropy under given expectations of functions t_i(x) has the density ex
 |---|---|
 | low, high | uniform |
 | low, high, mean | truncated exponential (uniform where the mean is the middle) |
+| low, high, mean, std | truncated normal, while std is below that of the truncated exponential |
 | mean, std | normal |
 | positive, mean | exponential |
 | positive, mean, std | normal truncated at 0, while std < mean; exponential at std = mean; none beyond |
@@ -19,6 +20,7 @@ distribution follows from E[X] and E[ln X]. `mean_log` is E[ln X] and `std_log` 
 import math
 from collections.abc import Mapping
 
+import numpy as np
 from scipy.optimize import brentq
 from scipy.special import digamma, erfcx
 
@@ -26,6 +28,9 @@ from bearing_twin.errors import StudyError
 from bearing_twin.parameters import echo, unknown
 
 FACTS = ("positive", "low", "high", "mean", "std", "mean_log", "std_log")
+PLENTY = 9.0  # deviations between mean and bound beyond which the bound cuts nothing off
+LEAST_SPREAD = 0.0025  # deviation over range that the quadrature between two bounds resolves
+NEWTON_STEPS = 60
 FARTHEST_CUT = 30.0  # parent deviations; a normal cut off farther out on its tail loses digits and is refused
 
 
@@ -68,6 +73,60 @@ def _between_with_mean(low, high, mean):
     if abs(mean - 0.5 * (low + high)) < 1e-9 * (high - low):
         return _between(low, high)
     return "truncated_exponential", {"low": low, "high": high, "mean": mean}
+
+
+def _between_with_mean_std(low, high, mean, std):
+    """exp(l t + q t^2) on 0 <= t <= 1 with q < 0: Newton on the convex dual, l and q so that E[t], E[t^2] are met."""
+    _want(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
+    share, spread = (mean - low) / (high - low), std / (high - low)
+    if min(share, 1.0 - share) > PLENTY * spread:  # the bounds cut nothing off
+        return "truncated_normal", {"mean": mean, "std": std, "low": low, "high": high}
+    _want(spread > LEAST_SPREAD, "std is so small against the bounds that one of them says nothing; leave it out")
+    _want(spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std")
+    points, weights = _interval_rule()
+    powers = np.stack([points, points**2])
+    wanted = np.array([share, spread**2 + share**2])
+    found = np.array([share, -0.5]) / spread**2
+    for _ in range(NEWTON_STEPS):
+        found, miss = _dual_step(found, wanted, powers, weights)
+        if miss < 1e-13:
+            break
+    _want(
+        miss < 1e-10 and found[1] < 0.0,
+        f"with std = {std:g} the density of greatest entropy does not fall towards both bounds; "
+        "give a smaller std, or leave it out, or name a beta distribution",
+    )
+    width = math.sqrt(-0.5 / found[1])
+    center = float(found[0]) * width**2
+    scale = high - low
+    return "truncated_normal", {"mean": low + scale * center, "std": scale * width, "low": low, "high": high}
+
+
+def _dual_step(found, wanted, powers, weights):
+    """A damped Newton step of the convex  ln integral exp(found . powers) - found . wanted; the miss in the moments."""
+
+    def dual(at):
+        exponent = at @ powers
+        top = exponent.max()
+        mass = weights * np.exp(exponent - top)
+        return top + math.log(mass.sum()) - at @ wanted, mass / mass.sum()
+
+    value, mass = dual(found)
+    centred = powers - wanted[:, None]
+    gradient = centred @ mass
+    away = powers - (powers @ mass)[:, None]
+    step = np.linalg.solve((away * mass) @ away.T, gradient)
+    size = 1.0
+    while size > 1e-6 and dual(found - size * step)[0] > value + 1e-15 * abs(value):
+        size *= 0.5
+    return found - size * step, float(np.max(np.abs(gradient)))
+
+
+def _interval_rule():
+    """Gauss-Legendre points and weights on 0 .. 1, 16 in each of 64 pieces."""
+    points, weights = np.polynomial.legendre.leggauss(16)
+    points = (np.arange(64)[:, None] + 0.5 * (points + 1.0)).ravel() / 64.0
+    return points, np.tile(weights, 64) / 128.0
 
 
 def _on_the_line(mean, std):
@@ -142,6 +201,7 @@ def _cut_normal(cut):
 _SOLVERS = {
     frozenset({"low", "high"}): _between,
     frozenset({"low", "high", "mean"}): _between_with_mean,
+    frozenset({"low", "high", "mean", "std"}): _between_with_mean_std,
     frozenset({"mean", "std"}): _on_the_line,
     frozenset({"positive", "mean"}): _positive_with_mean,
     frozenset({"positive", "mean", "std"}): _positive_with_mean_std,

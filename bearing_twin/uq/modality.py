@@ -26,6 +26,7 @@ MOST_MODES = 6
 RESAMPLES = 400
 LEAST_SAMPLES = 20
 OUTSIDE = 0.025  # of the sample on either side, where modes do not count
+STRAY = 3.0  # widths of the central part beyond which a value is a stray one
 NEGLIGIBLE = 1e-9  # of the greatest density; smaller steps are rounding of the cosine transform
 LEVEL = 0.05
 
@@ -48,7 +49,7 @@ def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
     """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above `level`.
 
     Counts beyond MOST_MODES are not told apart. Equal values are one mode with p = 1. The sample is binned to BINS
-    bins over its range, the p-value is (1 + number)/(1 + resamples). Raises StatisticError below LEAST_SAMPLES samples.
+    bins, the p-value is (1 + number)/(1 + resamples). Raises StatisticError below LEAST_SAMPLES samples.
     """
     kept = np.asarray(sample, float)
     kept = kept[np.isfinite(kept)]
@@ -57,10 +58,12 @@ def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
     low, high = float(kept.min()), float(kept.max())
     if high - low <= 1e-14 * max(abs(low), abs(high)):
         return Modality(1, 1.0, (1.0,), 0.0, (low,))
+    inner, outer = np.quantile(kept, [OUTSIDE, 1.0 - OUTSIDE])
+    if outer > inner:  # stray values go to the outermost bins, lest they make all bins too wide
+        low, high = max(low, inner - STRAY * (outer - inner)), min(high, outer + STRAY * (outer - inner))
     width = (high - low) / BINS
     counts = binned(kept, low, high, BINS)
-    first, last = (int((np.quantile(kept, share) - low) / width) for share in (OUTSIDE, 1.0 - OUTSIDE))
-    window = slice(max(0, first - 1), last + 2)
+    window = slice(max(0, int((inner - low) / width) - 1), int((outer - low) / width) + 2)
     rng = np.random.default_rng(seed)
     p_values = []
     for modes in range(1, MOST_MODES + 1):

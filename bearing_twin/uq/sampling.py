@@ -13,7 +13,7 @@ interleaves REPLICATES independently scrambled sequences: point i belongs to rep
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,7 @@ from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT
 BLOCK = 1024  # points of `random` that share a seed
 REPLICATES = 8  # independent scramblings of `sobol`
 GREATEST_SAMPLES = 2**30
-GREATEST_SEED = 2**64 - 1
+GREATEST_SEED = 2**53 - 1  # what JSON and doubles hold
 
 
 class Sampler(NamedTuple):
@@ -45,7 +45,13 @@ def _random(points, start, count):
 
 
 def _latin_hypercube(points, start, count):
-    return points.hypercube[start : start + count]
+    return _hypercube(points.dimension, points.seed, points.samples)[start : start + count]
+
+
+@lru_cache(maxsize=2)
+def _hypercube(dimension, seed, samples):
+    """All points (samples, dimension); kept because chunks are drawn one after the other."""
+    return qmc.LatinHypercube(dimension, seed=_generator(seed, 0)).random(samples)
 
 
 def _sobol(points, start, count):
@@ -120,11 +126,6 @@ class UnitPoints:
         if not (start >= 0 and count >= 1 and start + count <= self.samples):
             raise ValueError(f"points {start} to {start + count} are not among the {self.samples} samples")
         return np.clip(SAMPLERS[self.method].chunk(self, start, count), LEAST_UNIT, GREATEST_UNIT)
-
-    @cached_property
-    def hypercube(self):
-        """All points (samples, dimension) of the latin hypercube."""
-        return qmc.LatinHypercube(self.dimension, seed=_generator(self.seed, 0)).random(self.samples)
 
 
 def rounded(method: str, samples: int) -> int:

@@ -115,8 +115,9 @@ def _moment(sample, statistic):
     z = (sample - mean) / float(np.std(sample))
     if statistic == "std":
         return std, 0.5 * std * (z**2 - 1.0)
-    skewness = float(np.mean(z**3))
-    return skewness, z**3 - 3.0 * z - skewness - 1.5 * skewness * (z**2 - 1.0)
+    cube = z * z * z
+    skewness = float(np.mean(cube))
+    return skewness, cube - 3.0 * z - skewness - 1.5 * skewness * (z**2 - 1.0)
 
 
 def _quantile(ordered, probability, confidence):
