@@ -8,6 +8,7 @@ is in the metadata.
 
 import itertools
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from bearing_twin.uq.study_file import parse_study
 
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
 STRING = "std_msgs/msg/String"
+WORK = ("workers", "executor", "memory")  # of a study: what its numbers do not depend on
 STUDY_RECORD = "bearing_twin_study"
 INPUT, QUANTITY, HISTORY, STATUS, DOUBTFUL = "input ", "quantity ", "history ", "status", "doubtful"
 
@@ -32,13 +34,13 @@ INPUT, QUANTITY, HISTORY, STATUS, DOUBTFUL = "input ", "quantity ", "history ", 
 def write_study(result: StudyResult, path, run_record: bool = True) -> Path:
     """Write a result with all its samples to a new log; raises LogError if `path` exists.
 
-    `run_record` False leaves out date, host and seconds: equal studies then give equal bytes.
+    `run_record` False leaves out date, host, seconds and who did the work: equal studies then give equal bytes.
     """
-    summary = result.as_dict()
-    seconds = summary.pop("seconds")
+    summary, study = result.as_dict(), result.study.resolved()
+    work = {"seconds": summary.pop("seconds"), **{key: study.pop(key) for key in WORK}}
     with RawLogWriter(path, run_record) as log:
         record = {
-            "study": json.dumps(result.study.resolved()),
+            "study": json.dumps(study),
             "reasons": json.dumps(list(result.reasons)),
             "doubts": json.dumps(list(result.doubts_met)),
             "samples": len(result.status),
@@ -54,7 +56,7 @@ def write_study(result: StudyResult, path, run_record: bool = True) -> Path:
             log.write(topics[SAMPLES_TOPIC], last, last, cdr.serialise(cdr.SAMPLE_BLOCK, message))
         text = cdr.message_class(STRING)(data=json.dumps(summary))
         log.write(topics[SUMMARY_TOPIC], last, last, cdr.serialise(STRING, text))
-        log.note_run(seconds=seconds)
+        log.note_run(work=json.dumps(work))
     return Path(path)
 
 
@@ -79,7 +81,9 @@ def read_study(path) -> StudyResult:
     record = records[STUDY_RECORD]
     if summary is None or sum(map(len, rows)) != int(record["samples"]):
         raise LogError(f"{path} lacks a part of its study; run the study again with another name for the log")
-    study = parse_study(json.loads(record["study"]), "the study of the log")
+    work = json.loads(records.get(RUN_RECORD, {}).get("work", "{}"))
+    given = {key: work[key] for key in WORK if key in work}
+    study = parse_study({**json.loads(record["study"]), **given}, "the study of the log")
     table = np.concatenate(rows) if rows else np.empty((0, 0))
     return StudyResult(
         study,
@@ -92,7 +96,7 @@ def read_study(path) -> StudyResult:
         tuple(json.loads(record["reasons"])),
         _columns(table, names, [DOUBTFUL])[:, 0].astype(np.int64),
         tuple(json.loads(record["doubts"])),
-        {**summary, "seconds": float(records.get(RUN_RECORD, {}).get("seconds", "nan"))},
+        {**summary, "seconds": work.get("seconds", math.nan)},
     )
 
 

@@ -45,12 +45,14 @@ def run_study(
     """
     began = time.monotonic()
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
+    tell = progress or (lambda _: None)
+    parts = 1 if study.sweep is None else 1 + len(study.sweep[1])
     refuse_too_large(study)
     if start is not None:
         _refuse_another_study(study, start)
     task = task_of(study)
     exact = exact_distributions(study, task, study.settings.method)
-    drawn = Drawn(study, task, progress or (lambda _: None), asked, began)
+    drawn = Drawn(study, task, _part(tell, 0, parts), asked, began)
     with Ensemble(task, study.settings.workers, study.executor, asked) as ensemble:
         chaos, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
         at_mean = empty(task, 0) if asked() or drawn.broken else ensemble.evaluate(mean_inputs(study))
@@ -63,7 +65,7 @@ def run_study(
     for name, found in sources.items():
         summary["quantities"][name]["sobol"] = found
     if study.sweep is not None:
-        summary["sweep"] = _sweep(study, asked)
+        summary["sweep"] = _sweep(study, tell, asked)
     summary["seconds"] = time.monotonic() - began
     return dataclasses.replace(result, summary=summary)
 
@@ -100,14 +102,19 @@ def _refuse_another_study(study, start):
         raise StudyError("a latin hypercube has its size for good and cannot be continued; use sobol or random")
 
 
-def _sweep(study, asked) -> dict:
+def _part(tell, place, parts):
+    """Progress of one of `parts` studies of the same size, told as that of all of them."""
+    return lambda one: tell(one._replace(done=one.done + place * one.total, total=parts * one.total))
+
+
+def _sweep(study, tell, asked) -> dict:
     """The summaries at each value of a sweep, one study each, by the same method and seed."""
     key, values = study.sweep
     found = []
-    for value in values:
+    for place, value in enumerate(values, start=1):
         if asked():
             break
-        summary = run_study(study.at(value), cancelled=asked).summary
+        summary = run_study(study.at(value), _part(tell, place, 1 + len(values)), asked).summary
         found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
     return {"key": key, "studies": found}
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from bearing_twin.parameters import choice, plain, quantity, section
 from bearing_twin.scene import Scene, parse_scene
 from bearing_twin.uq.inputs import Input, Joint
-from bearing_twin.uq.sampling import SAMPLERS
+from bearing_twin.uq.sampling import GREATEST_SAMPLES, GREATEST_SEED, SAMPLERS
 from bearing_twin.uq.scene_keys import put
 
 METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
@@ -32,14 +32,14 @@ class Settings:
 
     method: str = choice("auto", METHODS, "auto = change of variable where it applies, else ensemble")
     sampler: str = choice("random", tuple(SAMPLERS), "where the unit cube is sampled")
-    samples: int = quantity(2000, "1", "realisations, at most", at_least=1, at_most=2**30)
-    seed: int = quantity(1, "1", "of every random choice", at_least=0, at_most=2**63)
+    samples: int = quantity(2000, "1", "realisations, at most", at_least=1, at_most=GREATEST_SAMPLES)
+    seed: int = quantity(1, "1", "of every random choice", at_least=0, at_most=GREATEST_SEED)
     batch: int = quantity(100, "1", "samples between looks at the convergence", at_least=1, at_most=1_000_000)
     workers: int = quantity(0, "1", "processes that simulate; 0 = one a processor", at_least=0, at_most=512)
     memory: float = quantity(2e9, "B", "refuse a study that needs more", above=0.0)
     history_points: int = quantity(200, "1", "instants of each history", at_least=2, at_most=100_000)
     history_duration: float = quantity(
-        0.0, "s", "length of histories; 0 = the run of the scene at its median inputs", at_least=0.0
+        0.0, "s", "of histories, and then of every run; 0 = that of the scene at its median inputs", at_least=0.0
     )
     degree: int = quantity(0, "1", "of polynomial chaos; 0 = until its error is 1e-4", at_least=0, at_most=12)
     modality: str = choice("yes", ("yes", "no"), "whether modes are counted, with a bootstrap")
