@@ -7,18 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin import contact_command
+from bearing_twin import contact_command, study_command
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.outcome import Outcome, new_log, picture_path
 
 GREATEST_CLOSURE = 1e-2  # of the work: a run that loses or gains more energy is not to be trusted
-
-
-class Outcome(NamedTuple):
-    """Of a subcommand: the JSON object, what is doubtful about it, and how to show it (None: as tables)."""
-
-    result: dict
-    doubts: list[str]
-    show: Callable[[], None] | None = None
 
 
 class Command(NamedTuple):
@@ -48,23 +41,6 @@ class _Watched:
             yield from block
 
 
-def _new_log(text) -> Path:
-    """Refused before anything is computed, although the writer would refuse it as well."""
-    from bearing_twin.log.raw_log import refuse_existing
-
-    refuse_existing(text)
-    return Path(text)
-
-
-def _picture(text) -> Path:
-    path = Path(text)
-    if path.suffix.lower() != ".png":
-        raise BearingTwinError(f"{path} is not the name of a picture; give one that ends in .png")
-    if not path.parent.is_dir():
-        raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
-    return path
-
-
 def _simulate_arguments(parser):
     parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
@@ -79,8 +55,8 @@ def _simulate(arguments) -> Outcome:
     overrides = list(arguments.set)
     if arguments.duration is not None:
         overrides.append(f"run.duration={arguments.duration}")
-    log = _new_log(arguments.out) if arguments.out else None
-    picture = _picture(arguments.plot) if arguments.plot else None
+    log = new_log(arguments.out) if arguments.out else None
+    picture = picture_path(arguments.plot) if arguments.plot else None
     scene = load_scene(arguments.scene, overrides)
 
     from bearing_twin.simulation import simulate
@@ -167,7 +143,7 @@ def _report(arguments) -> Outcome:
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.terminal import with_progress
 
-    picture = _picture(arguments.plot) if arguments.plot else None
+    picture = picture_path(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True)
     make_history, _, figures = _pictures_of("bearing" if stream.scene is None else stream.scene.kind)
     history = make_history()
@@ -192,7 +168,7 @@ def _recover(arguments) -> Outcome:
     from bearing_twin.terminal import said_if_slow
 
     with said_if_slow(f"reading what is left of {arguments.log}"):
-        recovered = recover(arguments.log, _new_log(arguments.out))
+        recovered = recover(arguments.log, new_log(arguments.out))
     return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
 
 
@@ -279,5 +255,6 @@ COMMANDS = {
         "accuracy against speed of steppers or elastic laws; bounces by two laws", _chart_arguments, _chart
     ),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
+    "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }

@@ -9,6 +9,14 @@ class SceneError(BearingTwinError):
     """A scene file, scene name or override cannot be used."""
 
 
+class StudyError(BearingTwinError):
+    """A study, one of its uncertain inputs or a way of sampling and propagating them cannot be used."""
+
+
+class StatisticError(BearingTwinError):
+    """A statistic that was asked for does not exist, or cannot be had from the samples there are."""
+
+
 class LogError(BearingTwinError):
     """A log cannot be read, or may not be written."""
 
