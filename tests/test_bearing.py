@@ -295,6 +295,16 @@ def test_a_sudden_change_of_speed_and_offset_comes_at_its_time_and_its_work_is_c
     assert abs(simulation.report().figures["energy_closure"]) < 1e-3
 
 
+def test_no_instant_is_lost_where_a_chunk_is_cut_into_parts():
+    """Ramps and changes end parts at odd times; whatever they are, every output asked for is there."""
+    for acceleration in np.random.default_rng(8).uniform(2e4, 2e6, 40):
+        moving = motion(f"drive.acceleration={acceleration}", "drive.change.time=3.3e-4", "drive.change.speed=77.7")
+        times = 5e-5 * np.arange(1, 21)
+        out = moving.advance(times, float(times[-1]))
+        assert np.all(np.isfinite(out.normal_load))
+        assert np.all(np.diff(out.orbit_angle, axis=0) > 0.0)
+
+
 @pytest.mark.parametrize("name", ["bearing_6203_start", "bearing_6203_fast", "bearing_6203_sticking"])
 def test_extreme_scenes_close_their_energy_and_roll_as_kinematics_says(name):
     simulation = Simulation(load_scene(name, ["run.duration=0.05"]))

@@ -57,6 +57,10 @@ PROBLEMS = {
     "sticking": Problem(
         "friction regularised at 0.1 mm/s", "bearing_6203", ("contact.friction_regularisation=1e-4",), 1e-3, 5
     ),
+    "fast": Problem("20 000 rpm, outputs every 1 ms", "bearing_6203_fast", (), 1e-3, 20),
+    "sudden": Problem(
+        "sudden speed and load", "bearing_6203_sudden", ("drive.change.time=2e-4", "drive.acceleration=1e6"), 5e-5, 20
+    ),
 }
 METHODS = (
     Method("rodas4", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)),

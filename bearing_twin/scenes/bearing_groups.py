@@ -177,11 +177,11 @@ def _interpolate(method, fraction, start, end, k, i, out):
 
 
 @kernel
-def _give_out(task, cursor, time, h, group, room, orientation, results):
+def _give_out(task, cursor, time, h, until, group, room, orientation, results):
     """Writes the instants inside the step just accepted, from its interpolant; returns the next instant to serve."""
     method, times, middle = task.method, task.times, room.middle
     states, orientations = results.states, results.orientations
-    while cursor < len(times) and times[cursor] <= time + h:
+    while cursor < len(times) and times[cursor] <= until:
         fraction = (times[cursor] - time) / h
         for i in range(len(group)):
             ball = group[i]
@@ -264,7 +264,8 @@ def _advance_group(task, group, room, orientation, steps, results):
                 results.failure[0], results.failure[1] = time, group[0]
                 return STALLED
             continue
-        cursor = _give_out(task, cursor, time, step, group, room, orientation, results)
+        until = math.inf if last else time + step  # at the end of the chunk no instant is lost to rounding
+        cursor = _give_out(task, cursor, time, step, until, group, room, orientation, results)
         status = _accept(method, bearing, drive, time, step, group, room, orientation, results.failure)
         if status != OK:
             return status

@@ -158,7 +158,7 @@ class BearingMotion:
             last = end >= duration * (1.0 - SHORTEST_PART)
             end = duration if last else end
             until = len(times) if last else int(np.searchsorted(times, end, side="right"))
-            self._part(times[cursor:until] - begin, end - begin, out, cursor)
+            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
             begin, cursor = end, until
         return out
 
@@ -195,8 +195,8 @@ class BearingMotion:
         limit = self.parameters.drive.acceleration * duration
         change = min(limit, max(-limit, missing))
         drive = Drive(self.drive.angle, self.drive.speed, change / duration)
-        states = np.empty((len(times), *self.state.shape))
-        orientations = np.empty((len(times), *self.orientation.shape))
+        states = np.full((len(times), *self.state.shape), np.nan)
+        orientations = np.full((len(times), *self.orientation.shape), np.nan)
         before = self.state.copy(), self.orientation.copy(), self.steps.copy()
         near = np.zeros(self.bearing.balls, np.bool_)
         mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)

@@ -5,6 +5,7 @@ step size; all lanes take one step together, each accepts or repeats its own, an
 of the chunk takes the next ball.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -57,10 +58,10 @@ class Task(NamedTuple):
 
 
 @kernel
-def _give_out(dense, times, cursor, lanes, k, states, orientations, ball, rows):
+def _give_out(dense, times, cursor, until, lanes, k, states, orientations, ball, rows):
     """Writes the instants inside the step just accepted, from its interpolant; returns the next instant to serve."""
     time, h = lanes[TIME * LANES + k], lanes[STEP * LANES + k]
-    while cursor < len(times) and times[cursor] <= time + h:
+    while cursor < len(times) and times[cursor] <= until:
         fraction = (times[cursor] - time) / h
         row = states[cursor, ball]
         from_lane(lanes[START * LANES :], k, rows[0])
@@ -96,9 +97,10 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
     times, step = task.times, lanes[STEP * LANES + k]
     moment = lanes[TIME * LANES + k] + step
     finished = moment >= task.duration * (1.0 - NOTHING)
-    if cursor < len(times) and times[cursor] <= moment:
+    until = math.inf if finished else moment  # at the end of the chunk no instant is lost to rounding
+    if cursor < len(times) and times[cursor] <= until:
         dense, states, orientations = task.method.dense, results.states, results.orientations
-        cursor = _give_out(dense, times, cursor, lanes, k, states, orientations, number, rows)
+        cursor = _give_out(dense, times, cursor, until, lanes, k, states, orientations, number, rows)
     proposed = next_step(step, lanes[ERROR * LANES + k], task.method.order)
     for row in range(COLUMNS):
         lanes[(START + row) * LANES + k] = lanes[(END + row) * LANES + k]
