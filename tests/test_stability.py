@@ -130,11 +130,13 @@ def least_seconds(function, repeats=5):
     return min(seconds)
 
 
-def test_the_cost_of_a_ball_does_not_grow_with_their_number():
-    """8 and 512 balls, each with the same contacts, on circles as large as they need."""
+@pytest.mark.parametrize("apart", [True, False])
+def test_the_cost_of_a_ball_does_not_grow_with_their_number(apart):
+    """8 and 512 balls, each with the same contacts, on circles as large as they need: apart, or a row without gaps."""
 
     def seconds_a_ball(balls):
-        size = f"geometry.pitch_diameter={28.5e-3 * balls / 8}"
+        around = 28.5e-3 * balls / 8 if apart else 6.746e-3 * 1.0001 / np.sin(np.pi / balls)
+        size = f"geometry.pitch_diameter={around}"
         moving = motion(f"geometry.balls={balls}", size, "gravity=[0,0,0]", "drive.speed=20.0")
         advance = lambda: moving.advance(np.array([2e-2]), 2e-2)  # noqa: E731
         advance()

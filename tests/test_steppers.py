@@ -189,15 +189,23 @@ def test_a_state_that_is_not_finite_is_an_error_with_the_ball(stepper, value):
         moving.advance(np.array([1e-3]), 1e-3)
 
 
-def test_linear_solver_agrees_with_scipy():
+@pytest.mark.parametrize("band", [2, 17, 40])
+def test_the_band_solver_agrees_with_a_dense_one(band):
+    """Random band matrices need pivoting; a singular one is refused."""
     rng = np.random.default_rng(5)
-    matrix, right = rng.normal(size=(18, 18)), rng.normal(size=18)
-    expected = np.linalg.solve(matrix, right)
-    pivots = np.zeros(18, np.int64)
-    assert factorise(matrix, pivots, 18)
-    substitute(matrix, pivots, 18, right)
-    assert right == pytest.approx(expected, rel=1e-10)
-    assert not factorise(np.zeros((3, 3)), pivots, 3)
+    size = 40
+    dense, right = np.triu(np.tril(rng.normal(size=(size, size)), band), -band), rng.normal(size=size)
+    matrix = np.zeros((size, 3 * band + 1))
+    for i in range(size):
+        for j in range(max(0, i - band), min(size, i + band + 1)):
+            matrix[i, j - i + band] = dense[i, j]
+    expected = np.linalg.solve(dense, right)
+    pivots = np.zeros(size, np.int64)
+    assert factorise(matrix, pivots, size, band)
+    assert np.any(pivots != np.arange(size))
+    substitute(matrix, pivots, size, band, right)
+    assert right == pytest.approx(expected, rel=1e-9)
+    assert not factorise(np.zeros((size, 3 * band + 1)), pivots, size, band)
 
 
 def test_step_control_stays_in_its_bounds():

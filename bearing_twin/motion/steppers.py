@@ -185,46 +185,51 @@ EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}
 
 
 @kernel
-def factorise(matrix, pivots, size):
-    """LU factors of matrix[:size, :size] in place, with partial pivoting; False when it is singular or not finite."""
+def factorise(matrix, pivots, size, band):
+    """LU factors in place, with partial pivoting, of a matrix without entries further than `band` from the diagonal.
+
+    Entry (i, j) stands at matrix[i, j - i + band] of a (size, 3 band + 1) array whose last `band` columns receive
+    fill-in and must be zero. False when the matrix is singular or not finite.
+    """
     for column in range(size):
+        below, right = min(size, column + band + 1), min(size, column + 2 * band + 1)
         pivot = column
-        greatest = abs(matrix[column, column])
-        for row in range(column + 1, size):
-            value = abs(matrix[row, column])
+        greatest = abs(matrix[column, band])
+        for row in range(column + 1, below):
+            value = abs(matrix[row, column - row + band])
             if value > greatest:
                 pivot, greatest = row, value
         pivots[column] = pivot
         if not 0.0 < greatest < math.inf:
             return False
         if pivot != column:
-            for j in range(size):
-                matrix[column, j], matrix[pivot, j] = matrix[pivot, j], matrix[column, j]
-        inverse = 1.0 / matrix[column, column]
-        for row in range(column + 1, size):
-            factor = matrix[row, column] * inverse
+            for j in range(column, right):
+                kept = matrix[column, j - column + band]
+                matrix[column, j - column + band] = matrix[pivot, j - pivot + band]
+                matrix[pivot, j - pivot + band] = kept
+        inverse = 1.0 / matrix[column, band]
+        for row in range(column + 1, below):
+            factor = matrix[row, column - row + band] * inverse
             if factor != 0.0:
-                matrix[row, column] = factor
-                for j in range(column + 1, size):
-                    matrix[row, j] -= factor * matrix[column, j]
+                matrix[row, column - row + band] = factor
+                for j in range(1, right - column):
+                    matrix[row, column - row + band + j] -= factor * matrix[column, band + j]
     return True
 
 
 @kernel
-def substitute(matrix, pivots, size, vector):
+def substitute(matrix, pivots, size, band, vector):
     """Solves in place with the factors of `factorise`."""
     for column in range(size):
         pivot = pivots[column]
         vector[column], vector[pivot] = vector[pivot], vector[column]
-    for column in range(size):
-        value = vector[column]
-        for row in range(column + 1, size):
-            vector[row] -= matrix[row, column] * value
+        for row in range(column + 1, min(size, column + band + 1)):
+            vector[row] -= matrix[row, column - row + band] * vector[column]
     for column in range(size - 1, -1, -1):
-        value = vector[column] / matrix[column, column]
+        value = vector[column] / matrix[column, band]
         vector[column] = value
-        for row in range(column):
-            vector[row] -= matrix[row, column] * value
+        for row in range(max(0, column - 2 * band), column):
+            vector[row] -= matrix[row, column - row + band] * value
 
 
 @kernel

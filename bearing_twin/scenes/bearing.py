@@ -359,15 +359,21 @@ def lane_rates(bearing, lanes):
 
 
 @kernel
+def add_pair(bearing, state, k, side, rates):
+    """Adds what the neighbour ahead (side = 1) or behind (side = -1) does to the rates (COLUMNS,) of ball k."""
+    pair = pair_contact(bearing, state, k, side)
+    for axis in range(3):
+        rates[VELOCITY + axis] += pair.force[axis] / bearing.ball_mass
+        rates[SPIN + axis] += pair.torque[axis] / bearing.ball_inertia
+    rates[DISSIPATED] += pair.dissipation
+
+
+@kernel
 def add_pair_rates(bearing, near, state, k, rates):
     """Adds what neighbours that ball k may touch do to `rates[k]`."""
     for side in (1, -1):
         if touchable(bearing, near, k, side):
-            pair = pair_contact(bearing, state, k, side)
-            for axis in range(3):
-                rates[k, VELOCITY + axis] += pair.force[axis] / bearing.ball_mass
-                rates[k, SPIN + axis] += pair.torque[axis] / bearing.ball_inertia
-            rates[k, DISSIPATED] += pair.dissipation
+            add_pair(bearing, state, k, side, rates[k])
 
 
 @kernel

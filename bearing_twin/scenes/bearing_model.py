@@ -54,7 +54,7 @@ FAILURES = {
     ),
 }
 FIXED_STEP = ("rk4", "imex")
-TOGETHER = 0.05  # share of a chunk: balls that may meet sooner are integrated together
+TOGETHER = 0.05  # share of what is left of a chunk: balls that may meet sooner are integrated together
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 SCIPY = {"dop853": DOP853, "radau": Radau}
 
@@ -78,7 +78,7 @@ class BearingMotion:
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.solver.tolerance * STEP_SHARE * np.array(unit)
-        self.nudges = np.array([3e-12, 1e-7, 3e-12, *(1e-6 * speed,) * 3, *(1e-6 * speed / radius,) * 3])
+        self.nudges = np.array([3e-12, 3e-12 / pitch, 3e-12, *(1e-6 * speed,) * 3, *(1e-6 * speed / radius,) * 3])
         self.reset()
 
     def _refuse_long_steps(self):
@@ -166,7 +166,7 @@ class BearingMotion:
         """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
         missing = self.goal_speed - self.drive.speed
         apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
-        pieces = [duration, max(0.99 * apart, TOGETHER * duration)]
+        pieces = [duration, 0.99 * apart if apart > TOGETHER * duration else duration]
         if missing != 0.0:
             pieces.append(abs(missing) / self.parameters.drive.acceleration)
         if not self._changed:
