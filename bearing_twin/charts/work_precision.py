@@ -64,6 +64,7 @@ PROBLEMS = {
 }
 METHODS = (
     Method("rodas4", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)),
+    Method("rodas4_landing", (1e-1, 1e-2, 1e-3, 1e-4, 3e-5, 1e-5)),
     Method("rodas3", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5)),
     Method("imex", (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)),
     Method("rk4", (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)),

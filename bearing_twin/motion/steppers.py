@@ -21,7 +21,10 @@ MOST_STAGES = 6  # of a method whose coefficients the kernels read; a and c have
 
 
 class Rosenbrock(NamedTuple):
-    """A Rosenbrock method in transformed form; the last stage is the error estimate, `dense` the interpolant."""
+    """A Rosenbrock method in transformed form; the last stage is the error estimate, `dense` the interpolant.
+
+    One that `lands` ends a step where a contact begins or ends.
+    """
 
     gamma: float
     a: np.ndarray
@@ -30,6 +33,7 @@ class Rosenbrock(NamedTuple):
     d: np.ndarray
     dense: np.ndarray
     order: int
+    lands: bool = False
 
 
 class RungeKutta(NamedTuple):
@@ -61,6 +65,12 @@ METHODS = {
         True,
         "contact and friction implicitly",
         "Hairer and Wanner, Solving ODE II, 2nd ed. 1996, section IV.7: RODAS, order 4(3), L-stable",
+    ),
+    "rodas4_landing": Method(
+        4,
+        True,
+        "contact and friction implicitly",
+        "rodas4 whose steps end where a contact begins or ends, found on its interpolant",
     ),
     "rodas3": Method(
         3,
@@ -180,7 +190,7 @@ DOP853 = RungeKutta(
     third=scipy.integrate.DOP853.E3,
     order=8,
 )
-ROSENBROCK = {"rodas4": RODAS4, "rodas3": RODAS3}
+ROSENBROCK = {"rodas4": RODAS4, "rodas4_landing": RODAS4._replace(lands=True), "rodas3": RODAS3}
 EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}
 
 

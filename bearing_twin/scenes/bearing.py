@@ -440,6 +440,18 @@ def time_apart(bearing, state, reach):
 
 
 @kernel
+def approaches(bearing, motion):
+    """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
+    angle, height = motion[ORBIT_ANGLE], motion[HEIGHT]
+    centre = about_z(math.cos(angle), -math.sin(angle), bearing.offset)
+    across = math.sqrt((motion[AXIS_DISTANCE] - centre[0]) ** 2 + centre[1] ** 2)
+    inner, outer = bearing.inner, bearing.outer
+    low = ball_in_groove(across, height - centre[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius)
+    high = ball_in_groove(motion[AXIS_DISTANCE], height, bearing.ball_radius, outer.locus_radius, outer.groove_radius)
+    return low.approach, high.approach
+
+
+@kernel
 def static_force(bearing, orbit_rate, axis_distance, orbit_angle, height):
     """Radial and axial force [N] on a ball from elastic contacts and its orbit alone: what equilibrium makes zero."""
     cosine, sine = math.cos(orbit_angle), math.sin(orbit_angle)

@@ -20,12 +20,14 @@ from bearing_twin.scenes.bearing import (
 from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, raceway_jacobian
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
+    LANDED,
     LEAST_STEP,
     OK,
     RATES,
     REJECTIONS,
     STALLED,
     STEPS,
+    changes_contact,
     check_ball,
     turn,
 )
@@ -281,6 +283,26 @@ def _linearise(bearing, drive, near, time, group, nudges, room):
 
 
 @kernel
+def _landing(method, bearing, group, room):
+    """Share of a group's step after which a first contact with a raceway has just begun or ended; 1 where none does."""
+    first = 1.0
+    for i in range(len(group)):
+        start, end, middle = room.start[group[i]], room.trial[group[i]], room.middle
+        if not changes_contact(bearing, start, end):
+            continue
+        low, high = 0.0, 1.0
+        while high - low > 1e-6:
+            share = 0.5 * (low + high)
+            _interpolate(method, share, start, end, room.k, i, middle)
+            if changes_contact(bearing, start, middle):
+                high = share
+            else:
+                low = share
+        first = min(first, high)
+    return first
+
+
+@kernel
 def _advance_group(task, group, room, orientation, steps, results):
     """Integrates one group of balls over the chunk with its own adaptive steps."""
     method, bearing, drive, near = task.method, task.bearing, task.drive, task.near
@@ -305,6 +327,11 @@ def _advance_group(task, group, room, orientation, steps, results):
             if h < LEAST_STEP:
                 results.failure[0], results.failure[1] = time, group[0]
                 return STALLED
+            continue
+        share = _landing(method, bearing, group, room) if method.lands else 1.0
+        if share < LANDED:
+            counts[REJECTIONS] += size
+            fresh, h = False, share * step
             continue
         until = math.inf if last else time + step  # at the end of the chunk no instant is lost to rounding
         cursor = _give_out(task, cursor, time, step, until, group, room, orientation, results)

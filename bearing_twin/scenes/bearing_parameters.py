@@ -8,7 +8,7 @@ from bearing_twin.materials import MATERIALS, Material
 from bearing_twin.parameters import choice, quantity, section
 
 ELASTIC_LAWS = ("hertz", "hertz_exact", "volumetric", "constant")
-STEPPERS = ("rodas4", "rodas3", "imex", "rk4", "dopri5", "dop853", "radau")
+STEPPERS = ("rodas4", "rodas4_landing", "rodas3", "imex", "rk4", "dopri5", "dop853", "radau")
 MOTIONS = ("rolling", "rest")
 
 

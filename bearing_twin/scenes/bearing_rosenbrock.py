@@ -29,12 +29,14 @@ from bearing_twin.scenes.bearing_lanes import (
 )
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
+    LANDED,
     LEAST_STEP,
     OK,
     RATES,
     REJECTIONS,
     STALLED,
     STEPS,
+    changes_contact,
     check_ball,
     turn,
 )
@@ -120,6 +122,24 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
 
 
 @kernel
+def _landing(bearing, dense, lanes, k, rows):
+    """Share of a lane's step after which a contact has just begun or ended; 1 where none does."""
+    from_lane(lanes[START * LANES :], k, rows[0])
+    from_lane(lanes[END * LANES :], k, rows[1])
+    if not changes_contact(bearing, rows[0], rows[1]):
+        return 1.0
+    low, high = 0.0, 1.0
+    while high - low > 1e-6:
+        middle = 0.5 * (low + high)
+        interpolate_lane(dense, middle, lanes, k, rows[1])
+        if changes_contact(bearing, rows[0], rows[1]):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@kernel
 def lone_chunk(task, balls, state, orientation, steps, results):
     """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along."""
     method, counts = task.method, results.counts
@@ -150,6 +170,12 @@ def lone_chunk(task, balls, state, orientation, steps, results):
                     results.failure[0], results.failure[1] = lanes[TIME * LANES + k], number
                     return STALLED
                 continue
+            if method.lands:
+                share = _landing(task.bearing, method.dense, lanes, k, rows)
+                if share < LANDED:
+                    counts[REJECTIONS] += 1
+                    lanes[STEP * LANES + k] *= share
+                    continue
             counts[STEPS] += 1
             status, cursor[k] = _accept(task, number, cursor[k], state, orientation, steps, results, lanes, k, rows)
             if status == RUNNING:

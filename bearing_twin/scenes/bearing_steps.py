@@ -19,6 +19,7 @@ from bearing_twin.scenes.bearing import (
     COLUMNS,
     SPIN,
     VELOCITY,
+    approaches,
     in_ball_frame,
     inner_contact,
     outer_contact,
@@ -27,6 +28,8 @@ from bearing_twin.scenes.bearing import (
 OK, NOT_FINITE, TOO_DEEP, STALLED = range(4)
 STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
 LEAST_STEP = 1e-12  # seconds; a shorter step means that the equations cannot be followed
+TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
+LANDED = 0.95  # share of a step: a contact that changes later in it is as good as at its end
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
 
 
@@ -52,6 +55,15 @@ def turn(orientation, start, middle, end, step, out):
     result = turned(quaternion, relative_spin(start), relative_spin(middle), relative_spin(end), step)
     for part in range(4):
         out[part] = result[part]
+
+
+@kernel
+def changes_contact(bearing, start, end):
+    """Whether a ball begins or ends a contact with a raceway between two states, other than by a hair."""
+    for before, after in zip(approaches(bearing, start), approaches(bearing, end)):  # noqa: B905
+        if before * after < 0.0 and min(abs(before), abs(after)) > TOUCHING:
+            return True
+    return False
 
 
 @kernel
