@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
@@ -47,6 +47,7 @@ class Band(NamedTuple):
     low: Any
     high: Any
     look: dict
+    label: bool = True
 
 
 class Bars(NamedTuple):
@@ -82,7 +83,7 @@ class Map(NamedTuple):
     colours: str
     limits: tuple[float, float]
     levels: tuple = ()
-    log: bool = False
+    power: float = 1.0  # of the scale of colours
 
 
 @dataclass
@@ -219,10 +220,7 @@ def _draw_part(axis, part, across, up):
 def _draw_map(figure, axis, part, across, up, factor, unit):
     x, y, z = np.multiply(part.x, across), np.multiply(part.y, up), np.multiply(part.z, factor)
     low, high = (factor * limit for limit in part.limits)
-    norm = LogNorm(low, high) if part.log else Normalize(low, high)
-    if part.log:
-        z = np.maximum(z, low)
-    drawn = axis.pcolormesh(x, y, z, cmap=part.colours, norm=norm, shading="nearest")
+    drawn = axis.pcolormesh(x, y, z, cmap=part.colours, norm=PowerNorm(part.power, low, high), shading="nearest")
     axis.grid(False)
     if part.levels:
         axis.contour(x, y, z, levels=factor * np.array(part.levels), colors="white", linewidths=0.8)

@@ -60,8 +60,12 @@ def path_panel(key, title, counts, of, band, bold=0, marked=False) -> Panel:
     x = counts[rows]
     parts = [
         Band("95 % band", x, -band[rows], band[rows], {"color": BALL_COLOURS[0], "alpha": 0.18}),
-        *(Line(f"seed {place + 1}", x, path[rows], GREY, False) for place, path in enumerate(of[:SHOWN])),
-        Line(f"seed {bold + 1} alone", x, of[bold, rows], {**colour(5), "linewidth": 1.8}),
+        *(
+            Line(f"seed {place + 1}", x, path[rows], GREY, False)
+            for place, path in enumerate(of[:SHOWN])
+            if place != bold
+        ),
+        Line(f"seed {bold + 1}", x, of[bold, rows], {**colour(5), "linewidth": 1.8}),
     ]
     if marked:
         dotted = {"color": STYLE["ink"], "linewidth": 1.2, "linestyle": ":"}

@@ -77,9 +77,11 @@ def _quantiles(found, result):
 
 def _density(found):
     levels, heights = found.density(levels=LEVELS, low=0.0)
-    top = float(np.quantile(heights[heights > 0.0], 0.98))
-    chart = Map("density", "1/N", found.times, levels, heights.T, "cividis", (1e-3 * top, top), log=True)
-    force = FORCE._replace(limits=(0.0, float(np.max(found.quantiles((0.99,))))))
+    highest = float(np.max(found.quantiles((0.99,))))
+    # towards no force the density is that of runs out of contact, a spike that would drown the rest
+    top = float(np.quantile(heights[:, (levels > 0.05 * highest) & (levels < highest)], 0.99))
+    chart = Map("density", "1/N", found.times, levels, heights.T, "cividis", (0.0, top), power=0.5)
+    force = FORCE._replace(limits=(0.0, highest))
     return Panel("density", "Density of the force, as figure 19", TIME, force, [chart])
 
 

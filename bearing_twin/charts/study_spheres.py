@@ -48,7 +48,7 @@ def densities(update) -> Sheet:
         panels.append(Panel(f"figure {1 + column}", f"{title}; steps are samples", axis, up, parts))
     widest, found = ones[-1], both[-1]
     for column, (axis, up) in enumerate(columns):
-        smooth = density(found[column], low=0.0, kind="log")
+        smooth = density(found[column], low=0.0)
         parts = [
             bars(found[column]),
             density_line("closed form", (widest.study.inputs[0], widest.exact)[column], EXACT_LOOK),
@@ -60,7 +60,7 @@ def densities(update) -> Sheet:
     coefficient, first, second = sphere_pair(load_scene("two_spheres").parameters)
     by_hertz = impact.alpha(coefficient, first * second / (first + second))
     reading = [
-        f"The mean alpha of {ones[0].study.inputs[0].mean:.4e} is measured; by Hertz the printed steel has {by_hertz:.5e}.",
+        f"The mean alpha of {ones[0].study.inputs[0].mean:.4e} is measured; the printed steel has {by_hertz:.5e}.",
         f"All three keep the mean contact time of {ones[0].exact.mean:.4e} s; its deviation is "
         + ", ".join(f"{one.exact.std:.3e}" for one in ones)
         + " s.",
