@@ -30,6 +30,7 @@ MOST_EVEN = 2**17
 CHAOS, EXACT = "polynomial_chaos", "change_of_variable"
 WANTED = 1e-4
 LEAST = 1e-16  # smaller errors are drawn here
+WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
 STATISTICS = ("mean", "std")
 
 
@@ -65,8 +66,10 @@ def measure(
         points.append(_point(name, size, [_sampled(one, name, size, seed, truth) for seed in range(1, count + 1)]))
         done += size
         update(done / whole)
-    points += [_point(CHAOS, degree + 1, [_expanded(one, degree, truth)]) for degree in range(1, GREATEST_DEGREE + 1)]
-    return [*points, _exactly(one, truth)]
+    for degree in range(1, GREATEST_DEGREE + 1):
+        points.append(_point(CHAOS, degree + 1, [_expanded(one, degree, truth) for _ in range(seeds or SEEDS)]))
+    runs = [_exactly(one, truth) for _ in range(seeds or SEEDS)]
+    return [*points, _point(EXACT, len(one.exact.found.scores), runs)]
 
 
 def _point(method, size, runs) -> Point:
@@ -89,12 +92,11 @@ def _expanded(one: Known, degree, truth):
     return _judged(start, (found.mean, found.std), truth)
 
 
-def _exactly(one: Known, truth) -> Point:
+def _exactly(one: Known, truth):
     """A fresh change of variable; its realisations are the places at which it looks at the closed form."""
     start = time.perf_counter()
     exact = known_of(one.study).exact
-    run = _judged(start, (exact.mean, exact.std), truth)
-    return _point(EXACT, len(exact.found.scores), [run])
+    return _judged(start, (exact.mean, exact.std), truth)
 
 
 def _judged(start, found, truth):
@@ -114,7 +116,7 @@ def draw(points: list[Point], path: Path) -> None:
     """The chart: the mean above, the deviation below; over realisations on the left, over seconds on the right."""
     rows = []
     for statistic, words in zip(STATISTICS, ("mean", "deviation"), strict=True):
-        up = Axis(f"relative error of the {words}", "1", log=True, limits=(0.3 * LEAST, 1.0))
+        up = Axis(f"relative error of the {words} (dotted: {WANTED:g})", "1", log=True, limits=(0.3 * LEAST, 1.0))
         sizes = Panel(words, f"{words.capitalize()} over realisations", Axis("realisations", "1", log=True), up)
         costs = Panel(
             words, f"{words.capitalize()} over seconds", Axis("time on one core", "s", log=True), up, legend=None
@@ -122,6 +124,10 @@ def draw(points: list[Point], path: Path) -> None:
         for place, method in enumerate(dict.fromkeys(p.method for p in points)):
             sizes.parts += _parts(points, method, place, statistic, "realisations")
             costs.parts += _parts(points, method, place, statistic, "seconds")
+        for panel, along in ((sizes, "realisations"), (costs, "seconds")):
+            across = [getattr(p, along) for p in points]
+            ends = [min(across), max(across)]
+            panel.parts.append(Line(f"{WANTED:g}", ends, [WANTED, WANTED], WANTED_LOOK, False))
         rows.append([sizes, costs])
     seeds = f"median and middle half of {MANY} seeds, {SEEDS} beyond {CHEAP} realisations; chaos: degrees 1 to 12"
     text = f"{seeds}; bearing_twin {__version__}, numpy {np.__version__}, {time.strftime('%Y-%m-%d')}"

@@ -51,7 +51,7 @@ def convergence(update) -> Sheet:
         f"there up to {counts[-1]}: a path that matches from about {CALLED_CONVERGED} on, like the paper's, is luck.",
     ]
     title = "Two steel spheres, deviation of alpha 6e-5: what Monte Carlo settles, and when"
-    return Sheet(title, rows, f"{SEEDS} seeds; {footer(one)}", reading)
+    return Sheet(title, rows, footer(one, SEEDS), reading)
 
 
 def path_panel(key, title, counts, of, band, bold=0, marked=False) -> Panel:

@@ -42,7 +42,7 @@ def discs(update) -> Sheet:
         f"For discs this thick eq. (14) is too long: Johnson's law of plane strain gives {shorter} of its mean.",
     ]
     title = "Two rubber discs by line contact: modulus gamma with mean 5e9 and deviation 1e9 Pa"
-    return Sheet(title, [top, [*convergence, laws]], f"{SEEDS} seeds; {footer(slow)}", reading)
+    return Sheet(title, [top, [*convergence, laws]], footer(slow, SEEDS), reading)
 
 
 def _laws(ones):

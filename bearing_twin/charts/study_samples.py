@@ -76,7 +76,8 @@ def short(value: float) -> str:
     return f"{value:g}".replace("e-0", "e-").replace("e+0", "e")
 
 
-def footer(one: Known) -> str:
-    """What a sheet was made with."""
+def footer(one: Known, seeds: int = 1) -> str:
+    """What a sheet was made with: one study, or the same with other seeds beside it."""
     settings = one.study.settings
-    return f"{settings.samples} random samples, seed {settings.seed}; bearing_twin {__version__}"
+    others = f", and seeds 1 to {seeds}" if seeds > 1 else ""
+    return f"{settings.samples} random samples, seed {settings.seed}{others}; bearing_twin {__version__}"
