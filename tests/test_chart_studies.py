@@ -1,6 +1,7 @@
 """The sheets of paper 3: every figure has its place, what is drawn agrees with published numbers, files are written."""
 
 import csv
+import dataclasses
 import json
 import re
 
@@ -10,9 +11,10 @@ from scipy.integrate import trapezoid
 
 from bearing_twin.charts.sheets import Map, rows_of
 from bearing_twin.charts.studies import SHEETS, wanted_sheets
-from bearing_twin.charts.study_samples import known
+from bearing_twin.charts.study_samples import draws, known
 from bearing_twin.cli import main
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.uq.run import run_study
 
 FIGURES = (*range(1, 12), 13, 14)
 IMPULSE = 2.0 * 0.1129 * 20.0  # N s, 2 mu v
@@ -152,6 +154,14 @@ def test_discs_have_the_published_moments(sheets):
     assert trapezoid(x * y, x) == pytest.approx(6.5773670e-3, rel=1e-3)
     x, y = only(sheets["discs"], "two laws", "Johnson, 10 m/s")
     assert trapezoid(x * y, x) < 0.9 * 6.5773670e-3
+
+
+def test_draws_are_the_samples_of_the_study():
+    one = known("spheres_alpha_6e-5")
+    result = run_study(dataclasses.replace(one.study, sweep=None))
+    values, times = draws(one)
+    assert np.array_equal(result.values[:, 0], values)
+    assert np.array_equal(result.sample("contact_duration"), times)
 
 
 def test_sheets_are_asked_for_by_name_or_by_figure():

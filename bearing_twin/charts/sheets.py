@@ -95,7 +95,7 @@ class Panel:
     x: Axis
     y: Axis
     parts: list = field(default_factory=list)
-    legend: str | None = "best"
+    legend: str | tuple | None = "best"
 
 
 @dataclass
