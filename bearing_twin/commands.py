@@ -2,13 +2,10 @@
 
 import argparse
 import math
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin import contact_command, study_command
-from bearing_twin.errors import BearingTwinError
+from bearing_twin import chart_command, contact_command, study_command
 from bearing_twin.outcome import Outcome, new_log, picture_path
 
 GREATEST_CLOSURE = 1e-2  # of the work: a run that loses or gains more energy is not to be trusted
@@ -192,68 +189,12 @@ def _scenes(arguments) -> Outcome:
     return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
 
 
-CHARTS = {"steppers": "work_precision", "laws": "laws", "bounces": "bounces"}  # name: module in charts/
-
-
-def _chart_arguments(parser):
-    parser.add_argument(
-        "chart",
-        choices=tuple(CHARTS),
-        help="steppers: error in load and friction torque against cost; laws: error and cost of the elastic laws; "
-        "bounces: a ball by the Hertz and by the volumetric law, and which comes late",
-    )
-    parser.add_argument("--out", default=".", metavar="FOLDER", help="where the picture and the table go")
-    parser.add_argument(
-        "--problem", action="append", metavar="NAME", help="of steppers: only this one; may be repeated"
-    )
-
-
-def _chart(arguments) -> Outcome:
-    import importlib
-
-    folder = Path(arguments.out)
-    if not folder.is_dir():
-        raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
-    chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[arguments.chart]}")
-    if arguments.chart == "steppers":
-        points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), _say))
-    elif arguments.problem:
-        raise BearingTwinError("--problem goes with the chart steppers; leave it out")
-    else:
-        points = list(chart.measure())
-    picture, table = folder / f"{arguments.chart}.png", folder / f"{arguments.chart}.csv"
-    chart.draw(points, picture)
-    chart.write_table(points, table)
-    sentences = list(chart.reading(points))
-
-    def show():
-        _say("\n".join(sentences) + f"\npicture: {picture}\ntable:   {table}")
-
-    rows = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
-    return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
-
-
-def _problems(wanted, known) -> list[str]:
-    from bearing_twin.parameters import echo, unknown
-
-    for name in wanted or ():
-        if name not in known:
-            raise BearingTwinError(f"{echo(name)} is not a problem; {unknown(name, known)}")
-    return list(wanted or known)
-
-
-def _say(text):
-    print(text, file=sys.stderr)
-
-
 COMMANDS = {
     "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
     "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
-    "chart": Command(
-        "accuracy against speed of steppers or elastic laws; bounces by two laws", _chart_arguments, _chart
-    ),
+    "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.style import BALL_COLOURS, STYLE, finish, frame, heading
+from bearing_twin.charts.style import BALL_COLOURS, STYLE, finish, frame, heading, scaled
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.uq.propagation import exact_distributions, task_of
 from bearing_twin.uq.result import StudyResult
@@ -16,8 +16,6 @@ from bearing_twin.uq.study import Study
 
 MOST_QUANTITIES = 3
 FAR = 0.001  # probability left out on either side of a distribution
-PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-PREFIXED = ("s", "N", "Pa", "m", "J", "N m", "N s")  # units that take a prefix; others are shown as they are
 
 
 def plot_study(result: StudyResult, png_path) -> Path:
@@ -52,15 +50,6 @@ def _exact(study: Study) -> dict:
         return {}
 
 
-def _scaled(values, unit) -> tuple[float, str]:
-    """(factor, unit with prefix) that makes the values readable."""
-    size = float(np.nanmax(np.abs(values))) if np.size(values) else 0.0
-    if unit not in PREFIXED or not 0.0 < size < np.inf:
-        return 1.0, unit
-    scale, prefix = next((row for row in PREFIXES if size >= row[0]), PREFIXES[-1])
-    return 1.0 / scale, f"{prefix}{unit}"
-
-
 def _draw_quantity(axis, result, name, exact):
     sample, found = result.sample(name), result.summary["quantities"][name]
     frame(axis)
@@ -73,7 +62,7 @@ def _draw_quantity(axis, result, name, exact):
         return
     marks = np.array([one["value"] for one in found["quantiles"].values()])
     low, high = marks[0], marks[-1]
-    factor, unit = _scaled(marks, found["unit"])
+    factor, unit = scaled(marks, found["unit"])
     if drawn:
         edges, heights = histogram(kept)
         axis.stairs(heights / factor, edges * factor, fill=True, color="#b9c6d2", label=f"{len(kept)} samples")
@@ -114,7 +103,7 @@ def _draw_quantity(axis, result, name, exact):
 def _draw_convergence(axis, result):
     path = result.summary["convergence"]
     samples, value, half = (np.array(path[key], float) for key in ("samples", "estimate", "half_width"))
-    factor, unit = _scaled(value, result.quantity_units[path["quantity"]])
+    factor, unit = scaled(value, result.quantity_units[path["quantity"]])
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
     frame(axis)
     finite = np.isfinite(half)
@@ -138,10 +127,10 @@ def _draw_history(axis, result, channel):
     found = result.summary["histories"][channel]
     unit = next(one.unit for one in result.study.scene_at(result.values[0]).channels if one.name == channel)
     time = np.array(found["time_s"])
-    scale_time, unit_time = _scaled(time, "s")
+    scale_time, unit_time = scaled(time, "s")
     frame(axis)
     names = [name for name in ("0.05", "0.50", "0.95", "mean", "at_mean_inputs") if name in found]
-    scale, unit = _scaled(np.concatenate([found[name] for name in names]), unit)
+    scale, unit = scaled(np.concatenate([found[name] for name in names]), unit)
     curves = {name: np.array(found[name]) * scale for name in names}
     if "mean" in curves:
         axis.fill_between(

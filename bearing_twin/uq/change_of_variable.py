@@ -27,7 +27,8 @@ NEGLIGIBLE = 1e-8
 class Derived:
     """The distribution of y = g(X), made by `derive`; y in the unit of the quantity.
 
-    `mean`, `std` and `skewness` raise StatisticError with the reason where they do not exist.
+    `mean`, `std`, `skewness` and `kurtosis` (3 for a normal one) raise StatisticError with the reason where
+    they do not exist.
     """
 
     source: Input
@@ -70,6 +71,11 @@ class Derived:
     def skewness(self) -> float:
         refuse_missing_moment(self.source, self.found, "skewness")
         return self._moment(3, self.mean) / self.std**3
+
+    @cached_property
+    def kurtosis(self) -> float:
+        refuse_missing_moment(self.source, self.found, "kurtosis")
+        return self._moment(4, self.mean) / self.std**4
 
     def _moment(self, order, center):
         """E[(y - center)^order] by the trapezoidal rule in the normal score, which converges exponentially here.

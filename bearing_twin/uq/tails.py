@@ -19,7 +19,7 @@ SURE_SCORE = 4.0  # within +-4 a quantity must be finite
 STEP = 1.0 / 16.0
 FAITHFUL = 1e-4  # relative; how well a quantile gives its probability back
 FALLING = 0.9  # an exponent that falls by more when ln u doubles tends to 0
-ORDERS = {"mean": 1, "std": 2, "skewness": 3}
+ORDERS = {"mean": 1, "std": 2, "skewness": 3, "kurtosis": 4}
 
 
 class Tails(NamedTuple):
@@ -64,7 +64,7 @@ def tails(source: Input, function) -> Tails:
 
 
 def refuse_missing_moment(source: Input, found: Tails, statistic: str) -> None:
-    """Raise StatisticError with the reason where that statistic (mean, std, skewness) does not exist; else return."""
+    """Raise StatisticError with the reason where that statistic (a key of ORDERS) does not exist; else return."""
     order = ORDERS[statistic]
     if found.has_moment(order):
         return
