@@ -13,11 +13,11 @@ from bearing_twin.scenes.bearing import (
     MOTION,
     RING_SPEED,
     add_pair_rates,
-    bearing_rates,
     give_coefficients,
     into_lane,
 )
-from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, raceway_jacobian
+from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
+from bearing_twin.scenes.bearing_rates import bearing_rates
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
     LEAST_STEP,
@@ -73,7 +73,7 @@ def _jacobian(bearing, drive, near, time, state, group, nudges, jacobian, lanes)
     """d(rates)/d(motion) of a group of balls: rows are all columns of each ball, columns the motion of each.
 
     A ball's motion acts on itself and on the neighbours it may touch; everything else stays zero. What raceways answer
-    is exact, what balls do to each other by forward differences.
+    is exact (with friction at a point), what balls do to each other by forward differences.
     """
     size = len(group)
     jacobian[:] = 0.0
@@ -83,7 +83,7 @@ def _jacobian(bearing, drive, near, time, state, group, nudges, jacobian, lanes)
             into_lane(state[group[first + min(k, count - 1)], :MOTION], lanes, k)
             lanes[RING_SPEED * LANES + k] = drive.speed + drive.acceleration * time
         give_coefficients(bearing, lanes)
-        raceway_jacobian(bearing, lanes)
+        lane_jacobian(bearing.spot, bearing, lanes)
         for k in range(count):
             i = first + k
             for row in range(COLUMNS):

@@ -15,12 +15,13 @@ from bearing_twin.scenes.bearing import (
     MOTION,
     ORBIT_ANGLE,
     Drive,
-    bearing_rates,
     mark_near,
 )
 from bearing_twin.scenes.bearing_groups import group_chunk, groups_of
+from bearing_twin.scenes.bearing_jacobian import nudges
 from bearing_twin.scenes.bearing_outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.scenes.bearing_parameters import BearingScene
+from bearing_twin.scenes.bearing_rates import bearing_rates
 from bearing_twin.scenes.bearing_report import ENERGY_GAIN, Statistics
 from bearing_twin.scenes.bearing_rk4 import rk4_chunk
 from bearing_twin.scenes.bearing_rosenbrock import Results, Task, lone_chunk
@@ -74,7 +75,7 @@ class BearingMotion:
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.solver.tolerance * STEP_SHARE * np.array(unit)
-        self.nudges = np.array([3e-12, 1e-7, 3e-12, *(1e-6 * speed,) * 3, *(1e-6 * speed / radius,) * 3])
+        self.nudges = np.array(nudges(self.bearing))
         self.reset()
 
     def reset(self) -> None:

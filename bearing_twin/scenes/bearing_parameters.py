@@ -9,6 +9,7 @@ from bearing_twin.parameters import choice, quantity, section
 
 ELASTIC_LAWS = ("hertz", "hertz_exact", "volumetric", "constant")
 STEPPERS = ("rk4", "rodas4", "dop853", "radau")
+FRICTIONS = ("point", "spot")
 MOTIONS = ("rolling", "rest")
 
 
@@ -47,6 +48,9 @@ class Contact:
     )
     relaxation_time: float = quantity(
         1.0e-6, "s", "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate", at_least=0.0
+    )
+    friction: str = choice(
+        "point", FRICTIONS, "on a raceway: by the slip at the contact point, or over the spot that slides and spins"
     )
     friction_coefficient: float = quantity(0.08, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
     friction_regularisation: float = quantity(

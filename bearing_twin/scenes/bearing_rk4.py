@@ -15,8 +15,8 @@ from bearing_twin.scenes.bearing import (
     add_pair_rates,
     from_lane,
     into_lane,
-    lane_rates,
 )
+from bearing_twin.scenes.bearing_rates import lane_rates
 from bearing_twin.scenes.bearing_steps import OK, RATES, STEPS, check_all, turn
 
 # Orientations need fewer steps than the contacts do; a state that cannot be right is looked for now and then and at

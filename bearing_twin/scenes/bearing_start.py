@@ -58,6 +58,8 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         contact.friction_coefficient,
         contact.friction_regularisation,
         hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
+        contact.friction_coefficient if contact.friction == "point" else 0.0,
+        (contact.friction_coefficient,) if contact.friction == "spot" else (),
     )
 
 
