@@ -67,7 +67,9 @@ def run(arguments: argparse.Namespace) -> Answer:
         more = {"contact_duration_s": duration}
         slowest = min((first, second), key=lambda body: body.young_modulus / body.density)
         flags = validity.gathered(
-            validity.wave_doubt(duration, size, slowest.young_modulus, slowest.density) if math.isfinite(size) else None
+            validity.wave_doubt(duration, validity.wave_transit(size, slowest.young_modulus, slowest.density))
+            if math.isfinite(size)
+            else None
         )
     else:
         contact = calculator.solve(gap, modulus, "normal_load" if name == "load" else name, value)

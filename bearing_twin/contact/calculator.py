@@ -178,7 +178,7 @@ def answer(gap: Gap, first: Material, second: Material, contact: Contact, yield_
     shears = [greatest_shear(*spot, body.poisson_ratio) for body in (first, second)]
     shear = max(shears, key=lambda one: one.stress)
     flags = validity.gathered(
-        validity.pressure_doubt(contact.peak_pressure, yield_strength),
+        validity.pressure_doubt(contact.peak_pressure, yield_strength and validity.YIELD_ONSET * yield_strength),
         validity.width_doubt(contact.semi_major, gap.least_radius),
         *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if name != "constant"),
     )

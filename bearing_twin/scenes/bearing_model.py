@@ -53,7 +53,7 @@ class BearingMotion:
 
     def __init__(self, parameters: BearingScene, law: str, stepper: str):
         self.parameters = parameters
-        self.bearing = bearing_of(parameters, law)
+        self.law, self.bearing = law, bearing_of(parameters, law)
         self.stepper = stepper
         start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
         self.rates = fastest_rates(self.bearing, start, parameters.drive.speed)
@@ -91,7 +91,7 @@ class BearingMotion:
 
     def statistics(self) -> Statistics:
         """An empty collection of the figures of a run."""
-        return Statistics(self.parameters)
+        return Statistics(self.parameters, self.law)
 
     def gross_work(self) -> float:
         """Work [J] moved through the inner contacts since the start, each contact's power counted by its magnitude."""

@@ -72,6 +72,9 @@ class Contact:
     friction_regularisation: float = quantity(
         0.01, "m/s", "slip speed at which friction reaches 71 % of its limit", above=0.0
     )
+    yield_pressure: float = quantity(
+        3.2e9, "Pa", "peak pressure of first yield, 1.6 times the strength of the weaker body", above=0.0
+    )
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,12 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.contact.damping import damping_for_restitution, steady_damping
+from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.materials import effective_modulus
 from bearing_twin.motion.collision import NO_LINE, Contact, Spring
 from bearing_twin.reference import impact as closed_forms
 from bearing_twin.sample import Channel
-from bearing_twin.scenes.impact import Impact, ImpactMotion, theory_flags
+from bearing_twin.scenes.impact import Impact, ImpactMotion
 from bearing_twin.scenes.impact_parameters import sphere_mass
 from bearing_twin.scenes.pair_impact import CHANNELS, pair_impact
 from bearing_twin.scenes.pair_parameters import TwoSpheresScene, pair_contact_time, sphere_pair
@@ -84,15 +85,15 @@ def _flags(parameters, contact):
     first, second = parameters.first, parameters.second
     radius = first.radius * second.radius / (first.radius + second.radius)
     modulus = effective_modulus(first.material, second.material)
-    flags = []
     smaller = min(first.radius, second.radius)
     half_width = (0.75 * contact.peak_force * radius / modulus) ** (1.0 / 3.0)
     pressure = 1.5 * contact.peak_force / (math.pi * half_width**2)
-    transit = 0.0
+    transits = []
     for sphere in (first, second):
         density = sphere_mass(sphere) / (4.0 / 3.0 * math.pi * sphere.radius**3)
-        transit = max(transit, 2.0 * sphere.radius / math.sqrt(sphere.material.young_modulus / density))
-    flags += theory_flags(
-        pressure, parameters.contact.yield_pressure, half_width / smaller, "smaller radius", contact.duration, transit
+        transits.append(wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, density))
+    return gathered(
+        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        width_doubt(half_width, smaller, body="smaller radius"),
+        wave_doubt(contact.duration, max(transits)),
     )
-    return flags
