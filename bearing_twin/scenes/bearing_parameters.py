@@ -10,6 +10,10 @@ from bearing_twin.materials import MATERIALS, Material
 from bearing_twin.parameters import choice, quantity, section
 
 ELASTIC_LAWS = ("hertz", "hertz_exact", "volumetric", "constant")
+REFUSED_LAWS = {
+    "hertz_differential": "carries the shape of each ellipse as states, which a bearing's motion has no room for; use "
+    "hertz, the same load to 1e-10 and cheaper, or bearing_twin.contact.differential in a motion of your own"
+}
 STEPPERS = ("rk4", "rodas4", "dop853", "radau")
 FRICTIONS = ("point", "spot")
 MOTIONS = ("rolling", "rest")
@@ -45,7 +49,7 @@ class Materials:
 class Contact:
     """The laws of one ball-raceway contact."""
 
-    normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one")
+    normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one", REFUSED_LAWS)
     damping: float = quantity(
         0.0, "s/m", "viscous term of Hunt and Crossley: damping * elastic load * approach rate", at_least=0.0
     )
