@@ -37,6 +37,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     given.add_argument("--semi-minor", type=float, metavar="B", help="shorter semi-axis [m]")
     given.add_argument("--speed", type=float, metavar="V", help="speed of an elastic impact [m/s], with --mass")
     given.add_argument("--mass", type=float, metavar="M", help="m1 m2/(m1 + m2) of the impact [kg]")
+    parser.add_argument(
+        "--frozen-at",
+        type=float,
+        default=1.0,
+        metavar="RATIO",
+        help="b/a at which the law constant is exact (1)",
+    )
     parser.add_argument("--plot", metavar="PNG", help="draw ellipse, pressure, stress below and the laws' errors")
 
 
@@ -57,11 +64,14 @@ def run(arguments: argparse.Namespace) -> Outcome:
         more = {"contact_duration_s": duration}
         slowest = min((first, second), key=lambda body: body.young_modulus / body.density)
         flags = validity.gathered(
-            validity.wave_doubt(duration, size, slowest.young_modulus, slowest.density) if math.isfinite(size) else None
+            validity.wave_doubt(duration, validity.wave_transit(size, slowest.young_modulus, slowest.density))
+            if math.isfinite(size)
+            else None
         )
     else:
         contact = calculator.solve(gap, modulus, "normal_load" if name == "load" else name, value)
-    result = calculator.answer(gap, first, second, contact, _yield_strength(arguments, (first, second)))
+    strength = _yield_strength(arguments, (first, second))
+    result = calculator.answer(gap, first, second, contact, strength, arguments.frozen_at)
     result["flags"] += flags
     result |= more
     if picture:
@@ -166,6 +176,10 @@ def _show(result):
     say("")
     rows = ((name, f"{law['normal_load_n']:.6g}", f"{100 * law['error']:+.3g}") for name, law in result["laws"].items())
     show_rows(("law", "load at this approach [N]", "error [%]"), rows)
+    say(
+        f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "
+        "(--frozen-at); hertz_differential: its states carried here from a circle"
+    )
 
 
 def _row(key, value):

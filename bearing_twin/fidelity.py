@@ -89,6 +89,9 @@ def choose_spheres(scene: Scene) -> Choice:
     if solver.stepper != "auto":
         stepper = solver.stepper
         reasons.append(f"{stepper}, as the scene asks")
+    elif contact.damping_law == "steady" and contact.restitution < 1.0:
+        stepper = "dop853"
+        reasons.append("dop853, because steady damping has no closed form for times and forces")
     elif contact.restitution == 1.0:
         stepper = "closed_form"
         reasons.append("closed_form, because contact time, peak force and history are exact without any step")

@@ -61,9 +61,10 @@ def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_m
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def choice(default, options, help):
-    """One word out of `options`."""
-    return dataclasses.field(default=default, metadata={"options": tuple(options), "help": help})
+def choice(default, options, help, refused=None):
+    """One word out of `options`; `refused` maps words one may well ask for to why they are not among them."""
+    metadata = {"options": tuple(options), "help": help, "refused": refused or {}}
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 def section(cls, default_name=None, names=None):
@@ -199,7 +200,9 @@ def _read_field(item, given, path, problems, default):
     if "options" in metadata:
         if isinstance(given, str) and given in metadata["options"]:
             return given
-        problems.append(f"{path} = {echo(given)} is not known; {unknown(given, metadata['options'])}")
+        reason = metadata["refused"].get(given) if isinstance(given, str) else None
+        reason = reason or f"is not known; {unknown(given, metadata['options'])}"
+        problems.append(f"{path} = {echo(given)} {reason}")
         return default
     if isinstance(item.default, tuple):
         return _read_tuple(item, given, path, problems)

@@ -34,7 +34,12 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "bearing": Kind(bearing_parameters.BearingScene, bearing_parameters.check, "bearing_twin.scenes.bearing_outputs"),
+    "bearing": Kind(
+        bearing_parameters.BearingScene,
+        bearing_parameters.check,
+        "bearing_twin.scenes.bearing_outputs",
+        bearing_parameters.resolve,
+    ),
     "two_spheres": Kind(
         pair_parameters.TwoSpheresScene,
         pair_parameters.check_spheres,

@@ -23,11 +23,11 @@ from bearing_twin.scenes.bearing import (
     VELOCITY,
     ball_position,
     ball_vector,
-    bearing_rates,
     meeting,
     pair_contact,
 )
 from bearing_twin.scenes.bearing_outputs import channels, contact_details, wrenches
+from bearing_twin.scenes.bearing_rates import bearing_rates
 from bearing_twin.simulation import Simulation, simulate
 
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"

@@ -161,8 +161,10 @@ def test_answer_names_what_is_doubtful_and_only_that():
 
 
 def test_a_contact_shorter_than_a_wave_transit_is_named():
-    assert validity.wave_doubt(1e-5, 0.1, 2.1e11, 7850.0) is not None
-    assert validity.wave_doubt(1e-4, 0.1, 2.1e11, 7850.0) is None
+    transit = validity.wave_transit(0.1, 2.1e11, 7850.0)
+    assert transit == pytest.approx(0.1 / 5172.2, rel=1e-4)
+    assert validity.wave_doubt(1e-5, transit) is not None
+    assert validity.wave_doubt(1e-4, transit) is None
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,13 @@ import math
 import pytest
 
 from bearing_twin.contact_command import add_arguments, run
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, SceneError
 
 KEYS = {
     "approach_m", "normal_load_n", "semi_major_m", "semi_minor_m", "axis_ratio", "peak_pressure_pa",
     "stiffness_n_per_m", "laws", "flags",
 }  # fmt: skip
-LAWS = {"hertz", "hertz_exact", "volumetric", "constant"}
+LAWS = {"hertz", "hertz_exact", "volumetric", "constant", "hertz_differential"}
 
 
 def asked(line):
@@ -98,3 +98,21 @@ def test_bad_input_is_refused_with_the_reason(line, reason):
 def test_every_number_is_finite():
     result = asked("--bearing 6205 --load 1e-9").result
     assert all(math.isfinite(value) for value in result.values() if isinstance(value, float))
+
+
+def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
+    line = "--bearing 6203 --load 50"
+    circle, own = asked(line), asked(f"{line} --frozen-at 0.104322")
+    assert circle.result["laws"]["constant"]["error"] == pytest.approx(-0.203, abs=1e-3)
+    assert own.result["laws"]["constant"]["error"] == pytest.approx(0.0, abs=1e-5)
+    own.show()
+    assert "exact for b/a = 0.104322" in capsys.readouterr().err
+    for ratio in ("0", "1.5", "nan"):
+        with pytest.raises(SceneError, match="frozen_at"):
+            asked(f"{line} --frozen-at {ratio}")
+
+
+def test_the_differential_law_arrives_at_hertz():
+    for small, large in (("3", "3"), ("1", "250"), ("1e-3", "900")):
+        result = asked(f"--curvature-small {small} --curvature-large {large} --load 10").result
+        assert abs(result["laws"]["hertz_differential"]["error"]) < 1e-9

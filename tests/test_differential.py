@@ -5,6 +5,7 @@ import pytest
 
 from bearing_twin.contact.differential import (
     Shape,
+    coefficient_from_circle,
     differential_coefficient,
     first_kind_slopes,
     follow,
@@ -12,7 +13,9 @@ from bearing_twin.contact.differential import (
     shape_of,
     shape_rates,
 )
-from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.ellipse import axis_ratio, curvature_ratio, hertz_coefficient
+from bearing_twin.errors import SceneError
+from bearing_twin.scene import load_scene
 
 TURNS = 40
 
@@ -102,3 +105,17 @@ def test_compiled_and_plain_agree():
     assert differential_coefficient.py_func(shape, 2.0, 3.0) == pytest.approx(
         differential_coefficient(shape, 2.0, 3.0), rel=1e-13
     )
+
+
+def test_carried_from_a_circle_the_states_give_hertz():
+    for ratio, error in ((1.0, 1e-14), (0.5, 1e-12), (0.1, 1e-12), (1e-3, 1e-10), (1e-6, 1e-5)):
+        large = 3.0 * curvature_ratio(ratio)
+        found = coefficient_from_circle(3.0, large, 2.0)
+        assert found == pytest.approx(hertz_coefficient(3.0, large, 2.0), rel=error)
+
+
+def test_a_bearing_that_asks_for_the_differential_law_is_told_what_to_use():
+    with pytest.raises(
+        SceneError, match=r"hertz_differential' carries the shape .* use hertz, .*contact\.differential"
+    ):
+        load_scene("bearing_6203", ["contact.normal=hertz_differential"])

@@ -32,7 +32,7 @@ def test_rational_hertz_is_exact_to_1e_10_in_its_range_and_exact_outside():
 
 
 def test_the_fit_can_be_made_again():
-    numerator, denominator, error = fit()
+    numerator, denominator, error = fit("HERTZ")
     assert error < 1e-10
     u = np.linspace(0.0, 0.9, 7)
     refit = np.polyval(numerator[::-1], u) / np.polyval(denominator[::-1], u)

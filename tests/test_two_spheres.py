@@ -98,6 +98,34 @@ def test_damping_gives_exactly_the_restitution_asked_for(restitution, product):
     assert by_quadrature.force == pytest.approx(by_equation.force, abs=1e-6 * by_equation.peak_force)
 
 
+@pytest.mark.parametrize("restitution", [0.9, 0.5])
+def test_steady_damping_keeps_its_restitution_at_every_speed(restitution):
+    """Which the other law does only at one; energy closes with what is left in the contact when the bodies part."""
+    steady = f"contact.restitution={restitution}", "contact.damping_law=steady"
+    for speed in (0.02, 20.0):
+        found = solved(*steady, f"motion.first_velocity={speed}", stepper="dop853")
+        assert found.restitution == pytest.approx(restitution, rel=1e-6)
+        assert abs(found.energy_closure) < 1e-6
+    values = found.values
+    assert values["velocity"][-1, 1] - values["velocity"][-1, 0] == pytest.approx(restitution * 20.0, rel=1e-6)
+    after = found.time > found.contacts[0].duration
+    assert np.all(values["normal_load"][after] == 0.0)
+    assert np.abs(np.diff(values["approach"])).max() < 1.1 * 20.0 * (found.time[1] - found.time[0])  # no jump
+    assert found.force.min() >= 0.0
+    impulse = np.trapezoid(found.force, found.time)
+    assert impulse == pytest.approx(found.contacts[0].impulse, rel=1e-3)
+
+
+def test_steady_damping_chooses_the_method_that_knows_it():
+    from bearing_twin.fidelity import choose
+
+    steady = ["contact.restitution=0.8", "contact.damping_law=steady"]
+    assert choose(load_scene("two_spheres", steady)).stepper == "dop853"
+    assert choose(load_scene("two_spheres", steady[1:])).stepper == "closed_form"
+    with pytest.raises(SceneError, match="use dop853 or auto"):
+        load_scene("two_spheres", [*steady, "solver.stepper=closed_form"])
+
+
 def test_damping_goes_to_nothing_as_restitution_goes_to_one():
     elastic, damped = impact.damped_impact(STEEL, MASS, 20.0, 0.0), impact.damped_impact(STEEL, MASS, 20.0, 1e-9)
     assert damped == pytest.approx(elastic, rel=1e-7)

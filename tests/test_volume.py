@@ -105,7 +105,8 @@ def test_a_crowned_roller_deviates_as_the_error_curve_says():
 def test_a_straight_roller_against_the_theory_of_a_loaded_strip():
     """Deflection at the middle of a strip of length L: h = 2F/(pi E* L) (ln(2L/b) + 1/2), b^2 = 4 F R/(pi E* L).
 
-    The logarithm is the mean of 2 ln(L/|y|) over the semi-elliptic pressure. The law is 20 % off or more here.
+    The logarithm is the mean of 2 ln(L/|y|) over the semi-elliptic pressure. The law is 8.4 % stiffer here, 0.6 % at a
+    fifth of this approach and 15 % at four times it: its deviation is a function of R h/L^2.
     """
     radius, length, approach = 5e-3, 8e-3, 5e-6
 
@@ -125,7 +126,7 @@ def test_a_straight_roller_against_the_theory_of_a_loaded_strip():
     closed = ENERGY_FACTOR * MODULUS * lobe.volume**2 * math.sqrt(lobe.perimeter) / lobe.area**1.75
     growth = 3.0 / approach + 0.5 * 2.0 * width / approach / lobe.perimeter - 1.75 * 0.5 / approach
     assert found.normal_load == pytest.approx(closed * growth, rel=1e-6)
-    assert 0.05 < abs(found.normal_load / strip - 1.0) < 0.6
+    assert found.normal_load / strip - 1.0 == pytest.approx(0.0837, abs=5e-4)
 
 
 def test_two_lobes_carry_as_two_contacts_and_their_meeting_is_refused():

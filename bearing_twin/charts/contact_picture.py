@@ -97,7 +97,8 @@ def _draw_laws(axis, result):
     ratios = np.geomspace(1e-3, 1.0, 241)
     errors = {name: [] for name in LAWS}
     for ratio in ratios:
-        found = laws_at(Gap(1.0, float(curvature_ratio(ratio)), 1.0), 1.0, 1e-6)
+        gap = Gap(1.0, float(curvature_ratio(ratio)), 1.0)
+        found = laws_at(gap, 1.0, 1e-6, result["constant_frozen_at_axis_ratio"])
         for name in errors:
             errors[name].append(max(abs(found[name].error), LEAST_SHOWN))
     for (name, error), colour in zip(errors.items(), (0, 2, 5, 3), strict=False):

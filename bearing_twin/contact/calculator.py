@@ -8,7 +8,8 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.contact import validity
-from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, ellipse, hertz_coefficient
+from bearing_twin.contact.differential import coefficient_from_circle
+from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, curvature_ratio, ellipse, hertz_coefficient
 from bearing_twin.contact.normal import LAWS, elastic_load, load_coefficient
 from bearing_twin.contact.stress import greatest_shear
 from bearing_twin.errors import SceneError
@@ -154,31 +155,43 @@ def impact(gap: Gap, modulus: float, speed: float, mass: float) -> tuple[Contact
     return contact, DURATION_FACTOR * contact.approach / speed
 
 
-def laws_at(gap: Gap, modulus: float, approach: float) -> dict[str, LawResult]:
-    """Every law of `LAWS` at this approach [m]; `constant` has its coefficient frozen at a circle of equal sqrt(PQ).
+def laws_at(gap: Gap, modulus: float, approach: float, frozen_at: float = 1.0) -> dict[str, LawResult]:
+    """Every law of `LAWS` at this approach [m], and `hertz_differential` carried here from a circle.
 
-    A coefficient that does not follow the curvatures has to be frozen somewhere; the circle shows what that costs.
+    `constant` does not follow the curvatures: its coefficient is that of the gap of equal sqrt(PQ) whose ellipse has
+    the b/a `frozen_at`. Raises SceneError for one outside [1e-6, 1].
     """
+    if not AXIS_RATIO_MIN <= frozen_at <= 1.0:
+        raise SceneError(f"frozen_at = {frozen_at:g} must be a semi-axis ratio b/a from {AXIS_RATIO_MIN:g} to 1")
     small, large = gap.curvature_small, gap.curvature_large
-    mean = math.sqrt(small * large)
-    frozen = hertz_coefficient(mean, mean, modulus)
+    mean, stretch = math.sqrt(small * large), math.sqrt(curvature_ratio(frozen_at))
+    frozen = hertz_coefficient(mean / stretch, mean * stretch, modulus)
+    coefficients = {name: load_coefficient(law, small, large, modulus, frozen) for name, law in LAWS.items()}
+    coefficients["hertz_differential"] = coefficient_from_circle(small, large, modulus)
     exact = elastic_load(hertz_coefficient(small, large, modulus), approach)
-    found = {}
-    for name, law in LAWS.items():
-        load = elastic_load(load_coefficient(law, small, large, modulus, frozen), approach)
-        found[name] = LawResult(load, load / exact - 1.0)
-    return found
+    loads = {name: elastic_load(coefficient, approach) for name, coefficient in coefficients.items()}
+    return {name: LawResult(load, load / exact - 1.0) for name, load in loads.items()}
 
 
-def answer(gap: Gap, first: Material, second: Material, contact: Contact, yield_strength: float | None) -> dict:
-    """The contact with laws side by side, shear and doubts, by SI-suffixed keys; `yield_strength` [Pa] may be None."""
+def answer(
+    gap: Gap,
+    first: Material,
+    second: Material,
+    contact: Contact,
+    yield_strength: float | None,
+    frozen_at: float = 1.0,
+) -> dict:
+    """The contact with laws side by side, shear and doubts, by SI-suffixed keys; `yield_strength` [Pa] may be None.
+
+    `frozen_at` as in `laws_at`.
+    """
     modulus = effective_modulus(first, second)
-    laws = laws_at(gap, modulus, contact.approach)
+    laws = laws_at(gap, modulus, contact.approach, frozen_at)
     spot = contact.semi_major, contact.semi_minor, contact.peak_pressure
     shears = [greatest_shear(*spot, body.poisson_ratio) for body in (first, second)]
     shear = max(shears, key=lambda one: one.stress)
     flags = validity.gathered(
-        validity.pressure_doubt(contact.peak_pressure, yield_strength),
+        validity.pressure_doubt(contact.peak_pressure, yield_strength and validity.YIELD_ONSET * yield_strength),
         validity.width_doubt(contact.semi_major, gap.least_radius),
         *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if name != "constant"),
     )
@@ -195,6 +208,7 @@ def answer(gap: Gap, first: Material, second: Material, contact: Contact, yield_
         "curvature_small_per_m": gap.curvature_small,
         "curvature_large_per_m": gap.curvature_large,
         "effective_modulus_pa": modulus,
+        "constant_frozen_at_axis_ratio": frozen_at,
         "laws": {name: {"normal_load_n": law.normal_load, "error": law.error} for name, law in laws.items()},
         "flags": flags,
     }

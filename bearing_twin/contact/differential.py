@@ -5,7 +5,8 @@ instead of computed afresh. The integration is only neutrally stable: nothing pu
 time. `projected` removes them with one Newton step on (8) after each step; `follow` runs both forms.
 
 The states are lost where the circle is crossed (C = P/Q turns back at 1 with a kink) and at a new contact: start
-afresh there.
+afresh there. A law with states of its own has no row in `normal.LAWS`, whose laws are functions of the curvatures: a
+motion that uses it carries `Shape` along, as `follow` does and `coefficient_from_circle` shows.
 """
 
 import math
@@ -139,3 +140,14 @@ def follow(ratios, ratio_rates, step, project):
         if project:
             shape = projected(shape, ratios[2 * k + 2])
     return states
+
+
+def coefficient_from_circle(curvature_small: float, curvature_large: float, effective_modulus: float, steps: int = 64):
+    """c [N/m^1.5] of the load c h^1.5 with the states carried from a circle to P and Q [1/m], ln(P/Q) at a steady rate.
+
+    Each step is projected. Relative error below 1e-9 for b/a above 1e-4, 1e-6 at 1e-6.
+    """
+    target = math.log(curvature_small / curvature_large)
+    ratios = np.exp(target * np.linspace(0.0, 1.0, 2 * steps + 1))
+    states = follow(ratios, target * ratios, 1.0 / steps, True)
+    return float(differential_coefficient(Shape(*states[-1]), curvature_small, effective_modulus))

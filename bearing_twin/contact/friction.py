@@ -30,7 +30,19 @@ def rings(count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.sin(angle), shares / shares.sum()
 
 
-_FINE, _COARSE = rings(RINGS), rings(COARSE_RINGS)
+def points(count: int, spokes: int) -> np.ndarray:
+    """Points (count * spokes, 3) of a quadrature over the unit disc: x, y and share of the pressure."""
+    angles = 2.0 * math.pi * (np.arange(spokes) + 0.5) / spokes
+    return np.array(
+        [
+            (radius * math.cos(angle), radius * math.sin(angle), share / spokes)
+            for radius, share in zip(*rings(count), strict=True)
+            for angle in angles
+        ]
+    )
+
+
+FINE_POINTS, COARSE_POINTS = points(RINGS, SPOKES), points(COARSE_RINGS, COARSE_SPOKES)
 
 
 class SpotFriction(NamedTuple):
@@ -63,21 +75,28 @@ def creep_speed(tangential_load: float, normal_load: float, coefficient: float, 
     return regularisation * abs(tangential_load) / math.sqrt(limit * limit - tangential_load * tangential_load)
 
 
+@inlined
+def slip_share(x, y, weight, slip_major, slip_minor, spin, regularisation):
+    """One point's share of the slip's mean direction along both axes, and of its moment about the centre [m].
+
+    `x`, `y` [m] from the spot's centre along its axes. With a speed of exactly zero the share is zero.
+    """
+    u, v = slip_major - spin * y, slip_minor + spin * x
+    speed = math.sqrt(u * u + v * v + regularisation * regularisation)
+    factor = weight / max(speed, 1e-300)
+    return factor * u, factor * v, factor * (x * v - y * u)
+
+
 @kernel
-def _over_spot(radii, shares, spokes, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
+def over_spot(points, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
     """Means over the pressure of the slip's direction along both axes, and of its moment about the centre [m]."""
     along = across = moment = 0.0
-    for ring in range(len(radii)):
-        rho, weight = radii[ring], shares[ring] / spokes
-        for spoke in range(spokes):
-            angle = 2.0 * math.pi * (spoke + 0.5) / spokes
-            x, y = semi_major * rho * math.cos(angle), semi_minor * rho * math.sin(angle)
-            u, v = slip_major - spin * y, slip_minor + spin * x
-            speed = math.sqrt(u * u + v * v + regularisation * regularisation)
-            if speed > 0.0:
-                along += weight * u / speed
-                across += weight * v / speed
-                moment += weight * (x * v - y * u) / speed
+    for i in range(len(points)):
+        x, y, weight = points[i, 0], points[i, 1], points[i, 2]
+        one = slip_share(semi_major * x, semi_minor * y, weight, slip_major, slip_minor, spin, regularisation)
+        along += one[0]
+        across += one[1]
+        moment += one[2]
     return along, across, moment
 
 
@@ -88,9 +107,7 @@ def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, s
     -mu p u/sqrt(u^2 + v_s^2) summed over Hertz's pressure p, u = v + spin x r, v_s = `regularisation` [m/s], which
     for spin = 0 is `friction_factor`. FINE_ERROR says how far off at worst.
     """
-    along, across, moment = _over_spot(
-        _FINE[0], _FINE[1], SPOKES, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation
-    )
+    along, across, moment = over_spot(FINE_POINTS, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation)
     limit = -coefficient * normal_load
     return SpotFriction(limit * along, limit * across, limit * moment)
 
@@ -98,8 +115,8 @@ def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, s
 @kernel
 def spot_friction_fast(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
     """As `spot_friction` from a quadrature of 96 points, at a 24th of the cost; FAST_ERROR says how far off."""
-    along, across, moment = _over_spot(
-        _COARSE[0], _COARSE[1], COARSE_SPOKES, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation
+    along, across, moment = over_spot(
+        COARSE_POINTS, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation
     )
     limit = -coefficient * normal_load
     return SpotFriction(limit * along, limit * across, limit * moment)

@@ -11,6 +11,9 @@ WIDEST_ELLIPSE = 0.1
 WIDEST_IN_GROOVE = 0.15
 """The same along a groove's meridian: ball bearings pass 0.1 under ordinary loads; its square, 2 %, is the error."""
 
+FEWEST_TRANSITS = 5.0
+"""Transits of waves through a body below which a contact leaves much energy in vibration."""
+
 LAW_TOLERANCE = 0.005
 """Relative error of a law's load that paper 1, section 4, claims for the volumetric law: more is named."""
 
@@ -18,22 +21,22 @@ YIELD_STRENGTH = {"steel": 2.0e9, "aluminium": 2.8e8}
 """Yield strength [Pa] of named materials as used here: hardened bearing steel 100Cr6, aluminium 6061-T6."""
 
 
-def pressure_doubt(peak_pressure: float, yield_strength: float | None) -> str | None:
-    """Doubt about a peak pressure [Pa]: above 1.6 times the yield strength [Pa] of the weaker body it yields."""
-    if yield_strength is None or peak_pressure <= YIELD_ONSET * yield_strength:
+def pressure_doubt(peak_pressure: float, yield_pressure: float | None) -> str | None:
+    """Doubt about a peak pressure [Pa]: beyond `yield_pressure`, YIELD_ONSET times the strength of the weaker body."""
+    if yield_pressure is None or peak_pressure <= yield_pressure:
         return None
     return (
-        f"peak pressure {peak_pressure:.3g} Pa is above 1.6 times the yield strength {yield_strength:.3g} Pa: "
+        f"peak pressure {peak_pressure:.3g} Pa is beyond the yield pressure {yield_pressure:.3g} Pa: "
         "the bodies yield, the elastic result is formal"
     )
 
 
-def width_doubt(semi_axis: float, radius: float, limit: float = WIDEST_ELLIPSE) -> str | None:
-    """Doubt about an ellipse's semi-axis [m] against the radius [m] of the body it lies on."""
-    if semi_axis <= limit * radius:
+def width_doubt(semi_axis: float, size: float, limit: float = WIDEST_ELLIPSE, body: str = "radius") -> str | None:
+    """Doubt about a semi-axis or half-width [m] against the size [m] of the body it lies on, named by `body`."""
+    if semi_axis <= limit * size:
         return None
     return (
-        f"a semi-axis of {semi_axis:.3g} m is above {limit:g} of the radius {radius:.3g} m: "
+        f"a semi-axis of {semi_axis:.3g} m is above {limit:g} of the {body} {size:.3g} m: "
         "the half-space of Hertz's theory is a rough picture"
     )
 
@@ -45,17 +48,21 @@ def law_doubt(law: str, error: float, axis_ratio: float) -> str | None:
     return f"law {law} is {100.0 * error:+.2g} % off exact Hertz at b/a = {axis_ratio:.3g}: outside its curve of 0.5 %"
 
 
-def wave_doubt(contact_duration: float, size: float, young_modulus: float, density: float) -> str | None:
-    """Doubt about an impact of `contact_duration` [s] on a body of `size` [m]: waves must cross it many times.
+def wave_transit(size: float, young_modulus: float, density: float) -> float:
+    """Time [s] a wave takes through a body of `size` [m] at sqrt(E/density)."""
+    return size / math.sqrt(young_modulus / density)
 
-    The transit there and back at sqrt(E/density); Hertz's static deformation needs a longer contact (Love 1927).
+
+def wave_doubt(contact_duration: float, transit: float) -> str | None:
+    """Doubt about the duration [s] of a contact against a wave's `transit` [s] of the body, which it must outlast.
+
+    Hertz's static deformation needs a contact many transits long (Love 1927).
     """
-    transit = 2.0 * size / math.sqrt(young_modulus / density)
-    if contact_duration > transit:
+    if contact_duration >= FEWEST_TRANSITS * transit:
         return None
     return (
-        f"the contact lasts {contact_duration:.3g} s, shorter than a wave's way through the body and back, "
-        f"{transit:.3g} s: vibration takes a share of the energy that Hertz's theory does not know"
+        f"a contact of {contact_duration:.3g} s is shorter than {FEWEST_TRANSITS:g} times the {transit:.3g} s a wave "
+        "takes through the body: vibration takes a share of the energy that Hertz's theory does not know"
     )
 
 

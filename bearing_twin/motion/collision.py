@@ -16,7 +16,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.compiled import kernel
 from bearing_twin.contact import line
-from bearing_twin.contact.damping import damped_load
+from bearing_twin.contact.damping import damped_load, steady_damped_load
 from bearing_twin.contact.normal import elastic_energy, elastic_load
 from bearing_twin.errors import IntegrationError
 
@@ -36,12 +36,14 @@ class Contact(NamedTuple):
 class Spring(NamedTuple):
     """The load between two bodies: `line_law.scale` > 0 selects line contact, else coefficient * approach^1.5.
 
-    `damping` [s/m] multiplies the load by (1 + damping * approach rate).
+    `damping` [s/m] multiplies the load by (1 + damping * approach rate); `steady` [N s/m^(5/4)] is the damping of
+    `steady_damped_load`, which takes its place where it is above zero.
     """
 
     coefficient: float
     line_law: line.LineLaw
     damping: float
+    steady: float = 0.0
 
 
 NO_LINE = line.LineLaw(0.0, 0.0, 0.0)
@@ -66,14 +68,17 @@ def spring_energy(spring, approach):
 @kernel
 def spring_load(spring, approach, approach_rate):
     """Load [N] with its viscous part."""
-    return damped_load(spring_elastic(spring, approach), 0.0, approach_rate, spring.damping, 0.0)
+    elastic = spring_elastic(spring, approach)
+    if spring.steady > 0.0:
+        return steady_damped_load(elastic, approach, approach_rate, spring.steady)
+    return damped_load(elastic, 0.0, approach_rate, spring.damping, 0.0)
 
 
 @kernel
 def rates(spring, reduced_mass, state, out):
     """Time derivative of (approach [m], approach rate [m/s], dissipated energy [J])."""
     elastic = spring_elastic(spring, state[0])
-    load = damped_load(elastic, 0.0, state[1], spring.damping, 0.0)
+    load = spring_load(spring, state[0], state[1])
     out[0] = state[1]
     out[1] = -load / reduced_mass
     out[2] = (load - elastic) * state[1]
@@ -144,7 +149,11 @@ def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tole
         return out.copy()
 
     def separated(_, state):
-        return state[0]
+        if spring.steady == 0.0:
+            return state[0]
+        # Apart where elastic and viscous part cancel, which is before the approach is back at zero.
+        depth = max(state[0], 0.0)
+        return spring_elastic(spring, depth) + spring.steady * depth**0.25 * state[1]
 
     separated.terminal, separated.direction = True, -1.0
     scale = speed * expected
@@ -193,7 +202,8 @@ def _collision(spring, reduced_mass, speed, history, start, end, last, steps, ev
     load = np.array([spring_load(spring, x, v) for x, v in zip(approach, rate, strict=True)])
     leaving = -float(last[1])
     energy = 0.5 * reduced_mass * speed**2
-    closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) - energy) / energy
+    left = float(spring_energy(spring, max(float(last[0]), 0.0)))  # lost where bodies part before they are round again
+    closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) + left - energy) / energy
     impulse = reduced_mass * (speed + leaving)
     contact = Contact(0.0, duration, peak_of(times, load), impulse)
     return Collision(contact, peak_of(times, approach), leaving, closure, history, steps, evaluations)

@@ -48,7 +48,8 @@ COLUMNS = 12
 # coefficients that are given, then COLUMNS rows of rates.
 LANES = 8
 RING_SPEED, GIVEN, LANE_RATES = 9, 10, 12
-LANE_ROWS = LANE_RATES + COLUMNS
+LANE_SPOTS = LANE_RATES + COLUMNS  # what `bearing_spot` works with, if anything
+LANE_ROWS = LANE_SPOTS + 16
 
 
 class Raceway(NamedTuple):
@@ -62,7 +63,11 @@ class Raceway(NamedTuple):
 
 
 class Bearing(NamedTuple):
-    """Everything the equations of motion need, as numbers (SI)."""
+    """Everything the equations of motion need, as numbers (SI).
+
+    `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
+    it is 0 where `spot`, empty else, holds the coefficient of friction summed over the spot (`bearing_spot`).
+    """
 
     balls: int
     ball_radius: float
@@ -77,6 +82,8 @@ class Bearing(NamedTuple):
     friction_coefficient: float
     friction_regularisation: float
     pair_coefficient: float
+    raceway_friction: float
+    spot: tuple[float, ...]
 
 
 class Drive(NamedTuple):
@@ -88,7 +95,10 @@ class Drive(NamedTuple):
 
 
 class RacewayContact(NamedTuple):
-    """One ball-raceway contact in the ball's frame; `force` is on the ball, `arm` from its centre to the contact."""
+    """One ball-raceway contact in the ball's frame; `force` is on the ball, `arm` from its centre to the contact.
+
+    `drilling` [N m] is the friction torque on the ball about `normal`: zero for friction at a point.
+    """
 
     approach: float
     approach_rate: float
@@ -101,6 +111,7 @@ class RacewayContact(NamedTuple):
     slip: tuple[float, float, float]
     spin_rate: float
     friction: tuple[float, float, float]
+    drilling: float
     force: tuple[float, float, float]
     torque: tuple[float, float, float]
     drive_power: float
@@ -150,7 +161,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     stiffness = elastic_stiffness(coefficient, approach)
     normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
-        normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
+        normal_load, slip[0], slip[1], slip[2], bearing.raceway_friction, bearing.friction_regularisation
     )
     friction = scaled(-resistance, slip)
     force = add(scaled(-normal_load, normal), friction)
@@ -166,6 +177,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
         slip,
         spin_rate,
         friction,
+        0.0,
         force,
         cross(arm, friction),
         dot(force, raceway_velocity),
@@ -352,13 +364,6 @@ def give_coefficients(bearing, lanes):
 
 
 @kernel
-def lane_rates(bearing, lanes):
-    """`raceway_rates` by whatever law."""
-    give_coefficients(bearing, lanes)
-    raceway_rates(bearing, lanes)
-
-
-@kernel
 def add_pair(bearing, state, k, side, rates):
     """Adds what the neighbour ahead (side = 1) or behind (side = -1) does to the rates (COLUMNS,) of ball k."""
     pair = pair_contact(bearing, state, k, side)
@@ -388,21 +393,6 @@ def from_lane(lanes, k, row):
     """Copies as many numbers of lane k as `row` has room for."""
     for column in range(len(row)):
         row[column] = lanes[column * LANES + k]
-
-
-@kernel
-def bearing_rates(bearing, drive, near, time, state, balls, rates, lanes):
-    """d(state)/dt at `time` [s] of the balls numbered in `balls`; `lanes` is room to work in."""
-    for first in range(0, len(balls), LANES):
-        count = min(LANES, len(balls) - first)
-        for k in range(LANES):
-            into_lane(state[balls[first + min(k, count - 1)], :MOTION], lanes, k)
-            lanes[RING_SPEED * LANES + k] = drive.speed + drive.acceleration * time
-        lane_rates(bearing, lanes)
-        for k in range(count):
-            from_lane(lanes[LANE_RATES * LANES :], k, rates[balls[first + k]])
-    for ball in balls:
-        add_pair_rates(bearing, near, state, ball, rates)
 
 
 @kernel

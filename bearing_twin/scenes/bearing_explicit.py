@@ -17,8 +17,8 @@ from bearing_twin.scenes.bearing import (
     add_pair_rates,
     from_lane,
     into_lane,
-    lane_rates,
 )
+from bearing_twin.scenes.bearing_rates import lane_rates
 from bearing_twin.scenes.bearing_steps import (
     LEAST_STEP,
     OK,

@@ -104,7 +104,7 @@ def _slopes(bearing, raceway, given, given_slope, contact, radial):
     load = coefficient * (viscous * depth * root + 1.5 * relaxation * root * rate)
     slip = contact.slip
     square = dot(slip, slip) + bearing.friction_regularisation * bearing.friction_regularisation
-    over_speed = bearing.friction_coefficient / math.sqrt(square)
+    over_speed = bearing.raceway_friction / math.sqrt(square)
     groove = raceway.locus_radius + raceway.groove_radius * radial
     return _Slopes(
         loaded * touching * coefficient * (1.5 * viscous * root + 0.75 * relaxation * rate / root),

@@ -13,11 +13,11 @@ from bearing_twin.scenes.bearing import (
     MOTION,
     RING_SPEED,
     add_pair,
-    bearing_rates,
     give_coefficients,
     into_lane,
 )
-from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, raceway_jacobian
+from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
+from bearing_twin.scenes.bearing_rates import bearing_rates
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
     LANDED,
@@ -94,7 +94,7 @@ def _room(state, group, stages):
 def _jacobian(bearing, drive, near, time, state, group, nudges, room):
     """d(rates)/d(motion) of a group of balls: each on itself and on the neighbours it touches.
 
-    What raceways answer is exact, what balls do to each other by forward differences.
+    What raceways answer is exact (with friction at a point), what balls do to each other by forward differences.
     """
     size, reach, jacobian, lanes = len(group), room.reach, room.jacobian, room.lanes
     jacobian[:] = 0.0
@@ -104,7 +104,7 @@ def _jacobian(bearing, drive, near, time, state, group, nudges, room):
             into_lane(state[group[first + min(k, count - 1)], :MOTION], lanes, k)
             lanes[RING_SPEED * LANES + k] = drive.speed + drive.acceleration * time
         give_coefficients(bearing, lanes)
-        raceway_jacobian(bearing, lanes)
+        lane_jacobian(bearing.spot, bearing, lanes)
         for k in range(count):
             for row in range(COLUMNS):
                 for column in range(MOTION):

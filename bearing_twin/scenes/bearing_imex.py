@@ -27,10 +27,10 @@ from bearing_twin.scenes.bearing import (
     add_pair_rates,
     from_lane,
     into_lane,
-    lane_rates,
     lane_vector,
 )
-from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, raceway_jacobian
+from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
+from bearing_twin.scenes.bearing_rates import lane_rates
 from bearing_twin.scenes.bearing_steps import JACOBIANS, OK, RATES, STEPS, check_all
 
 # Rows of the lanes after the Jacobian: integrals, orientation, and the velocities before the step.
@@ -149,7 +149,7 @@ def _step(bearing, drive, near, time, h, blocks, state, rates, orientation):
         for k in range(LANES):
             lanes[RING_SPEED * LANES + k] = speed
         lane_rates(bearing, lanes)
-        raceway_jacobian(bearing, lanes)
+        lane_jacobian(bearing.spot, bearing, lanes)
     if np.any(near):
         _push_pairs(bearing, near, blocks, state, rates, orientation)
     for block in range(len(blocks)):

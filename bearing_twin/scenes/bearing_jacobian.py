@@ -1,6 +1,11 @@
-"""The exact Jacobian of `raceway_rates`: how the raceways' answer changes with a ball's motion, balls side by side."""
+"""The Jacobian of `lane_rates`: how the raceways' answer changes with a ball's motion, balls side by side.
+
+Exact for friction at a point; by forward differences where friction is summed over the spot.
+"""
 
 import math
+
+import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.normal import CONSTANT, HERTZ, load_coefficient
@@ -10,7 +15,9 @@ from bearing_twin.scenes.bearing import (
     COLUMNS,
     GIVEN,
     HEIGHT,
+    LANE_RATES,
     LANE_ROWS,
+    LANE_SPOTS,
     LANES,
     MOTION,
     ORBIT_ANGLE,
@@ -20,6 +27,7 @@ from bearing_twin.scenes.bearing import (
     lane_vector,
 )
 from bearing_twin.scenes.bearing_gradient import CURVATURE_STEP, contact_gradient, plus
+from bearing_twin.scenes.bearing_rates import lane_rates
 from bearing_twin.surfaces import ball_in_groove
 
 # Rows of the lanes after the rates: two slopes of given coefficients, then entry (row, column) of the Jacobian.
@@ -156,3 +164,41 @@ def raceway_jacobian(bearing, lanes):
     if bearing.inner.law not in (HERTZ, CONSTANT):
         _give_slopes(bearing, lanes)
     _fill(bearing, lanes)
+
+
+@inlined
+def nudges(bearing):
+    """Increments (MOTION,) for forward differences: small against an elastic approach and the friction's smoothing."""
+    speed = 1e-6 * bearing.friction_regularisation
+    turn = speed / bearing.ball_radius
+    return (3e-12, 3e-12 / bearing.outer.locus_radius, 3e-12, speed, speed, speed, turn, turn, turn)
+
+
+@kernel
+def _differences(bearing, lanes):
+    """The same by forward differences of `lane_rates`; the rates' rows are left with the rates at this motion."""
+    steps = nudges(bearing)
+    lane_rates(bearing, lanes)
+    base = lanes[LANE_RATES * LANES : LANE_SPOTS * LANES].copy()
+    kept = np.empty(LANES)
+    for column in range(MOTION):
+        for k in range(LANES):
+            kept[k] = lanes[column * LANES + k]
+            lanes[column * LANES + k] = kept[k] + steps[column]
+        lane_rates(bearing, lanes)
+        for k in range(LANES):
+            inverse = 1.0 / (lanes[column * LANES + k] - kept[k])
+            lanes[column * LANES + k] = kept[k]
+            for row in range(COLUMNS):
+                change = lanes[(LANE_RATES + row) * LANES + k] - base[row * LANES + k]
+                lanes[(JACOBIAN + row * MOTION + column) * LANES + k] = change * inverse
+    lanes[LANE_RATES * LANES : LANE_SPOTS * LANES] = base
+
+
+@kernel
+def lane_jacobian(spot, bearing, lanes):
+    """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's, see `bearing_spot`."""
+    if len(spot) > 0:
+        _differences(bearing, lanes)
+    else:
+        raceway_jacobian(bearing, lanes)

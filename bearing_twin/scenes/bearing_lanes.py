@@ -19,10 +19,10 @@ from bearing_twin.scenes.bearing import (
     RING_SPEED,
     SPIN,
     VELOCITY,
-    lane_rates,
     lane_vector,
 )
-from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, raceway_jacobian
+from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
+from bearing_twin.scenes.bearing_rates import lane_rates
 
 # Rows of the lanes after the Jacobian.
 FACTORS = JACOBIAN_END  # what `factorise_body` leaves
@@ -160,7 +160,7 @@ def _linearise(bearing, drive, gamma, lanes):
             lanes[SLOPE * LANES + i] = (lanes[SLOPE * LANES + i] - lanes[LANE_RATES * LANES + i]) / SLOPE_STEP
     else:
         _rates_at(bearing, drive, START, 0.0, lanes)
-    raceway_jacobian(bearing, lanes)
+    lane_jacobian(bearing.spot, bearing, lanes)
     _factorise(lanes)
 
 

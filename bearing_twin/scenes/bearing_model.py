@@ -16,15 +16,16 @@ from bearing_twin.scenes.bearing import (
     MOTION,
     ORBIT_ANGLE,
     Drive,
-    bearing_rates,
     mark_near,
     time_apart,
 )
 from bearing_twin.scenes.bearing_explicit import explicit_chunk
 from bearing_twin.scenes.bearing_groups import group_chunk, groups_of
 from bearing_twin.scenes.bearing_imex import imex_chunk
+from bearing_twin.scenes.bearing_jacobian import nudges
 from bearing_twin.scenes.bearing_outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.scenes.bearing_parameters import BearingScene
+from bearing_twin.scenes.bearing_rates import bearing_rates
 from bearing_twin.scenes.bearing_report import ENERGY_GAIN, Statistics
 from bearing_twin.scenes.bearing_rosenbrock import Task, lone_chunk
 from bearing_twin.scenes.bearing_start import bearing_of, fastest_rates, stable_step, start_state
@@ -67,6 +68,7 @@ class BearingMotion:
 
     def __init__(self, parameters: BearingScene, law: str, stepper: str):
         self.parameters = parameters
+        self.law = law
         self.bearing = self._bearing = bearing_of(parameters, law)
         self.stepper = stepper
         start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
@@ -78,7 +80,7 @@ class BearingMotion:
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.solver.tolerance * STEP_SHARE * np.array(unit)
-        self.nudges = np.array([3e-12, 3e-12 / pitch, 3e-12, *(1e-6 * speed,) * 3, *(1e-6 * speed / radius,) * 3])
+        self.nudges = np.array(nudges(self.bearing))
         self.reset()
 
     def _refuse_long_steps(self):
@@ -113,7 +115,7 @@ class BearingMotion:
 
     def statistics(self) -> Statistics:
         """An empty collection of the figures of a run."""
-        return Statistics(self.parameters)
+        return Statistics(self.parameters, self.law)
 
     def gross_work(self) -> float:
         """Work [J] moved through the inner contacts since the start, each contact's power counted by its magnitude."""

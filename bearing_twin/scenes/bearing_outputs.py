@@ -9,7 +9,7 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.materials import effective_modulus
-from bearing_twin.rotation import about_z, add, dot, minus, quaternion_product, scaled
+from bearing_twin.rotation import about_z, add, cross, dot, minus, quaternion_product, scaled
 from bearing_twin.sample import Channel, Sample, Wrench
 from bearing_twin.scenes.bearing import (
     DISSIPATED,
@@ -27,6 +27,7 @@ from bearing_twin.scenes.bearing import (
     touchable,
 )
 from bearing_twin.scenes.bearing_parameters import BearingScene
+from bearing_twin.scenes.bearing_spot import with_spot
 
 FRAME = "bearing_link"
 INNER, OUTER = 0, 1
@@ -53,6 +54,7 @@ class Outputs(NamedTuple):
     normal: np.ndarray
     friction_force: np.ndarray
     slip: np.ndarray
+    drilling_torque: np.ndarray
     inner_ring_angle: np.ndarray
     inner_ring_speed: np.ndarray
     inner_ring_offset: np.ndarray
@@ -92,6 +94,7 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
         Channel("normal", "1", (n, 2, 3), "direction of the normal load on the ball"),
         Channel("friction_force", "N", (n, 2, 3), "on the ball"),
         Channel("slip", "m/s", (n, 2, 3), "ball's surface relative to the raceway"),
+        Channel("drilling_torque", "N m", (n, 2), "friction on the ball about the line from its centre to the contact"),
         Channel("inner_ring_angle", "rad", (), "not wrapped"),
         Channel("inner_ring_speed", "rad/s", (), "about +z"),
         Channel("inner_ring_offset", "m", (3,), "prescribed displacement of the inner ring's centre"),
@@ -126,6 +129,7 @@ def _write_contact(out, row, k, side, contact, position, cosine, sine):
     out.approach[row, k, side] = contact.approach
     out.normal_load[row, k, side] = contact.normal_load
     out.spin_rate[row, k, side] = contact.spin_rate
+    out.drilling_torque[row, k, side] = contact.drilling
     out.curvature_small[row, k, side] = contact.curvature_small
     out.curvature_large[row, k, side] = contact.curvature_large
     normal = contact.normal
@@ -137,24 +141,24 @@ def _write_contact(out, row, k, side, contact, position, cosine, sine):
 
 
 @kernel
-def _react(force_sum, torque_sum, row, centre, point, force):
-    """Adds the reaction to `force` on a ball at `point` to a ring's force and torque about its centre."""
-    arm = minus(point, centre)
+def _react(force_sum, torque_sum, row, centre, point, force, drilling):
+    """Adds the reaction to `force` at `point` and torque `drilling` on a ball to a ring's, about its centre."""
+    torque = add(cross(minus(point, centre), force), drilling)
     for axis in range(3):
         force_sum[row, axis] -= force[axis]
-    torque_sum[row, 0] -= arm[1] * force[2] - arm[2] * force[1]
-    torque_sum[row, 1] -= arm[2] * force[0] - arm[0] * force[2]
-    torque_sum[row, 2] -= arm[0] * force[1] - arm[1] * force[0]
+        torque_sum[row, axis] -= torque[axis]
 
 
 @kernel
 def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation, out, row):
     """Writes ball k and its two contacts; adds its share of energies and ring reactions."""
-    inner = inner_contact(bearing, in_ball_frame(state, k, inner_centre), inner_speed, state, k)
+    local, centre = ball_position(state, k), in_ball_frame(state, k, inner_centre)
+    inner = inner_contact(bearing, centre, inner_speed, state, k)
+    inner = with_spot(bearing.spot, bearing, centre, inner_speed, local, inner)
     outer = outer_contact(bearing, state, k)
+    outer = with_spot(bearing.spot, bearing, (0.0, 0.0, 0.0), 0.0, local, outer)
     angle = state[k, ORBIT_ANGLE]
     cosine, sine = math.cos(angle), math.sin(angle)
-    local = ball_position(state, k)
     velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
     orbit_rate = velocity[1] / local[0]
     position = about_z(cosine, sine, local)
@@ -178,8 +182,11 @@ def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation,
     _write_contact(out, row, k, OUTER, outer, local, cosine, sine)
     inner_point = about_z(cosine, sine, add(local, inner.arm))
     outer_point = about_z(cosine, sine, add(local, outer.arm))
-    _react(out.inner_ring_force, out.inner_ring_torque, row, inner_centre, inner_point, inner_force)
-    _react(out.outer_ring_force, out.outer_ring_torque, row, (0.0, 0.0, 0.0), outer_point, outer_force)
+    inner_drilling = about_z(cosine, sine, scaled(inner.drilling, inner.normal))
+    outer_drilling = about_z(cosine, sine, scaled(outer.drilling, outer.normal))
+    middle = (0.0, 0.0, 0.0)
+    _react(out.inner_ring_force, out.inner_ring_torque, row, inner_centre, inner_point, inner_force, inner_drilling)
+    _react(out.outer_ring_force, out.outer_ring_torque, row, middle, outer_point, outer_force, outer_drilling)
     energy = inner.energy + outer.energy
     for side in (1, -1):
         if touchable(bearing, near, k, side):

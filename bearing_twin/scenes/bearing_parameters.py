@@ -1,15 +1,23 @@
 """Every number and choice of a bearing scene: its YAML keys, units, defaults and limits in one place."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
+from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.materials import MATERIALS, Material
 from bearing_twin.parameters import choice, quantity, section
 
 ELASTIC_LAWS = ("hertz", "hertz_exact", "volumetric", "constant")
+REFUSED_LAWS = {
+    "hertz_differential": "carries the shape of each ellipse as states, which a bearing's motion has no room for; use "
+    "hertz, the same load to 1e-10 and cheaper, or bearing_twin.contact.differential in a motion of your own"
+}
 STEPPERS = ("rodas4", "rodas4_landing", "rodas3", "imex", "rk4", "dopri5", "dop853", "radau")
+FRICTIONS = ("point", "spot")
 MOTIONS = ("rolling", "rest")
+RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise
 
 
 @dataclass(frozen=True)
@@ -41,16 +49,35 @@ class Materials:
 class Contact:
     """The laws of one ball-raceway contact."""
 
-    normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one")
+    normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one", REFUSED_LAWS)
     damping: float = quantity(
         0.0, "s/m", "viscous term of Hunt and Crossley: damping * elastic load * approach rate", at_least=0.0
     )
     relaxation_time: float = quantity(
-        1.0e-6, "s", "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate", at_least=0.0
+        RELAXATION_TIME,
+        "s",
+        "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate",
+        at_least=0.0,
+    )
+    restitution: float = quantity(
+        1.0,
+        "1",
+        "of a ball on a raceway at restitution_speed; below 1 it takes the place of damping and relaxation_time",
+        above=0.0,
+        at_most=1.0,
+    )
+    restitution_speed: float = quantity(
+        0.1, "m/s", "approach speed at which restitution holds; faster contacts lose more", above=0.0
+    )
+    friction: str = choice(
+        "point", FRICTIONS, "on a raceway: by the slip at the contact point, or over the spot that slides and spins"
     )
     friction_coefficient: float = quantity(0.08, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
     friction_regularisation: float = quantity(
         0.01, "m/s", "slip speed at which friction reaches 71 % of its limit", above=0.0
+    )
+    yield_pressure: float = quantity(
+        3.2e9, "Pa", "peak pressure of first yield, 1.6 times the strength of the weaker body", above=0.0
     )
 
 
@@ -120,6 +147,19 @@ GREATEST_OFFSET = 0.02  # of the ball diameter
 GREATEST_OUTPUT_COUNT = 1e9
 
 
+def viscous_terms(contact: Contact) -> tuple[float, float]:
+    """Hunt and Crossley's damping [s/m] and the relaxation time [s] of the contacts: given, or from a restitution."""
+    if contact.restitution == 1.0:
+        return contact.damping, contact.relaxation_time
+    return damping_for_restitution(contact.restitution, contact.restitution_speed), 0.0
+
+
+def resolve(parameters: BearingScene) -> BearingScene:
+    """The parameters of a checked scene; a restitution leaves no relaxation time."""
+    contact = dataclasses.replace(parameters.contact, relaxation_time=viscous_terms(parameters.contact)[1])
+    return dataclasses.replace(parameters, contact=contact)
+
+
 def check(parameters: BearingScene) -> list[str]:
     """What is impossible although each number alone is legal; one line a problem, naming keys, values and limits."""
     geometry, run = parameters.geometry, parameters.run
@@ -158,6 +198,7 @@ def check(parameters: BearingScene) -> list[str]:
                 f"its length must be below {GREATEST_OFFSET * ball:.6g} m"
             )
             break
+    problems += _check_restitution(parameters.contact)
     if run.publish_rate > run.output_rate:
         problems.append(
             f"run.publish_rate = {run.publish_rate:g} Hz cannot exceed run.output_rate = {run.output_rate:g} Hz; "
@@ -169,3 +210,17 @@ def check(parameters: BearingScene) -> list[str]:
             f"at most {GREATEST_OUTPUT_COUNT:g}"
         )
     return problems
+
+
+def _check_restitution(contact: Contact) -> list[str]:
+    if contact.restitution == 1.0:
+        return []
+    return [
+        f"contact.restitution = {contact.restitution:g} and contact.{name} = {value:g} {unit} both set the damping; "
+        "leave one of them out"
+        for name, value, unit, left_out in (
+            ("damping", contact.damping, "s/m", (0.0,)),
+            ("relaxation_time", contact.relaxation_time, "s", (0.0, RELAXATION_TIME)),
+        )
+        if value not in left_out
+    ]

@@ -1,14 +1,27 @@
 """What a bearing run found: loads, speeds, ellipses, the energy balance, and what to doubt."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from bearing_twin.contact.validity import WIDEST_IN_GROOVE, gathered, width_doubt
+from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.normal import LAWS, load_coefficient
+from bearing_twin.contact.validity import (
+    WIDEST_IN_GROOVE,
+    gathered,
+    law_doubt,
+    pressure_doubt,
+    wave_doubt,
+    wave_transit,
+    width_doubt,
+)
+from bearing_twin.materials import effective_modulus
 from bearing_twin.reference.kinematics import cage_speed, roll_rate
 from bearing_twin.sample import Block
 from bearing_twin.scenes.bearing_outputs import contact_details
 from bearing_twin.scenes.bearing_parameters import BearingScene
+from bearing_twin.scenes.bearing_start import nominal_curvatures
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 ENERGY_GAIN = 0.01  # of the work moved; more is never a success
@@ -20,6 +33,7 @@ class Statistics:
     """Gathers a run's figures block by block, in memory that does not grow with the run."""
 
     parameters: BearingScene
+    law: str
     samples: int = 0
     first: dict = field(default_factory=dict)
     last: dict = field(default_factory=dict)
@@ -104,14 +118,45 @@ class Statistics:
         }
         return contact_details(self.parameters, greatest)
 
+    def _law_doubt(self) -> str | None:
+        """Doubt about the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
+        doubts = []
+        for side, nominal in enumerate(nominal_curvatures(self.parameters.geometry)):
+            frozen = hertz_coefficient(*nominal, 1.0)
+            for ball in np.flatnonzero(self.greatest_load[:, side] > 0.0):
+                at = tuple(float(self.at_greatest[name][ball, side]) for name in ("curvature_small", "curvature_large"))
+                error = load_coefficient(LAWS[self.law], *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+                doubts.append((abs(error), law_doubt(self.law, error, axis_ratio(*at))))
+        return max(doubts, key=lambda pair: pair[0])[1] if doubts else None
+
+    def _half_period(self) -> float:
+        """Half a period [s] of a ball between its contacts at their greatest load: its contacts are no shorter."""
+        materials, stiffness = self.parameters.materials, 0.0
+        for side, ring in enumerate((materials.inner_ring, materials.outer_ring)):
+            load = self.greatest_load[:, side]
+            small, large = (self.at_greatest[name][:, side] for name in ("curvature_small", "curvature_large"))
+            ball = int(load.argmax())
+            if load[ball] > 0.0:
+                modulus = effective_modulus(materials.ball, ring)
+                coefficient = hertz_coefficient(float(small[ball]), float(large[ball]), modulus)
+                stiffness += 1.5 * coefficient ** (2.0 / 3.0) * load[ball] ** (1.0 / 3.0)
+        mass = materials.ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
+        return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
+
     def flags(self, gross_work: float) -> tuple[str, ...]:
         """What in this run lies outside the theory's validity, one sentence each."""
         peaks, closure = self._peaks(), self.energy_closure(gross_work)
         pressure, width = peaks["peak_pressure"].max(), peaks["semi_major"].max()
-        flags = []
-        if pressure > PERMANENT_PRESSURE:
-            flags.append(f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents")
-        flags += gathered(width_doubt(width, 0.5 * self.parameters.geometry.ball_diameter, WIDEST_IN_GROOVE))
+        ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter
+        flags = gathered(
+            pressure_doubt(pressure, self.parameters.contact.yield_pressure),
+            f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
+            if pressure > PERMANENT_PRESSURE
+            else None,
+            width_doubt(width, 0.5 * diameter, WIDEST_IN_GROOVE),
+            self._law_doubt(),
+            wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
+        )
         if closure > ENERGY_GAIN:
             flags.append(
                 f"energy grew by {100 * closure:.2g} % of the work moved: shorten the step or tighten the tolerance"

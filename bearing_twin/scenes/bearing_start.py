@@ -22,7 +22,7 @@ from bearing_twin.scenes.bearing import (
     single_contact,
     static_force,
 )
-from bearing_twin.scenes.bearing_parameters import BearingScene, Geometry
+from bearing_twin.scenes.bearing_parameters import BearingScene, Geometry, viscous_terms
 
 
 class Rates(NamedTuple):
@@ -53,11 +53,12 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         raceway_of(geometry, geometry.outer_conformity, 1.0, outer_modulus, tag),
         tuple(parameters.drive.offset),
         tuple(parameters.gravity),
-        contact.damping,
-        contact.relaxation_time,
+        *viscous_terms(contact),
         contact.friction_coefficient,
         contact.friction_regularisation,
         hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
+        contact.friction_coefficient if contact.friction == "point" else 0.0,
+        (contact.friction_coefficient,) if contact.friction == "spot" else (),
     )
 
 

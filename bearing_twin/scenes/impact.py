@@ -11,8 +11,6 @@ from bearing_twin.motion.collision import Contact
 from bearing_twin.sample import Found
 
 ENERGY_GAIN = 0.01  # of the energy brought; more is never a success
-SMALL_CONTACT = 0.1  # contact radius / body size beyond which the half-space theory is doubtful
-FEWEST_TRANSITS = 5.0  # of waves through a body: a shorter contact leaves much energy in vibration
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,25 +148,3 @@ class ImpactMotion:
     def costs(self) -> dict[str, int]:
         """What the solution took."""
         return dict(self.impact.costs)
-
-
-def theory_flags(pressure, yield_pressure, share, body, duration, transit) -> list[str]:
-    """What in a contact lies outside elastic half-spaces without waves, one sentence each.
-
-    `pressure` [Pa] the peak, `share` the contact's half-width over the size of the `body`, `duration` of the shortest
-    contact and `transit` of a wave through the body [s].
-    """
-    flags = []
-    if pressure > yield_pressure:
-        flags.append(
-            f"peak pressure {pressure:.3g} Pa is beyond the yield pressure {yield_pressure:.3g} Pa: "
-            "the elastic result is formal"
-        )
-    if share > SMALL_CONTACT:
-        flags.append(f"the contact's half-width reaches {share:.2g} of the {body}: a half-space is a rough picture")
-    if duration < FEWEST_TRANSITS * transit:
-        flags.append(
-            f"a contact of {duration:.3g} s is short against {transit:.3g} s a wave takes to cross the body: "
-            "part of the energy stays as vibration"
-        )
-    return flags

@@ -45,12 +45,14 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, f
         contact, deepest, restitution, closure, history = closed
         costs = {"steps": 0, "evaluations": 1}
     leaving, duration = restitution * motion.speed, contact.duration
+    dented = float(np.ravel(history(np.array([duration]))[0])[0])
 
     def at(times):
         since = np.asarray(times, float) - touch
         approach, rate = (np.array(part) for part in history(np.clip(since, 0.0, duration)))
         before, after = since < 0.0, since > duration
-        approach = np.where(before, motion.speed * since, np.where(after, -leaving * (since - duration), approach))
+        freed = dented - leaving * (since - duration)
+        approach = np.where(before, motion.speed * since, np.where(after, freed, approach))
         rate = np.where(before, motion.speed, np.where(after, -leaving, rate))
         inside = ~(before | after)
         load = np.where(inside, _each(spring_load, spring, approach, rate), 0.0)

@@ -14,6 +14,7 @@ from bearing_twin.parameters import choice, quantity, section
 from bearing_twin.reference import disc_impact, impact
 from bearing_twin.scenes.impact_parameters import Run, Sphere, check_run, resolved_run, sphere_mass
 
+DAMPING_LAWS = ("hunt_crossley", "steady")
 PAIR_STEPPERS = ("closed_form", "dop853", *FIXED_STEP)
 OUTPUTS = 400  # of a run whose output_rate is left to be chosen
 
@@ -40,6 +41,9 @@ class SphereContact:
         0.0, "s (m/s)^0.2", "contact time * speed^0.2, measured; 0 = Hertz from the materials", at_least=0.0
     )
     restitution: float = quantity(1.0, "1", "coefficient of restitution at this speed", above=0.0, at_most=1.0)
+    damping_law: str = choice(
+        "hunt_crossley", DAMPING_LAWS, "of a restitution below 1; hunt_crossley loses more when faster, steady does not"
+    )
     yield_pressure: float = quantity(
         1.6e9, "Pa", "peak pressure of first yield, about 1.6 times the strength", above=0.0
     )
@@ -139,6 +143,11 @@ def check_spheres(parameters: TwoSpheresScene) -> list[str]:
     problems = _check_meeting(parameters.motion)
     if not problems:
         problems = _check_step(parameters.solver, pair_contact_time(parameters))
+    if parameters.contact.damping_law == "steady" and parameters.solver.stepper not in ("auto", "dop853"):
+        problems.append(
+            f"solver.stepper = {parameters.solver.stepper} does not know contact.damping_law: steady, whose contact "
+            "ends before the approach is back at zero; use dop853 or auto"
+        )
     return problems + check_run(parameters.run)
 
 

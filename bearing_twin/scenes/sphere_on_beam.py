@@ -17,6 +17,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.materials import effective_modulus
 from bearing_twin.motion.beam import beam_energy, deflection_shapes, first_frequency, modes_of, stress_shapes
 from bearing_twin.motion.beam_impact import BeamImpact, hertz_contact_time, throw
@@ -29,7 +30,7 @@ from bearing_twin.scenes.beam_parameters import (
     thrown_sphere,
     touch_speed,
 )
-from bearing_twin.scenes.impact import Impact, ImpactMotion, theory_flags
+from bearing_twin.scenes.impact import Impact, ImpactMotion
 
 FEWEST_MODES, MOST_MODES = 15, 4000
 SLENDER = 10.0  # span / height below which shear and rotary inertia matter
@@ -190,11 +191,15 @@ def _flags(parameters, found, peak, deflection, stress):
     pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
     body, size = min((("radius", sphere.radius), ("height", beam.height)), key=lambda pair: pair[1])
     transit = max(
-        2.0 * sphere.radius / math.sqrt(sphere.material.young_modulus / sphere.material.density),
-        beam.height / math.sqrt(beam.material.young_modulus / beam.material.density),
+        wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, sphere.material.density),
+        wave_transit(beam.height, beam.material.young_modulus, beam.material.density),
     )
     shortest = min((contact.duration for contact in found.contacts), default=math.inf)
-    flags = theory_flags(pressure, parameters.contact.yield_pressure, half_width / size, body, shortest, transit)
+    flags = gathered(
+        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        width_doubt(half_width, size, body=body),
+        wave_doubt(shortest, transit),
+    )
     if stress > parameters.contact.yield_stress:
         flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
     if beam.span < SLENDER * beam.height:

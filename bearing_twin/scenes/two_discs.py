@@ -18,10 +18,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.contact.line import approach_of, load_of_energy
 from bearing_twin.contact.line import energy as energy_of
+from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.motion.collision import Contact, Spring
 from bearing_twin.reference import disc_impact
 from bearing_twin.sample import Channel
-from bearing_twin.scenes.impact import Impact, ImpactMotion, theory_flags
+from bearing_twin.scenes.impact import Impact, ImpactMotion
 from bearing_twin.scenes.pair_impact import CHANNELS, pair_impact
 from bearing_twin.scenes.pair_parameters import TwoDiscsScene, disc_law, disc_mass
 
@@ -83,9 +84,12 @@ def _flags(parameters, contact):
     per_length = contact.peak_force / disc.thickness
     half_width = math.sqrt(2.0 * per_length * disc.radius / (math.pi * modulus))
     pressure = 2.0 * per_length / (math.pi * half_width)
-    transit = 2.0 * disc.radius / math.sqrt(disc.material.young_modulus / disc.material.density)
-    flags = theory_flags(
-        pressure, parameters.contact.yield_pressure, half_width / disc.radius, "radius", contact.duration, transit
+    flags = gathered(
+        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        width_doubt(half_width, disc.radius),
+        wave_doubt(
+            contact.duration, wave_transit(2.0 * disc.radius, disc.material.young_modulus, disc.material.density)
+        ),
     )
     if disc.thickness < disc.radius:
         flags.append(

@@ -5,6 +5,7 @@
 with x the mutual approach and mu the reduced mass. The Hertz coefficient c = (4/3) E* sqrt(R), or the one that gives a
 measured alpha. Contact time, peak force and, by the inverse incomplete beta function, the whole history are closed
 forms. A coefficient of restitution below 1 adds a Hunt-Crossley term; then contact time and history are quadratures.
+Or a term that loses the same share at every speed (`damping_law: steady`); then they come from the equation of motion.
 
 Breaks: at speeds where the peak pressure exceeds yield or waves cannot cross the spheres several times in a contact.
 """
@@ -15,12 +16,13 @@ import math
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from bearing_twin.contact.damping import damping_for_restitution
+from bearing_twin.contact.damping import damping_for_restitution, steady_damping
+from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.materials import effective_modulus
 from bearing_twin.motion.collision import NO_LINE, Contact, Spring
 from bearing_twin.reference import impact as closed_forms
 from bearing_twin.sample import Channel
-from bearing_twin.scenes.impact import Impact, ImpactMotion, theory_flags
+from bearing_twin.scenes.impact import Impact, ImpactMotion
 from bearing_twin.scenes.impact_parameters import sphere_mass
 from bearing_twin.scenes.pair_impact import CHANNELS, pair_impact
 from bearing_twin.scenes.pair_parameters import TwoSpheresScene, pair_contact_time, sphere_pair
@@ -35,11 +37,15 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
     """The impact by `closed_form`, `dop853`, `rk4` or `symplectic_euler`; raises IntegrationError where one fails."""
     coefficient, first, second = sphere_pair(parameters)
     reduced, speed = first * second / (first + second), parameters.motion.speed
-    damping = damping_for_restitution(parameters.contact.restitution, speed)
-    spring = Spring(coefficient, NO_LINE, damping)
+    restitution, damping, steady = parameters.contact.restitution, 0.0, 0.0
+    if parameters.contact.damping_law == "steady":
+        steady = steady_damping(restitution, coefficient, reduced)
+    else:
+        damping = damping_for_restitution(restitution, speed)
+    spring = Spring(coefficient, NO_LINE, damping, steady)
     closed = None
     if stepper == "closed_form":
-        closed = _closed(coefficient, reduced, speed, damping, parameters.contact.restitution)
+        closed = _closed(coefficient, reduced, speed, damping, restitution)
     return pair_impact(
         parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed,
         functools.partial(_flags, parameters),
@@ -79,15 +85,15 @@ def _flags(parameters, contact):
     first, second = parameters.first, parameters.second
     radius = first.radius * second.radius / (first.radius + second.radius)
     modulus = effective_modulus(first.material, second.material)
-    flags = []
     smaller = min(first.radius, second.radius)
     half_width = (0.75 * contact.peak_force * radius / modulus) ** (1.0 / 3.0)
     pressure = 1.5 * contact.peak_force / (math.pi * half_width**2)
-    transit = 0.0
+    transits = []
     for sphere in (first, second):
         density = sphere_mass(sphere) / (4.0 / 3.0 * math.pi * sphere.radius**3)
-        transit = max(transit, 2.0 * sphere.radius / math.sqrt(sphere.material.young_modulus / density))
-    flags += theory_flags(
-        pressure, parameters.contact.yield_pressure, half_width / smaller, "smaller radius", contact.duration, transit
+        transits.append(wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, density))
+    return gathered(
+        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        width_doubt(half_width, smaller, body="smaller radius"),
+        wave_doubt(contact.duration, max(transits)),
     )
-    return flags

@@ -1,0 +1,258 @@
+"""Friction over the spots of a bearing: limits in closed form, balances with drilling, every stepper, and its cost."""
+
+import io
+import math
+import os
+import platform
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from bearings import TURNED_REST, motion, run, stored_energy
+from numba import njit
+from scipy.special import ellipe
+
+from bearing_twin.compiled import OPTIONS
+from bearing_twin.contact.ellipse import (
+    AREA_DENOMINATOR,
+    AREA_NUMERATOR,
+    SHAPE_DENOMINATOR,
+    SHAPE_NUMERATOR,
+    curvature_ratio,
+    ellipse,
+    hertz_coefficient,
+    semi_axes,
+)
+from bearing_twin.reference.fit_hertz import fit
+from bearing_twin.rotation import add
+from bearing_twin.scenes import bearing_spot
+from bearing_twin.scenes.bearing import (
+    LANE_ROWS,
+    LANES,
+    MOTION,
+    ORBIT_ANGLE,
+    SPIN,
+    VELOCITY,
+    ball_position,
+    in_ball_frame,
+    inner_contact,
+    outer_contact,
+)
+from bearing_twin.scenes.bearing_outputs import contact_details
+from bearing_twin.scenes.bearing_rates import bearing_rates
+from bearing_twin.scenes.bearing_spot import add_spots, over_spots, with_spot
+
+SPOT = "contact.friction=spot"
+MIDDLE = (0.0, 0.0, 0.0)
+AXIAL = ("gravity=[0.0, 0.0, 0.0]", "drive.offset=[0.0, 0.0, 2.0e-5]")
+
+
+def test_the_fits_of_the_semi_axes_can_be_made_again():
+    for form, committed in (
+        ("AREA", (AREA_NUMERATOR, AREA_DENOMINATOR)),
+        ("SHAPE", (SHAPE_NUMERATOR, SHAPE_DENOMINATOR)),
+    ):
+        *refit, error = fit(form)
+        assert error < 2e-7
+        for u in np.linspace(0.0, 0.9, 7):
+            first, second = (np.polyval(n[::-1], u) / np.polyval(d[::-1], u) for n, d in (refit, committed))
+            assert first == pytest.approx(second, rel=1e-6)
+
+
+def test_rational_semi_axes_against_the_exact_ellipse():
+    for ratio in np.geomspace(0.01, 1.0, 40):
+        small, large = 7.0, 7.0 * curvature_ratio(ratio)
+        exact = ellipse(small, large, 1e11, hertz_coefficient(small, large, 1e11) * 2e-6**1.5)
+        assert semi_axes(small, large, 2e-6) == pytest.approx((exact.semi_major, exact.semi_minor), rel=1e-5)
+    assert semi_axes(7.0, 90.0, -1e-6) == (0.0, 0.0)
+
+
+def contact_of(overrides=(), k=2):
+    """The inner contact of ball k of a bearing with spots, by itself."""
+    moving = motion(SPOT, *TURNED_REST, *overrides)
+    centre = in_ball_frame(moving.state, k, moving.bearing.offset)
+    contact = inner_contact(moving.bearing, centre, moving.drive.speed, moving.state, k)
+    return moving, centre, ball_position(moving.state, k), contact
+
+
+def test_pure_spinning_and_pure_sliding_in_closed_form():
+    """3/8 mu N a E(m) against the spin, mu N against the slip; the slip's smoothing is far below both."""
+    moving, centre, position, contact = contact_of(("contact.friction_regularisation=1e-6",))
+    bearing = moving.bearing
+    major, minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
+    limit = bearing.spot[0] * contact.normal_load
+    spinning = contact._replace(slip=MIDDLE, spin_rate=-3e3)
+    found = with_spot(bearing.spot, bearing, centre, 0.0, position, spinning)
+    torque = 0.375 * limit * major * ellipe(1.0 - (minor / major) ** 2)
+    assert found.drilling == pytest.approx(torque, rel=1e-2)
+    assert np.linalg.norm(found.friction) < 1e-9 * limit
+    assert found.dissipation == pytest.approx(3e3 * torque, rel=1e-2)
+    sliding = contact._replace(spin_rate=0.0)
+    found = with_spot(bearing.spot, bearing, centre, 0.0, position, sliding)
+    along = np.array(contact.slip) / np.linalg.norm(contact.slip)
+    assert np.array(found.friction) == pytest.approx(-limit * along, rel=1e-9, abs=1e-9 * limit)
+    assert abs(found.drilling) < 1e-12 * limit
+
+
+def test_far_below_the_smoothing_speed_friction_is_that_at_a_point_and_drilling_linear():
+    """With v_s far above all slip, force = -mu N slip/v_s and drilling = -mu N spin (a^2 + b^2)/(5 v_s)."""
+    smooth = ("contact.friction_regularisation=1e3",)
+    _, spot = run(SPOT, *TURNED_REST, *smooth, count=3)
+    moving, point = run(*TURNED_REST, *smooth, count=3)
+    assert spot.friction_force == pytest.approx(point.friction_force, rel=1e-4, abs=1e-9)
+    assert np.all(point.drilling_torque == 0.0)
+    for row in range(3):
+        sample = {name: array[row] for name, array in spot._asdict().items()}
+        details = contact_details(moving.parameters, sample)
+        squares = details["semi_major"] ** 2 + details["semi_minor"] ** 2
+        expected = -0.08 * sample["normal_load"] * sample["spin_rate"] * squares / 5e3
+        assert sample["drilling_torque"] == pytest.approx(expected, rel=0.1)  # the viscous part of the load, in a and b
+
+
+def test_the_rates_of_all_lanes_are_the_forces_of_single_contacts():
+    """Newton and Euler with the loads that are published: vector quadrature against one contact at a time."""
+    moving = motion(SPOT, *TURNED_REST, "gravity=[0.0, 0.0, 0.0]")
+    bearing, speed = moving.bearing, moving.drive.speed
+    state = moving.state
+    state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
+    rates = np.zeros_like(state)
+    lanes, apart = np.zeros(LANE_ROWS * LANES), np.zeros(8, np.bool_)
+    bearing_rates(bearing, moving.drive, apart, 0.0, state, np.arange(8), rates, lanes)
+    for k in range(8):
+        position, centre = ball_position(state, k), in_ball_frame(state, k, bearing.offset)
+        inner = inner_contact(bearing, centre, speed, state, k)
+        inner = with_spot(bearing.spot, bearing, centre, speed, position, inner)
+        outer = with_spot(bearing.spot, bearing, MIDDLE, 0.0, position, outer_contact(bearing, state, k))
+        force = np.array(add(inner.force, outer.force)) / bearing.ball_mass
+        torque = np.array(add(inner.torque, outer.torque)) / bearing.ball_inertia
+        turning = rates[k, ORBIT_ANGLE]
+        velocity, spin = state[k, VELOCITY:SPIN], state[k, SPIN:MOTION]
+        frame = np.array([0.0, 0.0, turning])
+        assert rates[k, VELOCITY:SPIN] == pytest.approx(force - np.cross(frame, velocity), rel=1e-9, abs=1e-6)
+        assert rates[k, SPIN:MOTION] == pytest.approx(torque - np.cross(frame, spin), rel=1e-9, abs=1e-3)
+        assert rates[k, MOTION] == pytest.approx(inner.drive_power, rel=1e-9, abs=1e-12)
+        assert rates[k, MOTION + 1] == pytest.approx(inner.dissipation + outer.dissipation, rel=1e-9)
+
+
+@pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_loose"])
+def test_energy_closes_with_drilling(scene):
+    moving = motion(SPOT, "initial.motion=rest", "drive.offset=[0.0, -9.0e-6, 1.0e-5]", scene=scene)
+    before = stored_energy(moving.first_outputs())[0]
+    out = moving.advance(np.arange(1, 31) * 2e-4, 6e-3)
+    assert out.drive_work[-1] > 1e-4
+    residual = out.drive_work[-1] - (stored_energy(out)[-1] - before) - out.dissipated[-1]
+    assert abs(residual) < 1e-4 * out.drive_work[-1]
+    assert np.all(np.diff(out.dissipated) >= -1e-15)
+
+
+def test_forces_and_torques_on_the_rings_answer_those_on_the_balls():
+    _, out = run(SPOT, *TURNED_REST, "drive.offset=[0.0, -1.0e-6, 2.0e-5]")
+    forces = out.raceway_force.sum(axis=1) + out.inner_ring_force + out.outer_ring_force
+    assert np.abs(forces).max() < 1e-11 * np.abs(out.raceway_force).max()
+    torques = (
+        (out.raceway_torque + np.cross(out.position, out.raceway_force)).sum(axis=1)
+        + out.inner_ring_torque
+        + np.cross(out.inner_ring_offset, out.inner_ring_force)
+        + out.outer_ring_torque
+    )
+    drilling = (out.drilling_torque[..., None] * -out.normal).sum(axis=(1, 2))
+    assert np.abs(drilling).max() > 1e-6
+    assert np.abs(torques).max() < 1e-9 * np.abs(drilling).max()
+
+
+def test_thrust_makes_the_balls_drill_and_the_ring_hard_to_turn():
+    """At a contact angle no rolling is free of spin on both raceways; friction at a point does not notice."""
+    (_, spot), (_, point) = (run(*AXIAL, *more, count=20, period=1e-3) for more in ((SPOT,), ()))
+    last = {name: array[-1] for name, array in spot._asdict().items()}
+    assert np.all(np.abs(last["contact_angle"]) > 0.05)
+    assert np.all(last["drilling_torque"] * last["spin_rate"] < 0.0)
+    resisting, at_a_point = -spot.inner_ring_torque[-1, 2], -point.inner_ring_torque[-1, 2]
+    assert resisting > 20.0 * abs(at_a_point) > 0.0
+    # Turning a ring steadily takes what its balls drill and slide away: the drive's power is the loss.
+    speed = last["inner_ring_speed"]
+    lost = (spot.dissipated[-1] - spot.dissipated[-6]) / 5e-3
+    assert resisting * speed == pytest.approx(lost, rel=0.02)
+
+
+def test_every_stepper_agrees_with_radau():
+    """Normal load, friction torque and drilling torque within 1e-3 of SciPy's Radau, from rest through sliding."""
+    reference = run(SPOT, *TURNED_REST, stepper="radau", count=3)[1]
+    for stepper in ("rodas4", "rk4", "dop853"):
+        out = run(SPOT, *TURNED_REST, stepper=stepper, count=3)[1]
+        for name in ("normal_load", "raceway_torque", "drilling_torque"):
+            exact = getattr(reference, name)
+            assert np.abs(getattr(out, name) - exact).max() < 1e-3 * np.abs(exact).max(), (stepper, name)
+
+
+@pytest.mark.parametrize("law", ["volumetric", "constant"])
+def test_every_law_takes_spots(law):
+    _, out = run(SPOT, *TURNED_REST, law=law, count=10)
+    _, hertz = run(SPOT, *TURNED_REST, count=10)
+    close = 0.02 * np.abs(hertz.drilling_torque).max()
+    assert out.drilling_torque == pytest.approx(hertz.drilling_torque, abs=close)
+
+
+def test_balls_that_touch_are_integrated_with_their_spots():
+    """A row of touching balls by one dense matrix: energy closes, and the same as by rk4."""
+    full = ("geometry.balls=12", "initial.motion=rest", "drive.offset=[0.0, -2.0e-6, 1.0e-5]", SPOT)
+    outs = []
+    for stepper in ("rodas4", "rk4"):
+        moving = motion(*full, stepper=stepper)
+        apart = 2.0 * math.asin((6.746e-3 - 1e-6) / (2.0 * moving.state[0, 0]))
+        moving.state[0, ORBIT_ANGLE] = moving.state[1, ORBIT_ANGLE] - apart
+        start = stored_energy(moving.first_outputs())[0]
+        out = moving.advance(np.arange(1, 11) * 2e-5, 2e-4)
+        residual = out.drive_work[-1] - (stored_energy(out)[-1] - start) - out.dissipated[-1]
+        assert abs(residual) < 1e-3 * moving.gross_work()
+        outs.append(out)
+    for name in ("drilling_torque", "raceway_torque"):
+        found, expected = (getattr(out, name) for out in outs)
+        assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("stepper", ["rk4", "rodas4"])
+def test_the_compiled_kernel_is_the_readable_function(stepper):
+    script = f"""
+import sys, numpy as np
+from bearings import motion
+balls = ("geometry.balls=2", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
+moving = motion(*balls, "initial.motion=rest", "solver.step=5e-7", {SPOT!r}, stepper={stepper!r})
+out = moving.advance(np.array([1e-6]), 1e-6)
+np.save(sys.stdout.buffer, np.concatenate([np.asarray(array).ravel() for array in out]))
+"""
+    found = []
+    for disabled in ("0", "1"):
+        environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": os.pathsep.join(sys.path)}
+        done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, check=True)
+        found.append(np.load(io.BytesIO(done.stdout)))
+    assert found[1] == pytest.approx(found[0], rel=1e-6, abs=1e-9)
+
+
+def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
+    lanes = np.ones(LANE_ROWS * LANES)
+    texts = {}
+    for overrides in ((), (SPOT,)):
+        bearing = motion(*overrides).bearing
+        function = njit(**OPTIONS)(add_spots.py_func)
+        function(bearing.spot, bearing, lanes)
+        texts[overrides] = function.inspect_llvm(function.signatures[0])
+    assert "over_spots" in texts[(SPOT,)]
+    assert "over_spots" not in texts[()]
+
+
+def test_the_spots_are_vector_instructions():
+    """Packed divisions in every loop over lanes; `over_spots` is scalar, and eight times slower, with 8 to a row."""
+    if platform.machine() != "x86_64":
+        pytest.skip("looks for x86-64 instructions")
+    bearing, lanes = motion(SPOT).bearing, np.ones(LANE_ROWS * LANES)
+    for kernel, arguments in (
+        (over_spots, (0.01, lanes)),
+        (bearing_spot._set_out_all, (bearing, lanes)),
+        (bearing_spot._add_all, (0.1, bearing, lanes)),
+    ):
+        function = njit(**OPTIONS)(kernel.py_func)
+        function(*arguments)
+        code = function.inspect_asm(function.signatures[0])
+        assert code.count("divpd") > 0
+        assert code.count("sqrtpd") > code.count("sqrtsd")

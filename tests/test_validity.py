@@ -1,0 +1,55 @@
+"""What lies outside the theory is named on every kind of scene: yield, wide ellipses, a law off its curve, waves."""
+
+import pytest
+
+from bearing_twin.scene import load_scene
+from bearing_twin.simulation import simulate
+
+CALM = {
+    "bearing_6203": (),
+    "two_spheres": ("motion.first_velocity=0.01",),
+    "two_discs": ("motion.first_velocity=1e-4", "disc.material.young_modulus=2e11", "contact.yield_pressure=1e12"),
+    "sphere_on_beam": (),
+}
+DOUBTFUL = [
+    ("bearing_6203", "yield pressure", "contact.yield_pressure=5e8"),
+    ("bearing_6203", "keep dents", "geometry.radial_clearance=-1.2e-4"),
+    ("bearing_6203", "half-space", "geometry.inner_conformity=0.501"),
+    ("bearing_6203", "law volumetric", "contact.normal=volumetric", "geometry.inner_conformity=0.501"),
+    ("bearing_6203", "wave", "geometry.radial_clearance=-1.2e-4"),
+    ("two_spheres", "yield pressure", "contact.yield_pressure=1e8"),
+    ("two_spheres", "half-space", "motion.first_velocity=500"),
+    ("two_spheres", "wave", "motion.first_velocity=500"),
+    ("two_discs", "yield pressure", "contact.yield_pressure=1e3"),
+    ("two_discs", "half-space", "motion.first_velocity=30"),
+    ("two_discs", "wave", "motion.first_velocity=30"),
+    ("sphere_on_beam", "yield pressure", "contact.yield_pressure=1e6"),
+    ("sphere_on_beam", "half-space", "blow.speed=30"),
+    ("sphere_on_beam", "wave", "beam.height=0.05", "blow.speed=10"),
+]
+
+
+def flags_of(name, *overrides):
+    scene = load_scene(name, overrides)
+    if scene.kind == "bearing":
+        scene = load_scene(name, [*overrides, "run.duration=0.002"])
+    run_ = simulate(scene)
+    for _ in run_.blocks():
+        pass
+    return run_.report.flags
+
+
+@pytest.mark.parametrize("name", CALM)
+def test_a_calm_contact_raises_no_doubt(name):
+    assert flags_of(name, *CALM[name]) == ()
+
+
+@pytest.mark.parametrize("case", DOUBTFUL, ids=" ".join)
+def test_each_doubt_is_named_where_it_arises(case):
+    name, word, *overrides = case
+    assert any(word in flag for flag in flags_of(name, *overrides))
+
+
+def test_a_law_within_its_curve_is_not_doubted():
+    """The volumetric law in a stock groove is 0.46 % off at most; the claim is 0.5 %."""
+    assert flags_of("bearing_6203", "contact.normal=volumetric") == ()
