@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
-from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, width_doubt
+from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.sample import Block
 from bearing_twin.scenes.ellipsoid_chunk import (
     BEGAN,
@@ -100,7 +100,7 @@ def contact_flags(bounces: list[Bounce], parameters: EllipsoidOnPlaneScene, law:
         width_doubt(wide.semi_major, 0.5 / deepest.small),
         width_doubt(wide.semi_minor, 0.5 / deepest.large),
         law_doubt(law, _law_error(worst, modulus), spot.semi_minor / spot.semi_major),
-        wave_doubt(shortest, 2.0 * max(body.semi_axes), material.young_modulus, material.density),
+        wave_doubt(shortest, wave_transit(2.0 * max(body.semi_axes), material.young_modulus, material.density)),
     )
 
 
