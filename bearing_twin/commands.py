@@ -209,14 +209,15 @@ def _scenes(arguments) -> Outcome:
     return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
 
 
-CHARTS = {"steppers": "work_precision", "laws": "laws"}  # name: module in charts/
+CHARTS = {"steppers": "work_precision", "laws": "laws", "friction": "friction"}  # name: module in charts/
 
 
 def _chart_arguments(parser):
     parser.add_argument(
         "chart",
         choices=tuple(CHARTS),
-        help="steppers: error in load and friction torque against cost; laws: error and cost of the elastic laws",
+        help="steppers: error in load and friction torque against cost; laws: error and cost of the elastic laws; "
+        "friction: the same of friction over a spot that slides and spins",
     )
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the picture and the table go")
     parser.add_argument(
@@ -267,7 +268,9 @@ COMMANDS = {
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
     "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
-    "chart": Command("accuracy against speed of the steppers or of the elastic laws", _chart_arguments, _chart),
+    "chart": Command(
+        "accuracy against speed of steppers, elastic laws, or friction over a spot", _chart_arguments, _chart
+    ),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }
