@@ -89,6 +89,10 @@ def choose_bearing(scene: Scene) -> Choice:
                 f"rodas4, because outputs every {wanted:.2g} s do not ask for steps of {fixed:.2g} s, "
                 "which contact stiffness and friction would force on an explicit method"
             )
+    if parameters.contact.friction == "spot":
+        reasons.append(
+            "friction over the spot, as the scene asks: it resists spin, and a step costs several times more"
+        )
     return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings))
 
 
