@@ -7,11 +7,12 @@ from pathlib import Path
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.outcome import Outcome
 
-HELP = "accuracy against speed of steppers, laws and samplers; the figures of papers on bounces and impacts"
+HELP = "accuracy against speed of steppers, laws, friction and samplers; the figures of papers on bounces and impacts"
 
 CHARTS = {  # name: module in charts/, what it shows
     "steppers": ("work_precision", "error in load and friction torque against cost"),
     "laws": ("laws", "error and cost of the elastic laws"),
+    "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
     "samplers": ("samplers", "error of mean and deviation of a contact time against realisations and cost"),
     "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),

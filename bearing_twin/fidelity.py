@@ -77,6 +77,10 @@ def choose_bearing(scene: Scene) -> Choice:
             "rodas4, because it was the cheapest method at every accuracy and in every motion measured, "
             "from settled running to ringing contacts"
         )
+    if parameters.contact.friction == "spot":
+        reasons.append(
+            "friction over the spot, as the scene asks: it resists spin, and a step costs several times more"
+        )
     return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings))
 
 

@@ -26,6 +26,7 @@ from bearing_twin.contact.ellipse import (
 )
 from bearing_twin.reference.fit_hertz import fit
 from bearing_twin.rotation import add
+from bearing_twin.scene import load_scene
 from bearing_twin.scenes import bearing_spot
 from bearing_twin.scenes.bearing import (
     LANE_ROWS,
@@ -42,6 +43,7 @@ from bearing_twin.scenes.bearing import (
 from bearing_twin.scenes.bearing_outputs import contact_details
 from bearing_twin.scenes.bearing_rates import bearing_rates
 from bearing_twin.scenes.bearing_spot import add_spots, over_spots, with_spot
+from bearing_twin.simulation import Simulation
 
 SPOT = "contact.friction=spot"
 MIDDLE = (0.0, 0.0, 0.0)
@@ -173,6 +175,24 @@ def test_thrust_makes_the_balls_drill_and_the_ring_hard_to_turn():
     speed = last["inner_ring_speed"]
     lost = (spot.dissipated[-1] - spot.dissipated[-6]) / 5e-3
     assert resisting * speed == pytest.approx(lost, rel=0.02)
+
+
+def test_the_report_names_drilling_that_smoothing_hides_and_what_helps():
+    """The torque of the drive more than doubles with the smoothing that the flag asks for, and then hardly changes."""
+    torques, flags = [], []
+    for smoothing in (1e-2, 1e-3, 1e-4):
+        scene = load_scene("bearing_6203", [SPOT, *AXIAL, f"contact.friction_regularisation={smoothing}"])
+        simulation = Simulation(scene)
+        simulation.advance(51)
+        report = simulation.report()
+        assert "friction over the spot" in report.choice_reason
+        torques.append(report.figures["drive_torque_nm"])
+        flags.append([flag for flag in report.flags if "smooths" in flag])
+    assert len(flags[0]) == 1
+    assert "or less" in flags[0][0]
+    assert flags[2] == []
+    assert torques[1] > 2.0 * torques[0]
+    assert torques[2] == pytest.approx(torques[1], rel=0.25)
 
 
 def test_every_stepper_agrees_with_radau():

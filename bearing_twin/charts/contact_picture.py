@@ -96,9 +96,10 @@ def _draw_laws(axis, result):
     frame(axis)
     ratios = np.geomspace(1e-3, 1.0, 241)
     errors = {name: [] for name in LAWS}
+    frozen = result["constant_frozen_at_axis_ratio"]
     for ratio in ratios:
         gap = Gap(1.0, float(curvature_ratio(ratio)), 1.0)
-        found = laws_at(gap, 1.0, 1e-6, result["constant_frozen_at_axis_ratio"])
+        found = laws_at(gap, 1.0, 1e-6, frozen)
         for name in errors:
             errors[name].append(max(abs(found[name].error), LEAST_SHOWN))
     for (name, error), colour in zip(errors.items(), (0, 2, 5, 3), strict=False):
@@ -113,4 +114,4 @@ def _draw_laws(axis, result):
     axis.set_xlabel("b/a")
     axis.set_ylabel("|error| of the load")
     axis.legend(frameon=False, loc="center left")
-    heading(axis, "Error of each law against exact Hertz (constant: frozen at a circle)")
+    heading(axis, f"Error of each law against exact Hertz (constant: frozen at {frozen:.3g})")

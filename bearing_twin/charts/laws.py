@@ -6,7 +6,6 @@ number). `differential` and `unprojected` carry their states over one swing of t
 
 import csv
 import math
-import platform
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +14,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin import __version__
-from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading, stamp
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.differential import Shape, differential_coefficient, follow
 from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
@@ -75,7 +73,7 @@ def _differential_error(ratio, project):
     return worst
 
 
-def _seconds(work, count) -> float:
+def seconds_each(work, count) -> float:
     """Median time of one of the `count` evaluations in `work`, compiled before."""
     work()
     spans = []
@@ -93,7 +91,7 @@ def measure(ratios=RAILS) -> list[Point]:
     points = []
     for name in CONTESTANTS:
         if name in LAWS:
-            cost = _seconds(lambda law=LAWS[name]: _evaluate(law, large, 1.0), EVALUATIONS)
+            cost = seconds_each(lambda law=LAWS[name]: _evaluate(law, large, 1.0), EVALUATIONS)
             errors = []
             for ratio in ratios:
                 q = curvature_ratio(ratio)
@@ -103,7 +101,7 @@ def measure(ratios=RAILS) -> list[Point]:
         else:
             project = name == "differential"
             history = _history(0.1, 200)
-            cost = _seconds(lambda history=history, project=project: follow(*history, project), 200 * STEPS)
+            cost = seconds_each(lambda history=history, project=project: follow(*history, project), 200 * STEPS)
             errors = [_differential_error(ratio, project) if ratio < 1.0 else math.nan for ratio in ratios]
         points += [Point(name, float(r), float(e), 1e9 * cost) for r, e in zip(ratios, errors, strict=True)]
     return points
@@ -169,6 +167,5 @@ def draw(points: list[Point], path: Path) -> None:
         frame(axis)
     left.legend(loc="lower left", frameon=False, bbox_to_anchor=(0.0, 0.12))
     figure.suptitle("Elastic laws: accuracy against cost", fontsize=16, color=STYLE["ink"])
-    footer = f"bearing_twin {__version__}, numpy {np.__version__}, Python {platform.python_version()}"
-    figure.supxlabel(f"{footer}, {platform.machine()}, {time.strftime('%Y-%m-%d')}", fontsize=9, color=STYLE["soft"])
+    stamp(figure)
     figure.savefig(path, dpi=100)

@@ -1,5 +1,7 @@
 """Colours that stay apart for colour-blind eyes (Okabe and Ito), the same in every chart."""
 
+import platform
+import time
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +51,13 @@ def frame(axis) -> None:
     axis.tick_params(length=0, labelsize=11, labelcolor=STYLE["ink"])
     axis.xaxis.label.set(size=12, color=STYLE["ink"])
     axis.yaxis.label.set(size=12, color=STYLE["ink"])
+
+
+def stamp(figure) -> None:
+    """The footer of a chart of measurements: versions, machine and date."""
+    made = f"bearing_twin {__version__}, numpy {np.__version__}, Python {platform.python_version()}"
+    text = f"{made}, {platform.machine()}, {time.strftime('%Y-%m-%d')}"
+    figure.supxlabel(text, fontsize=9, color=STYLE["soft"])
 
 
 def finish(figure, title: str, footer: str, png_path, size: int = 20) -> Path:

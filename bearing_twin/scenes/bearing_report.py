@@ -25,6 +25,7 @@ from bearing_twin.scenes.bearing_start import nominal_curvatures
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 ENERGY_GAIN = 0.01  # of the work moved; more is never a success
+NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
 SUMS = ("count", "load", "torque", "drive_torque", "roll_rate", "speed")
 
 
@@ -42,7 +43,7 @@ class Statistics:
         balls = self.parameters.geometry.balls
         self.greatest_load = np.zeros((balls, 2))
         self.at_greatest = {
-            name: np.zeros((balls, 2)) for name in ("curvature_small", "curvature_large", "contact_angle")
+            name: np.zeros((balls, 2)) for name in ("curvature_small", "curvature_large", "contact_angle", "spin_rate")
         }
         self.periods: list[dict] = []
 
@@ -129,6 +130,17 @@ class Statistics:
                 doubts.append((abs(error), law_doubt(self.law, error, axis_ratio(*at))))
         return max(doubts, key=lambda pair: pair[0])[1] if doubts else None
 
+    def _smoothing_doubt(self, fastest: float) -> str | None:
+        """Doubt about a drilling torque whose spots spin at most this fast [m/s] at their ends."""
+        contact = self.parameters.contact
+        smoothing = contact.friction_regularisation
+        if contact.friction == "point" or not NO_SPIN * smoothing < fastest < FREE_OF_SMOOTHING * smoothing:
+            return None
+        return (
+            f"the spots spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} m/s "
+            f"smooths: drilling torques are too small; set it to {fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
+        )
+
     def _half_period(self) -> float:
         """Half a period [s] of a ball between its contacts at their greatest load: its contacts are no shorter."""
         materials, stiffness = self.parameters.materials, 0.0
@@ -156,6 +168,7 @@ class Statistics:
             width_doubt(width, 0.5 * diameter, WIDEST_IN_GROOVE),
             self._law_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
+            self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
         )
         if closure > ENERGY_GAIN:
             flags.append(

@@ -1,0 +1,75 @@
+"""The chart of friction over a spot, and the exact solution it is measured against."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ellipe
+
+from bearing_twin.charts.friction import CONTESTANTS, draw, measure, reading, worst, write_table
+from bearing_twin.contact.friction import over_spot, points, spot_friction_pade1, spot_friction_pade2
+from bearing_twin.reference.spot import spot_friction_exact
+
+FINE, COARSE, FIRST, SECOND = CONTESTANTS
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return measure((1.0, 0.1), np.geomspace(0.01, 100.0, 13))
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.3, 0.03])
+def test_the_exact_solution_in_its_limits_and_against_a_fine_quadrature(ratio):
+    """Pure spin 3/8 a E(m); little spin <x^2>; the pole of the motion inside, near the edge, and outside the spot."""
+    spinning = spot_friction_exact(2.0, 1.0, ratio, 0.0, 0.0, -3.0, 0.5)
+    assert spinning.torque == pytest.approx(0.375 * ellipe(1.0 - ratio**2), rel=1e-12)
+    sliding = spot_friction_exact(1.0, 1.0, ratio, 1.0, 0.0, 1e-3, 1.0)
+    assert sliding.force_major == pytest.approx(-1.0, abs=1e-6)
+    assert sliding.torque == pytest.approx(-1e-3 / 5.0, rel=1e-4)
+    finer = points(120, 480)
+    for slip in ((0.02, 0.3), (0.5 * ratio, 0.3), (0.0, 0.98), (0.0, 1.02), (2.0, 1.0)):
+        exact = np.array(spot_friction_exact(1.0, 1.0, ratio, *slip, 1.0, 1.0))
+        assert exact == pytest.approx(spot_friction_exact(1.0, 1.0, ratio, *slip, 1.0, 1.0, rays=16000), abs=1e-10)
+        assert -np.array(over_spot(finer, 1.0, ratio, *slip, 1.0, 0.0)) == pytest.approx(exact, abs=2e-4)
+
+
+@pytest.mark.parametrize(("form", "order"), [(spot_friction_pade1, 1.0), (spot_friction_pade2, 2.0)])
+@pytest.mark.parametrize("ratio", [1.0, 0.3])
+def test_the_closed_forms_are_right_in_both_limits_to_their_order(form, order, ratio):
+    slip = math.cos(0.4), math.sin(0.4)
+
+    def off(spin, part):
+        arguments = 1.0, 1.0, ratio, *slip, spin, 1.0
+        found, exact = form(*arguments, 0.0), spot_friction_exact(*arguments)
+        return abs(found[part] - exact[part])
+
+    for part, weak in ((0, False), (1, False), (2, True)):
+        # Where the other motion vanishes: little spin for the force, little slip for the torque.
+        near, nearer = (0.02, 0.01) if not weak else (100.0, 200.0)
+        assert math.log2(off(near, part) / off(nearer, part)) > order - 0.1
+
+
+def test_order_of_accuracy_and_cost(measured):
+    for shape in (1.0, 0.1):
+        for part in (0, 1):
+            error = {form: worst(measured, form, shape)[part] for form in CONTESTANTS}
+            assert error[FINE] < 0.005 < error[COARSE] * 10.0 < 0.6
+            assert min(error[FIRST], error[SECOND]) > 0.15
+    assert worst(measured, FIRST, 0.1)[1] > 0.9
+    cost = {point.form: point.nanoseconds for point in measured}
+    assert max(cost[FIRST], cost[SECOND]) < cost[COARSE] < cost[FINE]
+
+
+def test_failures_stay_in_table_picture_and_reading(measured, tmp_path):
+    failed = {(p.form, p.axis_ratio, p.spin_over_slip) for p in measured if p.failed}
+    assert {form for form, _, _ in failed} == {FIRST, SECOND}
+    write_table(measured, tmp_path / "friction.csv")
+    rows = list(csv.DictReader((tmp_path / "friction.csv").open(encoding="utf-8")))
+    assert len(rows) == len(measured)
+    assert sum(row["failed"] == "True" for row in rows) == len(failed)
+    sentences = reading(measured)
+    assert len(sentences) == len(CONTESTANTS)
+    assert "fails at" in sentences[2]
+    draw(measured, tmp_path / "friction.png")
+    assert (tmp_path / "friction.png").read_bytes().startswith(b"\x89PNG")
