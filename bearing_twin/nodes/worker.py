@@ -41,6 +41,10 @@ class Worker:
             self._refuse_commands()
         return future
 
+    def wake(self) -> None:
+        """Has `turn` called soon, whenever it asked for."""
+        self._wake.set()
+
     def stop(self, timeout: float) -> bool:
         """Ends the thread after the turn it is in; False if that took longer than `timeout` seconds."""
         self._stop.set()

@@ -35,7 +35,7 @@ class Ensemble:
 
     def __init__(self, task: Task, workers: int, executor: str, cancelled: Callable[[], bool]):
         self._task, self._cancelled = task, cancelled
-        self._workers, self._executor = workers or _processors(), executor
+        self._workers, self._executor = workers or processors(), executor
         self._pool: Executor | None = None
         self._client = None
         self._idle = True
@@ -99,7 +99,8 @@ class Ensemble:
         return self._pool
 
 
-def _processors() -> int:
+def processors() -> int:
+    """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
