@@ -4,6 +4,7 @@ Goals are read in one thread and run in another, which starts worker processes w
 only pass goals on; the one that executes a goal waits for its answer.
 """
 
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -101,10 +102,13 @@ class UqNode(Node):
         self._to_ros(goal_handle.publish_feedback, feedback)
 
     def _answered(self, answer: Answer) -> None:
-        if answer.problem:
-            self.get_logger().warning(f"{answer.state}: {answer.message}")
+        text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
+        if not self.context.ok():  # a signal has ended ROS, which logs no more
+            print(f"uq_node: {text}", file=sys.stderr)
+        elif answer.problem:
+            self.get_logger().warning(text)
         else:
-            self.get_logger().info(f"{answer.state}: {answer.message}")
+            self.get_logger().info(text)
         if answer.state == SUCCEEDED:
             self._to_ros(self._result.publish, String(data=answer.summary))
 
