@@ -58,10 +58,10 @@ class Worker:
         try:
             self._prepare()
             while not self._stop.is_set():
-                self._wake.clear()
                 self._obey_commands()
                 wake_at = self._turn(time.monotonic_ns())
                 self._wake.wait(None if wake_at is None else max(0, wake_at - time.monotonic_ns()) * 1e-9)
+                self._wake.clear()  # before anything is looked at, so that no word is lost
         except Exception as problem:
             error = problem
         self._stop.set()
