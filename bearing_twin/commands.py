@@ -46,7 +46,7 @@ def _simulate_arguments(parser):
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
-    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, or the impact")
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, the impact or the motion")
 
 
 def _simulate(arguments) -> Outcome:
@@ -62,7 +62,7 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.simulation import simulate
     from bearing_twin.terminal import progress, said_if_slow
 
-    history = _history_of(scene)
+    history = _pictures_of(scene.kind)[0]()
     with progress(f"simulating {scene.name}") as update:
         run = simulate(scene, update)
         with said_if_slow("compiling the kernel, once on a machine: some 20 s"):
@@ -92,20 +92,28 @@ def _doubts(result) -> list[str]:
     return doubts
 
 
-def _history_of(scene):
-    """What remembers the blocks for the picture of a scene's kind."""
-    from bearing_twin.charts.history import LoadHistory
-    from bearing_twin.charts.impacts import ImpactHistory
+def _pictures_of(kind):
+    """(history, picture, figures of a log) of a kind of scene."""
+    if kind == "bearing":
+        from bearing_twin.charts.history import LoadHistory
+        from bearing_twin.charts.runs import plot_ball_loads
+        from bearing_twin.charts.summary import summarise
 
-    return LoadHistory() if scene is None or scene.kind == "bearing" else ImpactHistory()
+        return LoadHistory, plot_ball_loads, summarise
+    if kind == "ellipsoid_on_plane":
+        from bearing_twin.charts.ellipsoids import EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
+
+        return EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
+    from bearing_twin.charts.impacts import ImpactHistory, plot_impact, summarise_impact
+
+    return ImpactHistory, plot_impact, summarise_impact
 
 
-def _draw(history, picture, facts=None) -> str:
-    from bearing_twin.charts.impacts import ImpactHistory, plot_impact
-    from bearing_twin.charts.runs import plot_ball_loads
+def _draw(history, picture, facts) -> str:
     from bearing_twin.terminal import said_if_slow
 
-    plot = plot_impact if isinstance(history, ImpactHistory) else plot_ball_loads
+    scene = facts["scene"]
+    _, plot, _ = _pictures_of("bearing" if scene is None else scene.kind)
     with said_if_slow(f"drawing {picture}"):
         return str(plot(history, picture, facts=facts))
 
@@ -131,17 +139,16 @@ def _report_arguments(parser):
 
 
 def _report(arguments) -> Outcome:
-    from bearing_twin.charts.impacts import ImpactHistory, summarise_impact
-    from bearing_twin.charts.summary import run_facts, summarise
+    from bearing_twin.charts.summary import run_facts
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.terminal import with_progress
 
     picture = picture_path(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True)
-    history = _history_of(stream.scene)
+    make_history, _, figures = _pictures_of("bearing" if stream.scene is None else stream.scene.kind)
+    history = make_history()
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
     blocks = with_progress(stream.blocks(), duration, f"reading {arguments.log}")
-    figures = summarise_impact if isinstance(history, ImpactHistory) else summarise
     result = {"log": str(arguments.log)} | figures(stream, blocks, history)
     if picture:
         result["plot"] = _draw(history, picture, run_facts(stream))
@@ -185,14 +192,15 @@ def _scenes(arguments) -> Outcome:
     return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
 
 
-CHARTS = {"steppers": "work_precision", "laws": "laws"}  # name: module in charts/
+CHARTS = {"steppers": "work_precision", "laws": "laws", "bounces": "bounces"}  # name: module in charts/
 
 
 def _chart_arguments(parser):
     parser.add_argument(
         "chart",
         choices=tuple(CHARTS),
-        help="steppers: error in load and friction torque against cost; laws: error and cost of the elastic laws",
+        help="steppers: error in load and friction torque against cost; laws: error and cost of the elastic laws; "
+        "bounces: a ball by the Hertz and by the volumetric law, and which comes late",
     )
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the picture and the table go")
     parser.add_argument(
@@ -243,7 +251,9 @@ COMMANDS = {
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
     "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
-    "chart": Command("accuracy against speed of the steppers or of the elastic laws", _chart_arguments, _chart),
+    "chart": Command(
+        "accuracy against speed of steppers or elastic laws; bounces by two laws", _chart_arguments, _chart
+    ),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),

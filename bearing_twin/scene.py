@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from bearing_twin.errors import SceneError
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
 from bearing_twin.sample import Channel
-from bearing_twin.scenes import beam_parameters, bearing_parameters, pair_parameters
+from bearing_twin.scenes import beam_parameters, bearing_parameters, ellipsoid_parameters, pair_parameters
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
 
 SCENES = Shelf("scene", "scenes", SceneError)
@@ -52,6 +52,12 @@ KINDS = {
         beam_parameters.check_beam,
         "bearing_twin.scenes.sphere_on_beam",
         beam_parameters.resolve,
+    ),
+    "ellipsoid_on_plane": Kind(
+        ellipsoid_parameters.EllipsoidOnPlaneScene,
+        ellipsoid_parameters.check_ellipsoid,
+        "bearing_twin.scenes.ellipsoid_outputs",
+        ellipsoid_parameters.resolve,
     ),
 }
 

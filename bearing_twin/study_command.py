@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     written = {}
     if log:
         written["log"] = str(write_study(result, log))
-    if picture and len(result.status):
+    if picture:
         from bearing_twin.charts.study_picture import plot_study
 
         written["plot"] = str(plot_study(result, picture))

@@ -81,6 +81,17 @@ def test_histories_by_closed_form_are_those_of_the_scene():
     )
 
 
+def test_every_realisation_takes_the_stepper_of_the_median_inputs():
+    bearing = parse_study(LONG_RUN, "s")
+    assert bearing.scene["solver"]["stepper"] == "auto"
+    assert task_of(bearing).scene["solver"]["stepper"] == "rodas4"
+    assert task_of(parse_study(LONG_RUN, "s", ["solver.stepper=rk4"])).scene["solver"]["stepper"] == "rk4"
+    assert task_of(parse_study(LOSSY, "s")).scene["solver"]["stepper"] == "closed_form"
+    history = {**LOSSY, "histories": ["normal_load"]}
+    assert task_of(parse_study(history, "s")).scene["solver"]["stepper"] == "dop853"
+    assert task_of(parse_study(SPHERES, "s")).scene["solver"]["stepper"] == "auto"
+
+
 def test_a_measured_alpha_gives_the_published_contact_time():
     result = run({**ENSEMBLE, "samples": 16384, "sampler": "sobol"})
     found = result.as_dict()["quantities"]["contact_duration"]
@@ -143,7 +154,7 @@ def test_a_sweep_is_a_study_at_each_value():
 
 def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path):
     one, two = run(LOSSY, ["workers=1"]), run(LOSSY, ["workers=2"])
-    again = run(LOSSY, ["workers=2"], start=run(LOSSY, ["samples=13"]))
+    again = run(LOSSY, ["workers=2"], start=run(LOSSY, ["samples=13", "workers=1"]))
     assert np.array_equal(one.quantities, two.quantities)
     assert digest(one, tmp_path, "one") == digest(two, tmp_path, "two") == digest(again, tmp_path, "continued")
 

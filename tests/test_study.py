@@ -7,7 +7,8 @@ import pytest
 import yaml
 
 from bearing_twin.errors import BearingTwinError, SceneError, StudyError
-from bearing_twin.scene import KINDS
+from bearing_twin.scene import KINDS, load_scene, scene_names
+from bearing_twin.simulation import simulate
 from bearing_twin.uq.quantities import CLOSED_FORMS, QUANTITIES, has_closed_form
 from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.result import Tally
@@ -17,6 +18,13 @@ from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
 ALPHA = "contact.measured_alpha"
 GAMMA = {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5}
+QUICK_SCENES = {
+    "bearing_6203": ["run.duration=0.01"],
+    "ellipsoid_tumbling": [],
+    "sphere_on_beam": [],
+    "two_discs": [],
+    "two_spheres": [],
+}
 PLAIN = {"scene": "two_spheres", "inputs": {ALPHA: GAMMA}, "quantities": ["contact_duration"]}
 
 
@@ -242,3 +250,17 @@ def test_a_rule_wants_a_narrow_interval_and_never_takes_a_nan():
     assert not rule.satisfied(math.nan, math.nan)
     assert Rule("q", "mean", 0.5, 0.0, 0.1).satisfied(-3.0, 0.3)
     assert not Rule("q", "mean", 0.5, 0.0, 0.0).bounds
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_quantity_of_every_scene_is_a_number_of_its_report(name):
+    """Of the scenes that take no time; their kinds are all."""
+    scene = load_scene(name)
+    if name not in QUICK_SCENES:
+        assert scene.kind in {load_scene(quick).kind for quick in QUICK_SCENES}
+        return
+    run = simulate(load_scene(name, QUICK_SCENES[name]))
+    for _ in run.blocks():
+        pass
+    for quantity, row in QUANTITIES[scene.kind].items():
+        assert math.isfinite(row.figure(run.report.figures)), quantity

@@ -140,6 +140,12 @@ def test_the_picture_has_ink_and_its_title(tmp_path, capsys):
     assert 0.005 < np.mean(pixels.mean(axis=2) < 0.8) < 0.4
 
 
+def test_a_distribution_without_samples_has_a_picture(tmp_path, capsys):
+    path = tmp_path / "exact.png"
+    asked(capsys, *QUICK, "--set", "method=change_of_variable", "--plot", path)
+    assert path.stat().st_size > 20_000
+
+
 def test_pictures_of_little_and_of_nothing(tmp_path):
     speeds = {"motion.first_velocity": {"distribution": "uniform", "low": -3.0, "high": 6.0}}
     mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": ["peak_force", "impulse"], "modality": "no"}

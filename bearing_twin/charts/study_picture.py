@@ -21,7 +21,7 @@ PREFIXED = ("s", "N", "Pa", "m", "J", "N m", "N s")  # units that take a prefix;
 
 
 def plot_study(result: StudyResult, png_path) -> Path:
-    """Write the picture of a result with samples; returns the path. Raises BearingTwinError where it cannot be."""
+    """Write the picture of a result; returns the path. Raises BearingTwinError where that is impossible."""
     study, names = result.study, result.study.quantities[:MOST_QUANTITIES]
     panels = len(names) + bool(result.summary["convergence"]["samples"]) + bool(study.histories)
     columns = 2 if panels <= 4 else 3
@@ -66,15 +66,20 @@ def _draw_quantity(axis, result, name, exact):
     frame(axis)
     kept = sample[np.isfinite(sample)]
     heading(axis, name.replace("_", " ").capitalize())
-    if len(kept) < 2 or kept.min() == kept.max():
-        axis.text(0.5, 0.5, "one value" if len(kept) else "no realisation succeeded", ha="center", va="center")
+    drawn = len(kept) > 1 and kept.min() < kept.max()
+    if not drawn and exact is None and found["method"] != "chaos":
+        words = "no realisation succeeded" if not len(kept) else f"{kept[0]:.6g} {found['unit']} in every realisation"
+        axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
         return
-    factor, unit = _scaled(kept, found["unit"])
-    edges, heights = histogram(kept)
-    axis.stairs(heights / factor, edges * factor, fill=True, color="#b9c6d2", label=f"{len(kept)} samples")
-    low, high = np.quantile(kept, [FAR, 1.0 - FAR])
-    smooth = density(kept, low=0.0) if kept.min() >= 0.0 else density(kept)
-    axis.plot(smooth.x * factor, smooth.density / factor, color=BALL_COLOURS[0], linewidth=2, label="smoothed")
+    marks = np.array([one["value"] for one in found["quantiles"].values()])
+    low, high = marks[0], marks[-1]
+    factor, unit = _scaled(marks, found["unit"])
+    if drawn:
+        edges, heights = histogram(kept)
+        axis.stairs(heights / factor, edges * factor, fill=True, color="#b9c6d2", label=f"{len(kept)} samples")
+        low, high = np.quantile(kept, [FAR, 1.0 - FAR])
+        smooth = density(kept, low=0.0) if kept.min() >= 0.0 else density(kept)
+        axis.plot(smooth.x * factor, smooth.density / factor, color=BALL_COLOURS[0], linewidth=2, label="smoothed")
     if exact is not None:
         low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)
         x = np.linspace(low, high, 400)
@@ -90,12 +95,18 @@ def _draw_quantity(axis, result, name, exact):
                 axis.axvspan(
                     quantile["low"] * factor, quantile["high"] * factor, color=BALL_COLOURS[5], alpha=0.18, linewidth=0
                 )
-    axis.plot([], [], color=BALL_COLOURS[5], linewidth=1.3, label="5, 50, 95 % with intervals")
+    words = {"ensemble": " with intervals", "chaos": " of the expansion"}.get(found["method"], "")
+    label = f"5, 50, 95 %{words}"
+    axis.plot([], [], color=BALL_COLOURS[5], linewidth=1.3, label=label)
     margin = 0.08 * (high - low)
     axis.set_xlim((low - margin) * factor, (high + margin) * factor)
     axis.set_ylim(bottom=0.0)
     words = name.replace("_", " ")
     axis.set_xlabel(f"{words} [{unit}]" if unit not in ("", "1") else words)
+    if not drawn and exact is None:
+        axis.set_yticks([])
+        axis.legend(frameon=False, fontsize=10.5)
+        return
     axis.set_ylabel(f"density [1/{unit}]" if unit not in ("", "1") else "density")
     axis.legend(frameon=False, fontsize=10.5)
 

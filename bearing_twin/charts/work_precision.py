@@ -20,7 +20,7 @@ from bearing_twin import __version__
 from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.scene import load_scene
-from bearing_twin.scenes.bearing_model import REFERENCE_SHARE, BearingMotion
+from bearing_twin.scenes.bearing_model import FIXED_STEP, REFERENCE_SHARE, BearingMotion
 
 FINEST = 1e-7
 LEAST, EDGE = 1e-9, 10.0  # of the error axis: smaller errors are drawn at its start, failures at its end
@@ -60,7 +60,10 @@ PROBLEMS = {
 }
 METHODS = (
     Method("rodas4", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)),
+    Method("rodas3", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5)),
+    Method("imex", (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)),
     Method("rk4", (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)),
+    Method("dopri5", (1e-1, 1e-3, 1e-5)),
     Method("dop853", (1e-1, 1e-3, 1e-5)),
     Method("radau", (1e-1, 1e-3, 1e-5)),
 )
@@ -81,7 +84,7 @@ class Point:
 
 
 def _motion(problem: Problem, stepper: str, setting: float) -> BearingMotion:
-    key = "solver.step" if stepper == "rk4" else "solver.tolerance"
+    key = "solver.step" if stepper in FIXED_STEP else "solver.tolerance"
     scene = load_scene(problem.scene, (*problem.overrides, f"{key}={setting}"))
     motion = BearingMotion(scene.parameters, "hertz", stepper)
     if stepper in ("dop853", "radau"):

@@ -400,24 +400,36 @@ def bearing_rates(bearing, drive, near, time, state, balls, rates, lanes):
 
 
 @kernel
-def mark_near(bearing, state, reach, ahead, near):
-    """Sets `near[k]` where ball k and the next ahead may meet within `ahead` [s]; returns the least gap [m].
+def meeting(bearing, state, k):
+    """Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it.
 
-    They may where their gap is below `reach` plus twice what their present orbital speeds close it by.
+    A gap that cannot close, because there is no other ball or the way round is the longer one, is infinite.
     """
+    if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
+        return math.inf, 0.0
+    j = (k + 1) % bearing.balls
+    angle = neighbour_angle(bearing, state, k, 1)
+    other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
+    between = minus(other, ball_position(state, k))
+    gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
+    return gap, 2.0 * abs(state[j, VELOCITY + 1] - state[k, VELOCITY + 1])
+
+
+@kernel
+def mark_near(bearing, state, reach, ahead, near):
+    """Sets `near[k]` where ball k and the next ahead may come closer than `reach` [m] within `ahead` [s]."""
+    for k in range(bearing.balls):
+        gap, closing = meeting(bearing, state, k)
+        near[k] = gap < reach + ahead * closing
+
+
+@kernel
+def time_apart(bearing, state, reach):
+    """Seconds for which no two balls can come closer than `reach` [m], by their present speeds."""
     least = math.inf
     for k in range(bearing.balls):
-        near[k] = False
-        if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
-            continue
-        j = (k + 1) % bearing.balls
-        angle = neighbour_angle(bearing, state, k, 1)
-        other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
-        between = minus(other, ball_position(state, k))
-        gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
-        closing = abs(state[j, VELOCITY + 1] - state[k, VELOCITY + 1])
-        near[k] = gap < reach + 2.0 * ahead * closing
-        least = min(least, gap)
+        gap, closing = meeting(bearing, state, k)
+        least = min(least, max(gap - reach, 0.0) / (closing + 1e-300))
     return least
 
 

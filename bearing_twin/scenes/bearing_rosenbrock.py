@@ -56,15 +56,6 @@ class Task(NamedTuple):
     nudges: np.ndarray
 
 
-class Results(NamedTuple):
-    """What a chunk fills in; see `bearing_steps`."""
-
-    states: np.ndarray
-    orientations: np.ndarray
-    counts: np.ndarray
-    failure: np.ndarray
-
-
 @kernel
 def _give_out(dense, times, cursor, lanes, k, states, orientations, ball, rows):
     """Writes the instants inside the step just accepted, from its interpolant; returns the next instant to serve."""

@@ -3,12 +3,14 @@
 import numpy as np
 
 from bearing_twin.errors import StatisticError, StudyError
+from bearing_twin.fidelity import choose
+from bearing_twin.scene import parse_scene
 from bearing_twin.uq.change_of_variable import Derived, derive
 from bearing_twin.uq.quantities import has_closed_form
-from bearing_twin.uq.realise import Task, realise
-from bearing_twin.uq.scene_keys import numeric_keys
+from bearing_twin.uq.realise import Task, only_what_is_wanted, realise
+from bearing_twin.uq.scene_keys import numeric_keys, put, value_at
 from bearing_twin.uq.statistics import MOMENTS
-from bearing_twin.uq.study import Study
+from bearing_twin.uq.study import Study, placed
 from bearing_twin.uq.tails import refuse_missing_moments
 
 
@@ -19,7 +21,16 @@ def task_of(study: Study) -> Task:
     duration = (settings.history_duration or medians.run.duration) if histories else 0.0
     varied = {key for keys in study.targets for key in keys}
     closed = has_closed_form(study.kind, medians, study.quantities, histories, varied)
-    return Task(study.scene, study.targets, study.quantities, histories, settings.history_points, duration, closed)
+    task = Task(study.scene, study.targets, study.quantities, histories, settings.history_points, duration, closed)
+    return task if closed else _with_one_stepper(task, median_inputs(study))
+
+
+def _with_one_stepper(task: Task, medians) -> Task:
+    """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
+    if value_at(task.scene, "solver.stepper") != "auto":
+        return task
+    choice = choose(parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians"))
+    return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
 
 
 def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:

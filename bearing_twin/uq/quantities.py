@@ -5,6 +5,7 @@ NaN where there is no impact. It is used where the scene is one that the closed 
 Otherwise every realisation is simulated and `figure` reads the quantity off the figures of its report.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -36,7 +37,8 @@ class ClosedForm(NamedTuple):
 
 
 def _figure(key: str) -> Callable[[Mapping], float]:
-    return lambda figures: float(figures[key])
+    """That figure, NaN where a run has none."""
+    return lambda figures: math.nan if figures[key] is None else float(figures[key])
 
 
 def _greatest(*keys: str) -> Callable[[Mapping], float]:
@@ -126,6 +128,13 @@ QUANTITIES: dict[str, dict[str, Quantity]] = {
         "velocity_after": Quantity(
             "m/s", "of the sphere at the end, positive along the blow", _figure("sphere_velocity_after_m_s")
         ),
+    },
+    "ellipsoid_on_plane": {
+        **{name: row for name, row in _IMPACT.items() if name != "impulse"},
+        "contacts": Quantity("1", "number of contacts", _figure("contact_count")),
+        "peak_pressure": Quantity("Pa", "greatest Hertz pressure", _figure("peak_pressure_pa")),
+        "dissipated_viscous": Quantity("J", "lost to damping", _figure("dissipated_viscous_j")),
+        "dissipated_friction": Quantity("J", "lost to friction", _figure("dissipated_friction_j")),
     },
     "bearing": {
         "greatest_ball_load": Quantity(

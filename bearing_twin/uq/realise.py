@@ -122,7 +122,7 @@ def _upright(body):
 
 def _by_simulation(task, values):
     kind, found = task.scene["kind"], empty(task, len(values))
-    scene = _only_what_is_wanted(task)
+    scene = only_what_is_wanted(task)
     for row, these in enumerate(values):
         try:
             realised = parse_scene(placed(scene, task.targets, these), "a realisation")
@@ -149,7 +149,7 @@ def _by_simulation(task, values):
     return found
 
 
-def _only_what_is_wanted(task) -> dict:
+def only_what_is_wanted(task: Task) -> dict:
     """The scene with outputs at the histories' instants, or without any where figures alone are wanted."""
     run = dict(task.scene["run"])
     if task.histories:

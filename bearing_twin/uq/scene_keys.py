@@ -42,7 +42,7 @@ def words_of(key: str) -> tuple[str | int, ...]:
     return (*words, int(place.group(2))) if place else tuple(words)
 
 
-def put(mapping: dict, key: str, value: float) -> dict:
+def put(mapping: dict, key: str, value) -> dict:
     """A copy of a scene's plain data, shared but for the changed path, with the value at that key."""
     return _put(mapping, words_of(key), value)
 
