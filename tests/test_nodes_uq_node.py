@@ -233,7 +233,7 @@ def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_pat
             short_runs = LONG | {"overrides": ["run.duration=0.01", "workers=1"], "samples": 10_000}
             assert sent(executor, client, feedback, **short_runs).accepted
             assert sent(executor, client, **QUICK).accepted
-            spin_until(executor, lambda: feedback, "the first realisations", 60.0)
+            spin_until(executor, lambda: feedback, "the first realisations", 180.0)  # kernels may have to be compiled
             assert len(with_mark(f"BEARING_TWIN_TEST={tmp_path}")) >= 2
             node.send_signal(number)
             said = node.communicate(timeout=30)[1]
