@@ -83,8 +83,10 @@ class Ensemble:
                 done += sum(len(_result(future).quantities) for future in ready)
                 tell(done)
         self._idle = not pending
-        for future in pending:
-            future.cancel()
+        if self._client is not None:
+            # Not those of a pool: its thread stumbles over cancelled futures when its processes are killed.
+            for future in pending:
+                future.cancel()
         first_open = next((index for index, future in enumerate(futures) if future in pending), len(futures))
         return joined([_result(future) for future in futures[:first_open]], self._task)
 
