@@ -1,5 +1,7 @@
-"""What a subcommand hands back, and the paths it may write to."""
+"""What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
 
+import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -31,3 +33,21 @@ def picture_path(text) -> Path:
     if not path.parent.is_dir():
         raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
     return path
+
+
+def json_text(result) -> str:
+    """A result as one line of JSON."""
+    return json.dumps(plain_json(result), allow_nan=False)
+
+
+def plain_json(value):
+    """The same in what JSON has: no arrays of numpy and no NaN."""
+    if isinstance(value, dict):
+        return {str(key): plain_json(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain_json(one) for one in value]
+    if hasattr(value, "tolist"):
+        return plain_json(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)

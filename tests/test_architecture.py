@@ -58,7 +58,7 @@ FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "mana
 REQUIRED = (
     *("README.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "package.xml", "setup.py", "setup.cfg", "pyproject.toml"),
     *(".ci/run", "resource/bearing_twin", "requirements", "config/scenes", "config/studies", "launch", "tests"),
-    *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv"),
+    *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
 )
 
 GREATEST_FILE, GREATEST_FUNCTION = 300, 60

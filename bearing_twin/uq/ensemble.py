@@ -35,7 +35,7 @@ class Ensemble:
 
     def __init__(self, task: Task, workers: int, executor: str, cancelled: Callable[[], bool]):
         self._task, self._cancelled = task, cancelled
-        self._workers, self._executor = workers or _processors(), executor
+        self._workers, self._executor = workers or processors(), executor
         self._pool: Executor | None = None
         self._client = None
         self._idle = True
@@ -83,8 +83,10 @@ class Ensemble:
                 done += sum(len(_result(future).quantities) for future in ready)
                 tell(done)
         self._idle = not pending
-        for future in pending:
-            future.cancel()
+        if self._client is not None:
+            # Not those of a pool: its thread stumbles over cancelled futures when its processes are killed.
+            for future in pending:
+                future.cancel()
         first_open = next((index for index, future in enumerate(futures) if future in pending), len(futures))
         return joined([_result(future) for future in futures[:first_open]], self._task)
 
@@ -99,7 +101,8 @@ class Ensemble:
         return self._pool
 
 
-def _processors() -> int:
+def processors() -> int:
+    """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
