@@ -138,10 +138,13 @@ def _report_arguments(parser):
 def _report(arguments) -> Outcome:
     from bearing_twin.charts.summary import run_facts
     from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.log.study_log import STUDY_RECORD
     from bearing_twin.terminal import with_progress
 
     picture = picture_path(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True)
+    if STUDY_RECORD in stream.metadata:
+        return study_command.report(arguments.log, picture)
     make_history, _, figures = _pictures_of("bearing" if stream.scene is None else stream.scene.kind)
     history = make_history()
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
@@ -192,7 +195,7 @@ def _scenes(arguments) -> Outcome:
 COMMANDS = {
     "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
-    "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
+    "report": Command("the figures of a log, of a run or of a study, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
     "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),

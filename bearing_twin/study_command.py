@@ -64,6 +64,19 @@ def run(arguments: argparse.Namespace) -> Outcome:
     return Outcome(summary, list(result.doubts), lambda: _show(summary))
 
 
+def report(log, picture) -> Outcome:
+    """What is in the log of a study, with its picture if one is asked for."""
+    from bearing_twin.log.study_log import read_study
+
+    result = read_study(log)
+    summary = result.as_dict() | {"log": str(log)}
+    if picture:
+        from bearing_twin.charts.study_picture import plot_study
+
+        summary["plot"] = str(plot_study(result, picture))
+    return Outcome(summary, list(result.doubts), lambda: _show(summary))
+
+
 @contextlib.contextmanager
 def _interrupted_by_ctrl_c(event):
     """The first Ctrl-C sets the event, so that what is done is kept; the second interrupts."""

@@ -167,3 +167,12 @@ def test_a_bearing_is_studied_by_worker_processes(name):
     assert np.corrcoef(result.values[:, 1], load)[0, 1] < -0.8
     theory = 0.5 * 183.26 * (1.0 - 6.746 / 28.5)
     assert result.sample("cage_speed") == pytest.approx(theory, rel=0.2)
+
+
+def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path):
+    log = tmp_path / "study.mcap"
+    found = asked(capsys, *QUICK, "--samples", 200, "--out", log)
+    assert main(["report", str(log), "--json", "--plot", str(tmp_path / "study.png")]) == DONE
+    again = json.loads(capsys.readouterr().out)
+    assert again["quantities"] == found["quantities"]
+    assert matplotlib.image.imread(again["plot"]).shape[0] > 300
