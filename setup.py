@@ -36,10 +36,11 @@ setup(
         "zstandard>=0.22",
         "rich>=13.0",
     ],
+    extras_require={"dask": ["distributed>=2024.1"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        *shared("config", "launch", "msg_schemas/msg", "msg_schemas/srv"),
+        *shared("config", "launch", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
     ],
     zip_safe=False,
     entry_points={
@@ -48,6 +49,7 @@ setup(
             "sim_node = bearing_twin.nodes.entry:sim_node",
             "recorder_node = bearing_twin.nodes.entry:recorder_node",
             "replay_node = bearing_twin.nodes.entry:replay_node",
+            "uq_node = bearing_twin.nodes.entry:uq_node",
         ],
     },
 )

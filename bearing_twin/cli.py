@@ -6,8 +6,6 @@ Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss 
 
 import argparse
 import contextlib
-import json
-import math
 import os
 import signal
 import sys
@@ -15,6 +13,7 @@ import sys
 from bearing_twin import __version__
 from bearing_twin.commands import COMMANDS
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.outcome import json_text, plain_json
 
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
 
@@ -59,14 +58,14 @@ def _main(argv) -> int:
         _refuse(rest, subparsers[arguments.command])
     outcome = COMMANDS[arguments.command].run(arguments)
     if arguments.json:
-        sys.stdout.write(json.dumps(_plain(outcome.result), allow_nan=False) + "\n")
+        sys.stdout.write(json_text(outcome.result) + "\n")
         sys.stdout.flush()
     elif outcome.show:
         outcome.show()
     else:
         from bearing_twin.terminal import show_result
 
-        show_result(_plain(outcome.result))
+        show_result(plain_json(outcome.result))
     for doubt in outcome.doubts:
         print(f"bearing_twin: doubtful: {doubt}", file=sys.stderr)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE
@@ -111,16 +110,3 @@ def _ended_by_signals():
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
-
-
-def _plain(value):
-    """JSON has no arrays of numpy and no NaN."""
-    if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, (bool, int, str)) else str(value)

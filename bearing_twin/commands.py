@@ -2,23 +2,13 @@
 
 import argparse
 import math
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin import contact_command
-from bearing_twin.errors import BearingTwinError
+from bearing_twin import chart_command, contact_command, study_command
+from bearing_twin.outcome import Outcome, new_log, picture_path
 
 GREATEST_CLOSURE = 1e-2  # of the work: a run that loses or gains more energy is not to be trusted
-
-
-class Outcome(NamedTuple):
-    """Of a subcommand: the JSON object, what is doubtful about it, and how to show it (None: as tables)."""
-
-    result: dict
-    doubts: list[str]
-    show: Callable[[], None] | None = None
 
 
 class Command(NamedTuple):
@@ -48,29 +38,12 @@ class _Watched:
             yield from block
 
 
-def _new_log(text) -> Path:
-    """Refused before anything is computed, although the writer would refuse it as well."""
-    from bearing_twin.log.raw_log import refuse_existing
-
-    refuse_existing(text)
-    return Path(text)
-
-
-def _picture(text) -> Path:
-    path = Path(text)
-    if path.suffix.lower() != ".png":
-        raise BearingTwinError(f"{path} is not the name of a picture; give one that ends in .png")
-    if not path.parent.is_dir():
-        raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
-    return path
-
-
 def _simulate_arguments(parser):
     parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
-    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, or the impact")
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, the impact or the motion")
 
 
 def _simulate(arguments) -> Outcome:
@@ -79,14 +52,14 @@ def _simulate(arguments) -> Outcome:
     overrides = list(arguments.set)
     if arguments.duration is not None:
         overrides.append(f"run.duration={arguments.duration}")
-    log = _new_log(arguments.out) if arguments.out else None
-    picture = _picture(arguments.plot) if arguments.plot else None
+    log = new_log(arguments.out) if arguments.out else None
+    picture = picture_path(arguments.plot) if arguments.plot else None
     scene = load_scene(arguments.scene, overrides)
 
     from bearing_twin.simulation import simulate
     from bearing_twin.terminal import progress, said_if_slow
 
-    history = _history_of(scene)
+    history = _pictures_of(scene.kind)[0]()
     with progress(f"simulating {scene.name}") as update:
         run = simulate(scene, update)
         with said_if_slow("compiling the kernel, once on a machine: some 20 s"):
@@ -116,20 +89,28 @@ def _doubts(result) -> list[str]:
     return doubts
 
 
-def _history_of(scene):
-    """What remembers the blocks for the picture of a scene's kind."""
-    from bearing_twin.charts.history import LoadHistory
-    from bearing_twin.charts.impacts import ImpactHistory
+def _pictures_of(kind):
+    """(history, picture, figures of a log) of a kind of scene."""
+    if kind == "bearing":
+        from bearing_twin.charts.history import LoadHistory
+        from bearing_twin.charts.runs import plot_ball_loads
+        from bearing_twin.charts.summary import summarise
 
-    return LoadHistory() if scene is None or scene.kind == "bearing" else ImpactHistory()
+        return LoadHistory, plot_ball_loads, summarise
+    if kind == "ellipsoid_on_plane":
+        from bearing_twin.charts.ellipsoids import EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
+
+        return EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
+    from bearing_twin.charts.impacts import ImpactHistory, plot_impact, summarise_impact
+
+    return ImpactHistory, plot_impact, summarise_impact
 
 
-def _draw(history, picture, facts=None) -> str:
-    from bearing_twin.charts.impacts import ImpactHistory, plot_impact
-    from bearing_twin.charts.runs import plot_ball_loads
+def _draw(history, picture, facts) -> str:
     from bearing_twin.terminal import said_if_slow
 
-    plot = plot_impact if isinstance(history, ImpactHistory) else plot_ball_loads
+    scene = facts["scene"]
+    _, plot, _ = _pictures_of("bearing" if scene is None else scene.kind)
     with said_if_slow(f"drawing {picture}"):
         return str(plot(history, picture, facts=facts))
 
@@ -155,17 +136,16 @@ def _report_arguments(parser):
 
 
 def _report(arguments) -> Outcome:
-    from bearing_twin.charts.impacts import ImpactHistory, summarise_impact
-    from bearing_twin.charts.summary import run_facts, summarise
+    from bearing_twin.charts.summary import run_facts
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.terminal import with_progress
 
-    picture = _picture(arguments.plot) if arguments.plot else None
+    picture = picture_path(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True)
-    history = _history_of(stream.scene)
+    make_history, _, figures = _pictures_of("bearing" if stream.scene is None else stream.scene.kind)
+    history = make_history()
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
     blocks = with_progress(stream.blocks(), duration, f"reading {arguments.log}")
-    figures = summarise_impact if isinstance(history, ImpactHistory) else summarise
     result = {"log": str(arguments.log)} | figures(stream, blocks, history)
     if picture:
         result["plot"] = _draw(history, picture, run_facts(stream))
@@ -185,7 +165,7 @@ def _recover(arguments) -> Outcome:
     from bearing_twin.terminal import said_if_slow
 
     with said_if_slow(f"reading what is left of {arguments.log}"):
-        recovered = recover(arguments.log, _new_log(arguments.out))
+        recovered = recover(arguments.log, new_log(arguments.out))
     return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
 
 
@@ -209,68 +189,13 @@ def _scenes(arguments) -> Outcome:
     return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
 
 
-CHARTS = {"steppers": "work_precision", "laws": "laws", "friction": "friction"}  # name: module in charts/
-
-
-def _chart_arguments(parser):
-    parser.add_argument(
-        "chart",
-        choices=tuple(CHARTS),
-        help="steppers: error in load and friction torque against cost; laws: error and cost of the elastic laws; "
-        "friction: the same of friction over a spot that slides and spins",
-    )
-    parser.add_argument("--out", default=".", metavar="FOLDER", help="where the picture and the table go")
-    parser.add_argument(
-        "--problem", action="append", metavar="NAME", help="of steppers: only this one; may be repeated"
-    )
-
-
-def _chart(arguments) -> Outcome:
-    import importlib
-
-    folder = Path(arguments.out)
-    if not folder.is_dir():
-        raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
-    chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[arguments.chart]}")
-    if arguments.chart == "steppers":
-        points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), _say))
-    elif arguments.problem:
-        raise BearingTwinError("--problem goes with the chart steppers; leave it out")
-    else:
-        points = list(chart.measure())
-    picture, table = folder / f"{arguments.chart}.png", folder / f"{arguments.chart}.csv"
-    chart.draw(points, picture)
-    chart.write_table(points, table)
-    sentences = list(chart.reading(points))
-
-    def show():
-        _say("\n".join(sentences) + f"\npicture: {picture}\ntable:   {table}")
-
-    rows = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
-    return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
-
-
-def _problems(wanted, known) -> list[str]:
-    from bearing_twin.parameters import echo, unknown
-
-    for name in wanted or ():
-        if name not in known:
-            raise BearingTwinError(f"{echo(name)} is not a problem; {unknown(name, known)}")
-    return list(wanted or known)
-
-
-def _say(text):
-    print(text, file=sys.stderr)
-
-
 COMMANDS = {
     "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
     "report": Command("greatest loads and energy balance of a log, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
-    "chart": Command(
-        "accuracy against speed of steppers, elastic laws, or friction over a spot", _chart_arguments, _chart
-    ),
+    "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
+    "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }

@@ -2,23 +2,13 @@
 
 import argparse
 import math
-from collections.abc import Callable
-from pathlib import Path
-from typing import NamedTuple
 
 from bearing_twin.errors import SceneError
+from bearing_twin.outcome import Outcome, picture_path
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
 GIVEN = ("load", "approach", "peak_pressure", "semi_major", "semi_minor", "speed")
 UNITS = {"_n_per_m": "N/m", "_per_m": "1/m", "_pa": "Pa", "_n": "N", "_m": "m", "_s": "s"}  # longest first
-
-
-class Answer(NamedTuple):
-    """Of the subcommand: the JSON object, what is doubtful about it, and how to show it."""
-
-    result: dict
-    doubts: list[str]
-    show: Callable[[], None]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,12 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="PNG", help="draw ellipse, pressure, stress below and the laws' errors")
 
 
-def run(arguments: argparse.Namespace) -> Answer:
+def run(arguments: argparse.Namespace) -> Outcome:
     """Answers one contact; raises SceneError with a sentence for what makes no contact."""
     from bearing_twin.contact import calculator, validity
     from bearing_twin.materials import effective_modulus
 
-    picture = _picture(arguments.plot) if arguments.plot else None
+    picture = picture_path(arguments.plot) if arguments.plot else None
     gap, scene_bodies = _gap(arguments)
     first, second = _materials(arguments, scene_bodies)
     modulus = effective_modulus(first, second)
@@ -88,16 +78,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         from bearing_twin.charts.contact_picture import plot_contact
 
         result["plot"] = str(plot_contact(result, first.poisson_ratio, picture))
-    return Answer(result, result["flags"], lambda: _show(result))
-
-
-def _picture(text) -> Path:
-    path = Path(text)
-    if path.suffix.lower() != ".png":
-        raise SceneError(f"{path} is not the name of a picture; give one that ends in .png")
-    if not path.parent.is_dir():
-        raise SceneError(f"{path.parent} is not a folder; make it first, or give another path")
-    return path
+    return Outcome(result, result["flags"], lambda: _show(result))
 
 
 def _gap(arguments):

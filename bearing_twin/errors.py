@@ -9,12 +9,27 @@ class SceneError(BearingTwinError):
     """A scene file, scene name or override cannot be used."""
 
 
+class StudyError(BearingTwinError):
+    """A study, one of its uncertain inputs or a way of sampling and propagating them cannot be used."""
+
+
+class StatisticError(BearingTwinError):
+    """A statistic that was asked for does not exist, or cannot be had from the samples there are."""
+
+
 class LogError(BearingTwinError):
     """A log cannot be read, or may not be written."""
 
 
 class IntegrationError(BearingTwinError):
-    """The integration stopped: non-finite state, step refused, or bodies through each other."""
+    """The integration stopped: `reason` ("not finite", "too deep", "stalled"), at `seconds`, for which `body`.
+
+    Where a method cannot tell, `reason` and `body` are empty and `seconds` is NaN.
+    """
+
+    def __init__(self, sentence: str, reason: str = "", seconds: float = float("nan"), body: str = ""):
+        super().__init__(sentence)
+        self.reason, self.seconds, self.body = reason, seconds, body
 
 
 class MissingInterfacesError(BearingTwinError):

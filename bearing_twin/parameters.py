@@ -39,6 +39,9 @@ class Limits(NamedTuple):
         return " and ".join(words)
 
 
+NO_LIMITS = Limits()
+
+
 class Parameter(NamedTuple):
     """One key of a scene: `type` is number, integer, "3 numbers", text or a section's class name in lower case."""
 
@@ -146,6 +149,29 @@ def echo(value: Any) -> str:
     return text if len(text) <= LONGEST_ECHO else text[: LONGEST_ECHO - 3] + "..."
 
 
+def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any, str | None]:
+    """(value, None), or (None, what is wrong); text such as 1e-6 counts: YAML 1.1 reads it as text."""
+    kind = "a whole number" if integer else "a number"
+    legal = f"must be {kind}{with_unit(unit) and ' in' + with_unit(unit)}"
+    if limits.text():
+        legal += f", {limits.text()}"
+    if isinstance(given, str) and len(given) <= LONGEST_NUMBER and NUMBER.fullmatch(given.strip()):
+        given = float(given) if not given.strip().lstrip("+-").isdigit() else int(given)
+    if isinstance(given, bool) or not isinstance(given, (int, float)):
+        return None, legal
+    try:
+        value = float(given)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        return None, f"is not finite; {legal}"
+    if integer and value != int(value):
+        return None, legal
+    if not limits.allow(value):
+        return None, f"is out of range; {legal}"
+    return (int(value) if integer else value), None
+
+
 def _read_section(cls, mapping, path, problems, defaults):
     if not isinstance(mapping, Mapping):
         problems.append(
@@ -180,7 +206,7 @@ def _read_field(item, given, path, problems, default):
         return default
     if isinstance(item.default, tuple):
         return _read_tuple(item, given, path, problems)
-    value, problem = _number(given, isinstance(item.default, int), metadata)
+    value, problem = read_number(given, metadata["unit"], metadata["limits"], integer=isinstance(item.default, int))
     if problem:
         problems.append(f"{path} = {echo(given)} {problem}")
         return default
@@ -205,35 +231,11 @@ def _read_tuple(item, given, path, problems):
         return item.default
     values = []
     for index, one in enumerate(given):
-        value, problem = _number(one, False, item.metadata)
+        value, problem = read_number(one, item.metadata["unit"], item.metadata["limits"])
         if problem:
             problems.append(f"{path}[{index}] = {echo(one)} {problem}")
         values.append(value)
     return item.default if None in values else tuple(values)
-
-
-def _number(given, integer, metadata):
-    """(value, None) or (None, what is wrong). Text such as 1e-6 counts: YAML 1.1 reads it as text."""
-    unit, limits = metadata["unit"], metadata["limits"]
-    kind = "a whole number" if integer else "a number"
-    legal = f"must be {kind}{with_unit(unit) and ' in' + with_unit(unit)}"
-    if limits.text():
-        legal += f", {limits.text()}"
-    if isinstance(given, str) and len(given) <= LONGEST_NUMBER and NUMBER.fullmatch(given.strip()):
-        given = float(given) if not given.strip().lstrip("+-").isdigit() else int(given)
-    if isinstance(given, bool) or not isinstance(given, (int, float)):
-        return None, legal
-    try:
-        value = float(given)
-    except OverflowError:
-        value = math.inf
-    if not math.isfinite(value):
-        return None, f"is not finite; {legal}"
-    if integer and value != int(value):
-        return None, legal
-    if not limits.allow(value):
-        return None, f"is out of range; {legal}"
-    return (int(value) if integer else value), None
 
 
 def _names(cls):
@@ -250,11 +252,11 @@ def _describe(cls, instance, path):
             if names:
                 help = "one of the named ones, or its values as keys"
                 kind = metadata["section"].__name__.lower()
-                yield Parameter(key, kind, metadata["default_name"], "", help, ", ".join(names), Limits(), names)
+                yield Parameter(key, kind, metadata["default_name"], "", help, ", ".join(names), NO_LIMITS, names)
             yield from _describe(metadata["section"], value, key)
         elif "options" in metadata:
             options = metadata["options"]
-            yield Parameter(key, "text", value, "", metadata["help"], ", ".join(options), Limits(), options)
+            yield Parameter(key, "text", value, "", metadata["help"], ", ".join(options), NO_LIMITS, options)
         else:
             limits, unit = metadata["limits"], metadata["unit"]
             kind = "integer" if isinstance(value, int) else "number"

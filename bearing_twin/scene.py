@@ -2,25 +2,19 @@
 
 import dataclasses
 import importlib
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any, ClassVar, NamedTuple
-
-import yaml
+from typing import Any, NamedTuple
 
 from bearing_twin.errors import SceneError
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
-from bearing_twin.paths import share_path
 from bearing_twin.sample import Channel
-from bearing_twin.scenes import beam_parameters, bearing_parameters, pair_parameters
+from bearing_twin.scenes import beam_parameters, bearing_parameters, ellipsoid_parameters, pair_parameters
+from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
 
-GREATEST_FILE = 1_000_000  # bytes
-GREATEST_DEPTH = 20
-LONGEST_NAME = 100
-LONGEST_DESCRIPTION = 10_000
+SCENES = Shelf("scene", "scenes", SceneError)
 
 
 def _as_given(parameters):
@@ -64,6 +58,12 @@ KINDS = {
         "bearing_twin.scenes.sphere_on_beam",
         beam_parameters.resolve,
     ),
+    "ellipsoid_on_plane": Kind(
+        ellipsoid_parameters.EllipsoidOnPlaneScene,
+        ellipsoid_parameters.check_ellipsoid,
+        "bearing_twin.scenes.ellipsoid_outputs",
+        ellipsoid_parameters.resolve,
+    ),
 }
 
 
@@ -94,20 +94,31 @@ class Scene:
 
 def scene_names() -> list[str]:
     """Names of the scenes that come with the package, sorted."""
-    return sorted(path.stem for path in Path(share_path("config", "scenes")).glob("*.yaml"))
+    return SCENES.names()
 
 
 def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
     """The scene of that name or YAML file, with overrides such as `contact.normal=volumetric`; raises SceneError."""
-    path = _find(name_or_path)
+    mapping, origin = open_scene(name_or_path, overrides)
+    return parse_scene(mapping, origin)
+
+
+def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
+    """As `load_scene`, but (mapping, origin) for `parse_scene`: all keys, what is left to be chosen still open.
+
+    `source` is a name, a path or a scene's plain data.
+    """
+    if isinstance(source, Mapping):
+        text, origin = source, f"scene {source.get('name', 'without a name')}"
+    else:
+        path = SCENES.find(source)
+        text, origin = SCENES.read_text(path), f"scene {path.name}"
     overrides = tuple(overrides)
-    scene = _parse(_read_text(path), f"scene {path.name}")
-    if not overrides:
-        return _resolve(scene)
+    scene = _parse(text, origin)
     mapping = scene.resolved()
     for override in overrides:
         _apply(KINDS[scene.kind].parameters, mapping, override)
-    return parse_scene(mapping, f"scene {path.name} with {' '.join(overrides)}")
+    return mapping, " ".join((origin, *(("with",) if overrides else ()), *overrides))
 
 
 def parse_scene(text_or_mapping, origin: str) -> Scene:
@@ -121,7 +132,7 @@ def _resolve(scene: Scene) -> Scene:
 
 def _parse(text_or_mapping, origin: str) -> Scene:
     """The scene as given, checked, with what it leaves to be chosen still open: overrides come before choices."""
-    mapping = _load_yaml(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
+    mapping = SCENES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
     if not isinstance(mapping, Mapping):
         raise SceneError(f"{origin} holds no keys; start it with `kind: bearing`")
     mapping = dict(mapping)
@@ -142,48 +153,6 @@ def _parse(text_or_mapping, origin: str) -> Scene:
     return Scene(name, kind, description.strip(), parameters)
 
 
-def _find(name_or_path) -> Path:
-    text = str(name_or_path)
-    named = re.fullmatch(r"[\w-]+", text)
-    if named and text in scene_names():
-        return Path(share_path("config", "scenes", f"{text}.yaml"))
-    path = Path(text)
-    looks_like_a_path = (
-        isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith((".yaml", ".yml"))
-    )
-    try:
-        if path.is_dir() and looks_like_a_path:
-            raise SceneError(
-                f"{echo(text)} is a directory; give a scene file in it, or a name: {', '.join(scene_names())}"
-            )
-        if path.exists() and not path.is_dir():
-            return path
-    except (OSError, ValueError):  # too long, or a null byte
-        pass
-    if looks_like_a_path:
-        raise SceneError(
-            f"there is no scene file {echo(text)}; give the path of one, or a name: {', '.join(scene_names())}"
-        )
-    raise SceneError(f"there is no scene {echo(text)}; {unknown(text, scene_names())}, or the path of a YAML file")
-
-
-def _read_text(path: Path) -> str:
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(GREATEST_FILE + 1)
-    except OSError as error:
-        raise SceneError(f"{path} cannot be read ({error.strerror}); check its permissions") from error
-    if len(content) > GREATEST_FILE:
-        raise SceneError(f"{path} is larger than {GREATEST_FILE} bytes, so it is no scene; give a YAML file")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{path} is not UTF-8 text; give a YAML file") from error
-    if "\0" in text:
-        raise SceneError(f"{path} is a binary file; give a YAML file")
-    return text
-
-
 def _apply(parameters: type, mapping: dict, override: str) -> None:
     key, equals, text = override.partition("=")
     words = [word.strip() for word in key.split(".")]
@@ -199,59 +168,4 @@ def _apply(parameters: type, mapping: dict, override: str) -> None:
         if not isinstance(inner, dict):
             raise SceneError(f"override {echo(override)}: {word} is a value and has no keys of its own")
         mapping = inner
-    mapping[words[-1]] = _load_yaml(text, f"override {echo(override)}")
-
-
-class _StrictLoader(yaml.SafeLoader):
-    """YAML without what surprises: no aliases, merges, duplicate keys, deep nesting, 010 = 8, 1:30 = 90, yes = true."""
-
-    yaml_implicit_resolvers: ClassVar[dict] = {}
-    depth = 0
-
-    def compose_node(self, parent, index):
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.composer.ComposerError(None, None, "aliases are not allowed", self.peek_event().start_mark)
-        self.depth += 1
-        if self.depth > GREATEST_DEPTH:
-            problem = f"it is nested deeper than {GREATEST_DEPTH} levels"
-            raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
-        node = super().compose_node(parent, index)
-        self.depth -= 1
-        return node
-
-    def construct_mapping(self, node, deep=False):
-        seen = set()
-        for key, _ in node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                raise yaml.constructor.ConstructorError(None, None, "a key must be a word", key.start_mark)
-            if key.value in seen:
-                problem = f"the key {echo(key.value)} is there twice"
-                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
-            seen.add(key.value)
-        return super().construct_mapping(node, deep)
-
-
-def _implicit(tag: str, pattern: str, first: str) -> None:
-    _StrictLoader.add_implicit_resolver(f"tag:yaml.org,2002:{tag}", re.compile(pattern), list(first) if first else [""])
-
-
-_implicit("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF")
-_implicit("int", r"^[-+]?(?:0|[1-9][0-9]{0,17})$", "-+0123456789")
-_implicit("float", r"^[-+]?(?:[0-9]{1,64}\.[0-9]{0,64}(?:[eE][-+][0-9]{1,4})?)$", "-+0123456789")
-_implicit("float", r"^[-+]?\.(?:inf|Inf|INF|nan|NaN|NAN)$", "-+.")
-_implicit("null", r"^(?:~|null|Null|NULL)$", "~nN")
-_implicit("null", r"^$", "")
-
-
-def _load_yaml(text: str, origin: str):
-    try:
-        return yaml.load(text, Loader=_StrictLoader)
-    except yaml.YAMLError as error:
-        problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be parsed"
-        if problem.startswith("but") and getattr(error, "context", None):
-            problem = f"{error.context}, {problem}"
-        mark = getattr(error, "problem_mark", None)
-        place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        raise SceneError(f"{origin} is not the YAML of a scene: {problem}{place}") from error
-    except (ValueError, RecursionError) as error:
-        raise SceneError(f"{origin} is not the YAML of a scene: {error}") from error
+    mapping[words[-1]] = SCENES.load(text, f"override {echo(override)}")

@@ -13,12 +13,14 @@ from bearing_twin.sample import Block, Sample
 from bearing_twin.scene import Scene, load_scene
 from bearing_twin.scenes import sphere_on_beam, two_discs, two_spheres
 from bearing_twin.scenes.bearing_model import BearingMotion
+from bearing_twin.scenes.ellipsoid_run import EllipsoidMotion
 
 MOTIONS = {
     "bearing": BearingMotion,
     "two_spheres": two_spheres.motion,
     "two_discs": two_discs.motion,
     "sphere_on_beam": sphere_on_beam.motion,
+    "ellipsoid_on_plane": EllipsoidMotion,
 }
 """What moves each kind of scene: made from parameters, law and stepper, with `reset`, `first_outputs`,
 `advance(times, duration)` (one array a channel, in their order), `goal_speed`, `statistics`, `found`, `costs`."""
@@ -110,7 +112,8 @@ class Simulation:
         try:
             self._pending = self._motion.advance(times, times[-1])
         except IntegrationError as error:
-            raise IntegrationError(f"after {1e-9 * self.time_ns:.9g} s: {error}") from error
+            sentence = f"after {1e-9 * self.time_ns:.9g} s: {error}"
+            raise IntegrationError(sentence, error.reason, error.seconds, error.body) from error
         self._used = 0
         self._compute_seconds += time.perf_counter() - start
 

@@ -23,6 +23,8 @@ UNITS = {  # the suffix of a key, longest first
     "_nm": "N m",
     "_pa": "Pa",
     "_hz": "Hz",
+    "_nms": "N m s",
+    "_ns": "N s",
     "_rad": "rad",
     "_n": "N",
     "_m": "m",

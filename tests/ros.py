@@ -14,15 +14,18 @@ else:
     rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not set up: make setup, source env.bash")
     pytest.importorskip("bearing_twin_msgs", reason="the interface package is not built: make setup, source env.bash")
 
+from action_msgs.msg import GoalStatus
+from bearing_twin_msgs.action import RunStudy
 from bearing_twin_msgs.msg import BearingState, Contacts
 from bearing_twin_msgs.srv import Step
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.action import ActionClient
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.log.bag import Qos
@@ -30,9 +33,10 @@ from bearing_twin.nodes.messages import message_class, qos_profile
 
 # Tests import all of ROS from here, behind the check above.
 __all__ = [
-    "BearingState", "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "SetBool", "Step", "Trigger",
-    "WrenchStamped", "call", "deserialize_message", "heard", "message_class", "padded", "plain_node", "qos_profile",
-    "rclpy", "ros_executor", "spin_for", "spin_until", "started",
+    "ActionClient", "BearingState", "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
+    "RunStudy", "SetBool", "Step", "String", "Trigger", "WrenchStamped", "call", "deserialize_message", "heard",
+    "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
+    "started",
 ]  # fmt: skip
 
 PATIENCE = 30.0  # s
@@ -42,11 +46,14 @@ _domains = cycle(range(2 + os.getpid() % 50, 102))
 
 
 @contextmanager
-def ros_executor():
+def ros_executor(threads=1):
     """An executor in a context of its own; its nodes are closed and destroyed at the end."""
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=next(_domains))
-    executor = SingleThreadedExecutor(context=context)
+    if threads == 1:
+        executor = SingleThreadedExecutor(context=context)
+    else:
+        executor = MultiThreadedExecutor(threads, context=context)
     try:
         yield executor
     finally:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bearing_twin.charts import bounces, ellipsoids
 from bearing_twin.charts.history import GREATEST_COUNT, LoadHistory
 from bearing_twin.charts.runs import plot_ball_loads
 from bearing_twin.charts.summary import summarise
@@ -164,6 +165,40 @@ def test_the_summary_of_a_run_agrees_with_its_report(loose_run):
         assert result[f"greatest_normal_load_{word}_n"] == report[f"greatest_normal_load_{word}_n"]
         assert len(result[f"semi_major_{word}_m"]) == run.scene.parameters.geometry.balls
     assert max(result["share_without_contact_inner"]) > 0.0
+
+
+def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path):
+    """Paper 1, figures 3 and 4; the closed forms are in test_ellipsoid.py."""
+    points = bounces.measure()
+    assert {point.case for point in points} == set(bounces.CASES)
+    none, kept, paper = bounces.reading(points)
+    assert none.startswith("no loss: the volumetric law comes late")
+    assert kept.startswith("restitution 0.8 for both: the volumetric law comes late")
+    assert paper.startswith("one d(h) for both (paper 1): Hertz comes late, by 1657, 2408, 3158, 3879 ")
+    later = [point for point in points if point.impact > 1]
+    assert all(point.delay == pytest.approx(point.closed_form, rel=2e-3) for point in later)
+    bounces.draw(points, tmp_path / "bounces.png")
+    assert size_of(tmp_path / "bounces.png") == (1600, 1000)
+    bounces.write_table(points, tmp_path / "bounces.csv")
+    assert len((tmp_path / "bounces.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(points)
+
+
+def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkeypatch):
+    monkeypatch.setattr(ellipsoids, "GREATEST_ROWS", 300)
+    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), ellipsoids.EllipsoidHistory()
+    loads, times = [], []
+    for block in run.blocks():
+        history.add_block(block)
+        loads.append(block.values["normal_load"])
+        times.append(1e-9 * block.time_ns)
+    values = history.arrays()
+    assert len(values["time"]) <= 300
+    assert history.stride == 8
+    assert values["time"] == pytest.approx(np.concatenate(times)[::8], abs=1e-15)
+    assert np.array_equal(values["normal_load"], np.concatenate(loads)[::8])
+    assert history.greatest_load == np.concatenate(loads).max()
+    with pytest.raises(LogError, match="no sample"):
+        ellipsoids.EllipsoidHistory().arrays()
 
 
 def test_the_summary_of_nothing_is_refused():

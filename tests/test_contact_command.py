@@ -6,7 +6,7 @@ import math
 import pytest
 
 from bearing_twin.contact_command import add_arguments, run
-from bearing_twin.errors import SceneError
+from bearing_twin.errors import BearingTwinError, SceneError
 
 KEYS = {
     "approach_m", "normal_load_n", "semi_major_m", "semi_minor_m", "axis_ratio", "peak_pressure_pa",
@@ -91,7 +91,7 @@ def test_the_picture_is_a_png(line, tmp_path):
     ],
 )  # fmt: skip
 def test_bad_input_is_refused_with_the_reason(line, reason):
-    with pytest.raises(SceneError, match=reason):
+    with pytest.raises(BearingTwinError, match=reason):
         asked(line)
 
 

@@ -43,9 +43,11 @@ def one_sentence(result, *words):
     [
         ("sim_node", "scen:=bearing_6203", ("sim_node: there is no parameter 'scen'; did you mean scene?",)),
         ("sim_node", "scene:=bearing_6204", ("there is no scene 'bearing_6204'", "bearing_6205")),
-        ("sim_node", "scene:=two_spheres", ("scene two_spheres is an impact", "bearing_twin simulate two_spheres")),
+        ("sim_node", "scene:=two_spheres", ("scene two_spheres is no bearing", "bearing_twin simulate two_spheres")),
         ("replay_node", "log:=/nowhere/run.mcap", ("replay_node: there is no log /nowhere/run.mcap",)),
         ("recorder_node", "log:=3", ("recorder_node: parameter log = 3 must be text",)),
+        ("uq_node", "log_foldr:=x", ("uq_node: there is no parameter 'log_foldr'; did you mean log_folder?",)),
+        ("uq_node", "memory:=-1.0", ("uq_node: parameter memory = -1.0 must lie between 1e+06 and 1e+12 B",)),
     ],
 )
 def test_a_mistake_ends_with_code_2_and_one_sentence(name, parameter, words):
@@ -59,7 +61,7 @@ def test_arguments_that_ros_cannot_parse_end_with_code_2():
     assert "Traceback" not in result.stderr
 
 
-@pytest.mark.parametrize("name", ["sim_node", "recorder_node", "replay_node"])
+@pytest.mark.parametrize("name", ["sim_node", "recorder_node", "replay_node", "uq_node"])
 def test_a_missing_interface_package_is_named(name):
     result = run(name, python=without("bearing_twin_msgs", name))
     one_sentence(result, "the interface package bearing_twin_msgs cannot be imported", "make setup")
@@ -70,7 +72,7 @@ def test_a_missing_ros_is_named():
 
 
 def test_the_executables_of_the_package_are_these():
-    assert all(callable(getattr(entry, name)) for name in ("sim_node", "recorder_node", "replay_node"))
+    assert all(callable(getattr(entry, name)) for name in ("sim_node", "recorder_node", "replay_node", "uq_node"))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

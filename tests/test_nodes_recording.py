@@ -57,6 +57,15 @@ def test_bytes_that_are_no_block_are_refused(data):
         sample_range(data)
 
 
+def test_what_is_wanted_is_new_matches_and_is_not_hidden(tmp_path):
+    recording = Recording(tmp_path / "out.mcap", ["/bearing/*", "/tf"])
+    names = ["/bearing/state", "/bearing/study_result", "/tf", "/tf_static", "/bearing/run_study/_action/feedback"]
+    assert [recording.wants(name) for name in names] == [True, True, True, False, False]
+    recording.add("/bearing/state", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+    assert not recording.wants("/bearing/state")
+    recording.close()
+
+
 def test_a_recording_holds_the_bytes_and_what_was_lost(tmp_path):
     recording = Recording(tmp_path / "out.mcap", ["/bearing/*", "/tf"])
     assert recording.wants(SAMPLES)

@@ -10,6 +10,7 @@ import pytest
 
 from bearing_twin.commands import COMMANDS
 from bearing_twin.scene import scene_names
+from bearing_twin.uq.study_file import study_names
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -30,6 +31,8 @@ def test_every_scene_and_command_of_the_readme_exists():
     assert len(EXAMPLES) >= 3
     for name in scene_names():
         assert f"`{name}`" in README, f"the README's table of scenes has no row for {name}"
+    for name in study_names():
+        assert f"`{name}`" in README, f"the README's table of studies has no row for {name}"
     for word in re.findall(r"^bearing_twin (\w+)", README, flags=re.MULTILINE):
         assert word in COMMANDS
     for link in re.findall(r"\]\(([^)]+)\)", README):

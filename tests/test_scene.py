@@ -9,7 +9,8 @@ import yaml
 from bearing_twin.errors import SceneError
 from bearing_twin.materials import MATERIALS
 from bearing_twin.paths import share_path
-from bearing_twin.scene import GREATEST_FILE, KINDS, load_scene, parse_scene, scene_names
+from bearing_twin.scene import KINDS, load_scene, parse_scene, scene_names
+from bearing_twin.shelf import GREATEST_FILE
 
 
 def refusal(function, *arguments):

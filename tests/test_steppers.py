@@ -6,12 +6,22 @@ import numpy as np
 import pytest
 from bearings import TURNED_REST, motion, run
 from numba import njit
+from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.motion.steppers import METHODS, RODAS4, factorise, next_step, substitute
+from bearing_twin.motion.steppers import (
+    EXPLICIT,
+    METHODS,
+    ROSENBROCK,
+    factorise,
+    next_step,
+    rosenbrock_dense,
+    substitute,
+)
 from bearing_twin.scenes.bearing import LANE_ROWS, LANES, raceway_rates
+from bearing_twin.scenes.bearing_parameters import STEPPERS
 
 
 def errors_against(reference, out):
@@ -21,21 +31,27 @@ def errors_against(reference, out):
     return np.array([load, torque])
 
 
-def test_load_and_friction_torque_converge_with_the_order_of_rk4():
+@pytest.mark.parametrize(("stepper", "coarsest"), [("rk4", 1.2e-6), ("imex", 6e-7)])
+def test_load_and_friction_torque_converge_with_the_order_of_fixed_steps(stepper, coarsest):
     """Judged inside the transient, where both are far from settled; the reference has a far finer step."""
     smooth = (*TURNED_REST, "contact.friction_regularisation=0.3")
 
     def outputs(step):
-        return run(*smooth, f"solver.step={step}", stepper="rk4", count=8, period=1.2e-5)[1]
+        return run(*smooth, f"solver.step={step}", stepper=stepper, count=8, period=1.2e-5)[1]
 
-    reference = outputs(2e-8)
-    errors = np.array([errors_against(reference, outputs(step)) for step in (1.2e-6, 6e-7, 3e-7)])
-    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(4.0, abs=0.15)
+    reference = run(*smooth, "solver.step=2e-8", stepper="rk4", count=8, period=1.2e-5)[1]
+    errors = np.array([errors_against(reference, outputs(step)) for step in (coarsest, 0.5 * coarsest)])
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert orders == pytest.approx(METHODS[stepper].order, abs=0.15)
 
 
-def test_rodas4_has_order_four_on_a_stiff_problem_with_a_known_solution():
+@pytest.mark.parametrize("name", ROSENBROCK)
+def test_rosenbrock_methods_have_their_order_on_a_stiff_problem_with_a_known_solution(name):
     """y1' = -5 (y1 - cos t) - sin t and y2' = y1 - y2 in the method's own transformed form, constant steps."""
     from math import cos, exp, sin
+
+    method = ROSENBROCK[name]
+    stages = len(method.alpha)
 
     def rates(t, y):
         return np.array([-5.0 * (y[0] - cos(t)) - sin(t), y[0] - y[1]])
@@ -45,21 +61,69 @@ def test_rodas4_has_order_four_on_a_stiff_problem_with_a_known_solution():
     def slope(t):
         return np.array([-5.0 * sin(t) - cos(t), 0.0])
 
+    def exact(t):
+        return np.array([cos(t), 0.5 * (cos(t) + sin(t)) + 0.5 * exp(-t)])
+
+    def step(t, y, h):
+        k = np.zeros((stages, 2))
+        factors = lu_factor(np.eye(2) / (h * method.gamma) - jacobian)
+        for stage in range(stages):
+            trial = y + method.a[stage, :stage] @ k[:stage]
+            right = rates(t + method.alpha[stage] * h, trial) + method.c[stage, :stage] @ k[:stage] / h
+            k[stage] = lu_solve(factors, right + h * method.d[stage] * slope(t))
+        return trial + k[-1], k
+
     def end(steps):
         y, h = np.array([1.0, 1.0]), 2.0 / steps
         for i in range(steps):
-            t, k = i * h, np.zeros((6, 2))
-            factors = lu_factor(np.eye(2) / (h * RODAS4.gamma) - jacobian)
-            for stage in range(6):
-                trial = y + RODAS4.a[stage, :stage] @ k[:stage]
-                right = rates(t + RODAS4.alpha[stage] * h, trial) + RODAS4.c[stage, :stage] @ k[:stage] / h
-                k[stage] = lu_solve(factors, right + h * RODAS4.d[stage] * slope(t))
-            y = trial + k[5]
+            y, _ = step(i * h, y, h)
         return y
 
-    exact = np.array([cos(2.0), 0.5 * (cos(2.0) + sin(2.0)) + 0.5 * exp(-2.0)])
-    errors = [np.abs(end(steps) - exact).max() for steps in (40, 80, 160)]
-    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.15)
+    def inside(h):
+        """Greatest error of the interpolant over one step from the exact solution."""
+        y = exact(0.4)
+        new, k = step(0.4, y, h)
+        columns = min(stages, method.dense.shape[1])
+        third, fourth = method.dense[:, :columns] @ k[:columns]
+        fractions = np.linspace(0.1, 0.9, 9)
+        return max(np.abs(rosenbrock_dense(f, y, new, third, fourth) - exact(0.4 + f * h)).max() for f in fractions)
+
+    errors = np.array([np.abs(end(steps) - exact(2.0)).max() for steps in (80, 160, 320)])
+    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(method.order, abs=0.15)
+    # An interpolant of order p errs by h^(p + 1) over one step.
+    assert np.log2(inside(0.02) / inside(0.01)) > method.order - 0.15
+
+
+@pytest.mark.parametrize("name", EXPLICIT)
+def test_explicit_methods_have_their_order_on_a_pendulum(name):
+    """Against SciPy at its tightest; an embedded estimate must be of a lower order than the method."""
+    method = EXPLICIT[name]
+    stages = len(method.nodes)
+
+    def rates(y):
+        return np.array([y[1], -np.sin(y[0])])
+
+    def step(y, h):
+        k = np.zeros((stages + 1, 2))
+        for stage in range(stages):
+            k[stage] = rates(y + h * method.a[stage, :stage] @ k[:stage])
+        new = y + h * method.weights @ k[:stages]
+        k[stages] = rates(new)
+        return new, h * method.error @ k
+
+    def end(steps):
+        y = np.array([1.0, 0.5])
+        for _ in range(steps):
+            y, _ = step(y, 4.0 / steps)
+        return y
+
+    exact = solve_ivp(lambda _, y: rates(y), (0.0, 4.0), [1.0, 0.5], method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    errors = np.array([np.abs(end(steps) - exact).max() for steps in (20, 40, 80)])
+    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(method.order, abs=0.4)
+    assert method.a.sum(axis=1) == pytest.approx(method.nodes, abs=1e-14)
+    if np.any(method.error):
+        estimates = [np.abs(step(np.array([1.0, 0.5]), h)[1]).max() for h in (0.2, 0.1)]
+        assert np.log2(estimates[0] / estimates[1]) == pytest.approx(method.order, abs=0.3)
 
 
 @pytest.fixture(scope="module")
@@ -68,10 +132,11 @@ def reference():
     return run(*TURNED_REST, stepper="radau")[1]
 
 
-@pytest.mark.parametrize("stepper", ["rk4", "rodas4", "dop853"])
+@pytest.mark.parametrize("stepper", ["rodas4", "rodas3", "imex", "rk4", "dopri5", "dop853"])
 def test_steppers_agree_with_radau_inside_the_transient(reference, stepper):
     """Load and friction torque within the wanted 1e-3, from rest through sliding and ringing."""
-    out = run(*TURNED_REST, stepper=stepper)[1]
+    tight = ("solver.tolerance=1e-5",) if stepper == "dopri5" else ()
+    out = run(*TURNED_REST, *tight, stepper=stepper)[1]
     assert np.all(errors_against(reference, out) < 1e-3)
     assert out.orientation == pytest.approx(reference.orientation, abs=1e-6)
 
@@ -116,7 +181,7 @@ def test_explicit_steps_past_stability_end_in_an_error_and_not_in_numbers():
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("stepper", ["rk4", "rodas4"])
+@pytest.mark.parametrize("stepper", ["rodas4", "imex", "rk4", "dopri5"])
 def test_a_state_that_is_not_finite_is_an_error_with_the_ball(stepper, value):
     moving = motion(stepper=stepper)
     moving.state[3, 4] = value
@@ -124,15 +189,23 @@ def test_a_state_that_is_not_finite_is_an_error_with_the_ball(stepper, value):
         moving.advance(np.array([1e-3]), 1e-3)
 
 
-def test_linear_solver_agrees_with_scipy():
+@pytest.mark.parametrize("band", [2, 17, 40])
+def test_the_band_solver_agrees_with_a_dense_one(band):
+    """Random band matrices need pivoting; a singular one is refused."""
     rng = np.random.default_rng(5)
-    matrix, right = rng.normal(size=(18, 18)), rng.normal(size=18)
-    expected = np.linalg.solve(matrix, right)
-    pivots = np.zeros(18, np.int64)
-    assert factorise(matrix, pivots, 18)
-    substitute(matrix, pivots, 18, right)
-    assert right == pytest.approx(expected, rel=1e-10)
-    assert not factorise(np.zeros((3, 3)), pivots, 3)
+    size = 40
+    dense, right = np.triu(np.tril(rng.normal(size=(size, size)), band), -band), rng.normal(size=size)
+    matrix = np.zeros((size, 3 * band + 1))
+    for i in range(size):
+        for j in range(max(0, i - band), min(size, i + band + 1)):
+            matrix[i, j - i + band] = dense[i, j]
+    expected = np.linalg.solve(dense, right)
+    pivots = np.zeros(size, np.int64)
+    assert factorise(matrix, pivots, size, band)
+    assert np.any(pivots != np.arange(size))
+    substitute(matrix, pivots, size, band, right)
+    assert right == pytest.approx(expected, rel=1e-9)
+    assert not factorise(np.zeros((size, 3 * band + 1)), pivots, size, band)
 
 
 def test_step_control_stays_in_its_bounds():
@@ -142,8 +215,9 @@ def test_step_control_stays_in_its_bounds():
     assert 0.85 < next_step(1.0, 1.0, 4) < 1.0
 
 
-def test_every_method_says_where_it_comes_from():
-    assert all(len(method.source) > 10 and method.order >= 4 for method in METHODS.values())
+def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
+    assert all(len(method.source) > 10 and method.order >= 2 for method in METHODS.values())
+    assert tuple(METHODS) == STEPPERS
 
 
 def test_the_lanes_of_the_kernel_are_vector_instructions():

@@ -110,15 +110,9 @@ def steady_restitution(ratio: float) -> float:
     return math.exp(-2.0 * ratio * angle)
 
 
-def steady_damping(restitution: float, coefficient: float, mass: float) -> float:
-    """`damping` [N s/m^(5/4)] of `steady_damped_load` for a restitution in (0, 1], whatever the speed.
-
-    `coefficient` [N/m^1.5] is that of the elastic law, `mass` [kg] is m1 m2/(m1 + m2): damping = sqrt(5 m c) z.
-    """
+def steady_ratio(restitution: float) -> float:
+    """Damping ratio of `steady_damped_load` for a restitution in (0, 1]; the inverse of `steady_restitution`."""
     _check(restitution)
-    for name, value in (("coefficient", coefficient), ("mass", mass)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise SceneError(f"{name} = {value:g} must be a finite number above zero")
     if restitution == 1.0:
         return 0.0
     high = 1.0
@@ -126,8 +120,18 @@ def steady_damping(restitution: float, coefficient: float, mass: float) -> float
         high *= 2.0
         if high > 1e150:
             raise SceneError(f"restitution = {restitution:g} is too small for any damping; give a larger one")
-    ratio = brentq(lambda z: math.log(steady_restitution(z) / restitution), 0.0, high, xtol=1e-300, rtol=1e-14)
-    return ratio * math.sqrt(5.0 * mass * coefficient)
+    return brentq(lambda z: math.log(steady_restitution(z) / restitution), 0.0, high, xtol=1e-300, rtol=1e-14)
+
+
+def steady_damping(restitution: float, coefficient: float, mass: float) -> float:
+    """`damping` [N s/m^(5/4)] of `steady_damped_load` for a restitution in (0, 1], whatever the speed.
+
+    `coefficient` [N/m^1.5] is that of the elastic law, `mass` [kg] is m1 m2/(m1 + m2): damping = sqrt(5 m c) z.
+    """
+    for name, value in (("coefficient", coefficient), ("mass", mass)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise SceneError(f"{name} = {value:g} must be a finite number above zero")
+    return steady_ratio(restitution) * math.sqrt(5.0 * mass * coefficient)
 
 
 def shortcuts(restitution: float) -> dict[str, Shortcut]:

@@ -5,21 +5,26 @@ Wanner, Solving ODE II, section IV.7): with W = I/(h gamma) - J the stages solve
 
     W k_i = f(t + alpha_i h, y + sum_j a_ij k_j) + sum_j (c_ij / h) k_j + h d_i df/dt
 
-and each step costs one Jacobian and one factorisation.
+and each step costs one Jacobian and one factorisation. All shipped ones are stiffly accurate: the last stage is the
+error estimate, and added to the last stage's state it gives the new one.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy.integrate
 
 from bearing_twin.compiled import inlined, kernel
 
-MOST_STAGES = 6  # of a Rosenbrock method; a has one column fewer
+MOST_STAGES = 6  # of a method whose coefficients the kernels read; a and c have one column fewer
 
 
 class Rosenbrock(NamedTuple):
-    """A Rosenbrock method in transformed form; the last stage is the error estimate, `dense` the interpolant."""
+    """A Rosenbrock method in transformed form; the last stage is the error estimate, `dense` the interpolant.
+
+    One that `lands` ends a step where a contact begins or ends.
+    """
 
     gamma: float
     a: np.ndarray
@@ -28,24 +33,89 @@ class Rosenbrock(NamedTuple):
     d: np.ndarray
     dense: np.ndarray
     order: int
+    lands: bool = False
+
+
+class RungeKutta(NamedTuple):
+    """An explicit Runge-Kutta method; `error` weighs all slopes and that at the new state, zero: no estimate.
+
+    Where there is a `third`, the estimate is divided by the length of (`error`, 0.1 `third`), as Hairer's dop853 does.
+    """
+
+    a: np.ndarray
+    nodes: np.ndarray
+    weights: np.ndarray
+    error: np.ndarray
+    third: np.ndarray
+    order: int
 
 
 class Method(NamedTuple):
-    """What a stepper is: its formal order, whether its step adapts, and where it comes from."""
+    """What a stepper is: its order, whether its step adapts, how it treats stiffness, and where it comes from."""
 
     order: int
     adaptive: bool
+    treats: str
     source: str
 
 
 METHODS = {
-    "rk4": Method(4, False, "Kutta 1901, the classical method, fixed step"),
     "rodas4": Method(
-        4, True, "Hairer and Wanner, Solving ODE II, 2nd ed. 1996, section IV.7: RODAS, order 4(3), L-stable"
+        4,
+        True,
+        "contact and friction implicitly",
+        "Hairer and Wanner, Solving ODE II, 2nd ed. 1996, section IV.7: RODAS, order 4(3), L-stable",
     ),
-    "dop853": Method(8, True, "SciPy DOP853, explicit; a reference"),
-    "radau": Method(5, True, "SciPy Radau IIA, implicit; a reference"),
+    "rodas4_landing": Method(
+        4,
+        True,
+        "contact and friction implicitly",
+        "rodas4 whose steps end where a contact begins or ends, found on its interpolant",
+    ),
+    "rodas3": Method(
+        3,
+        True,
+        "contact and friction implicitly",
+        "Sandu et al., Atmospheric Environment 31 (1997) 3459: RODAS3, order 3(2), L-stable",
+    ),
+    "imex": Method(
+        2,
+        False,
+        "friction and damping implicitly",
+        "leapfrog (Stoermer, Verlet) in the positions, linearly implicit midpoint rule in the velocities",
+    ),
+    "rk4": Method(4, False, "nothing implicitly", "Kutta 1901, the classical method"),
+    "dopri5": Method(5, True, "nothing implicitly", "Dormand and Prince, J. Comp. Appl. Math. 6 (1980) 19: order 5(4)"),
+    "dop853": Method(8, True, "nothing implicitly", "SciPy DOP853; a reference"),
+    "radau": Method(5, True, "everything implicitly", "SciPy Radau IIA; a reference"),
 }
+
+
+def _lower(*rows) -> np.ndarray:
+    """A matrix from the rows of its lower triangle, padded with zeros to what the kernels expect."""
+    matrix = np.zeros((len(rows), MOST_STAGES - 1))
+    for i, row in enumerate(rows):
+        matrix[i, : len(row)] = row
+    return matrix
+
+
+def dense_weights(gamma, a, c, alpha) -> np.ndarray:
+    """An interpolant of order 2 for a Rosenbrock method of order 3; (2, MOST_STAGES - 1) as `rosenbrock_dense` wants.
+
+    The weights t + theta f between the linear terms, smallest that meet the conditions of order 2 and the one of order
+    3 on the nodes, one power of theta at a time (Hairer and Wanner, section IV.7), taken to the transformed form.
+    """
+    stages = len(alpha)
+    inverse = np.eye(stages) / gamma - c[:, :stages]
+    full = np.linalg.inv(inverse)
+    rows = (a[:, :stages] @ full + full).sum(axis=1)
+    conditions = np.array([np.ones(stages), rows, alpha**2])
+    wanted = np.array([[0.0, 0.0], [-1.0 / 2.0, 0.0], [-1.0 / 3.0, -1.0 / 3.0]])
+    weights = np.linalg.lstsq(conditions, wanted, rcond=None)[0]
+    dense = np.zeros((2, MOST_STAGES - 1))
+    dense[:, :stages] = weights.T @ inverse
+    return dense
+
 
 _RODAS4_A5 = (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950)
 RODAS4 = Rosenbrock(
@@ -81,48 +151,95 @@ RODAS4 = Rosenbrock(
     order=4,
 )
 
+_RODAS3 = {
+    "gamma": 0.5,
+    "a": _lower((), (), (2.0,), (2.0, 0.0, 1.0)),
+    "c": _lower((), (4.0,), (1.0, -1.0), (1.0, -1.0, -8.0 / 3.0)),
+    "alpha": np.array([0.0, 0.0, 1.0, 1.0]),
+}
+RODAS3 = Rosenbrock(**_RODAS3, d=np.array([0.5, 1.5, 0.0, 0.0]), dense=dense_weights(**_RODAS3), order=3)
+
+RK4 = RungeKutta(
+    a=_lower((), (1 / 2,), (0, 1 / 2), (0, 0, 1)),
+    nodes=np.array([0.0, 0.5, 0.5, 1.0]),
+    weights=np.array([1.0, 2.0, 2.0, 1.0]) / 6.0,
+    error=np.zeros(5),
+    third=np.zeros(5),
+    order=4,
+)
+DOPRI5 = RungeKutta(
+    a=_lower(
+        (),
+        (1 / 5,),
+        (3 / 40, 9 / 40),
+        (44 / 45, -56 / 15, 32 / 9),
+        (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+        (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    ),
+    nodes=np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0]),
+    weights=np.array([35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84]),
+    error=np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]),
+    third=np.zeros(7),
+    order=5,
+)
+DOP853 = RungeKutta(
+    a=np.ascontiguousarray(scipy.integrate.DOP853.A),
+    nodes=scipy.integrate.DOP853.C,
+    weights=scipy.integrate.DOP853.B,
+    error=scipy.integrate.DOP853.E5,
+    third=scipy.integrate.DOP853.E3,
+    order=8,
+)
+ROSENBROCK = {"rodas4": RODAS4, "rodas4_landing": RODAS4._replace(lands=True), "rodas3": RODAS3}
+EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}
+
 
 @kernel
-def factorise(matrix, pivots, size):
-    """LU factors of matrix[:size, :size] in place, with partial pivoting; False when it is singular or not finite."""
+def factorise(matrix, pivots, size, band):
+    """LU factors in place, with partial pivoting, of a matrix without entries further than `band` from the diagonal.
+
+    Entry (i, j) stands at matrix[i, j - i + band] of a (size, 3 band + 1) array whose last `band` columns receive
+    fill-in and must be zero. False when the matrix is singular or not finite.
+    """
     for column in range(size):
+        below, right = min(size, column + band + 1), min(size, column + 2 * band + 1)
         pivot = column
-        greatest = abs(matrix[column, column])
-        for row in range(column + 1, size):
-            value = abs(matrix[row, column])
+        greatest = abs(matrix[column, band])
+        for row in range(column + 1, below):
+            value = abs(matrix[row, column - row + band])
             if value > greatest:
                 pivot, greatest = row, value
         pivots[column] = pivot
         if not 0.0 < greatest < math.inf:
             return False
         if pivot != column:
-            for j in range(size):
-                matrix[column, j], matrix[pivot, j] = matrix[pivot, j], matrix[column, j]
-        inverse = 1.0 / matrix[column, column]
-        for row in range(column + 1, size):
-            factor = matrix[row, column] * inverse
+            for j in range(column, right):
+                kept = matrix[column, j - column + band]
+                matrix[column, j - column + band] = matrix[pivot, j - pivot + band]
+                matrix[pivot, j - pivot + band] = kept
+        inverse = 1.0 / matrix[column, band]
+        for row in range(column + 1, below):
+            factor = matrix[row, column - row + band] * inverse
             if factor != 0.0:
-                matrix[row, column] = factor
-                for j in range(column + 1, size):
-                    matrix[row, j] -= factor * matrix[column, j]
+                matrix[row, column - row + band] = factor
+                for j in range(1, right - column):
+                    matrix[row, column - row + band + j] -= factor * matrix[column, band + j]
     return True
 
 
 @kernel
-def substitute(matrix, pivots, size, vector):
+def substitute(matrix, pivots, size, band, vector):
     """Solves in place with the factors of `factorise`."""
     for column in range(size):
         pivot = pivots[column]
         vector[column], vector[pivot] = vector[pivot], vector[column]
-    for column in range(size):
-        value = vector[column]
-        for row in range(column + 1, size):
-            vector[row] -= matrix[row, column] * value
+        for row in range(column + 1, min(size, column + band + 1)):
+            vector[row] -= matrix[row, column - row + band] * vector[column]
     for column in range(size - 1, -1, -1):
-        value = vector[column] / matrix[column, column]
+        value = vector[column] / matrix[column, band]
         vector[column] = value
-        for row in range(column):
-            vector[row] -= matrix[row, column] * value
+        for row in range(max(0, column - 2 * band), column):
+            vector[row] -= matrix[row, column - row + band] * value
 
 
 @kernel

@@ -24,6 +24,11 @@ def replay_node() -> int:
     return _run("replay_node")
 
 
+def uq_node() -> int:
+    """Runs studies on request; returns the exit code."""
+    return _run("uq_node")
+
+
 def demo() -> int:
     """Simulates, records, watches and replays; returns the exit code."""
     return _run("demo")

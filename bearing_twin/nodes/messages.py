@@ -19,6 +19,7 @@ except ImportError as error:
         f"ROS 2 cannot be imported ({error}): run `make setup` and `source env.bash`, or source a ROS 2 Jazzy."
     ) from error
 try:
+    from bearing_twin_msgs.action import RunStudy
     from bearing_twin_msgs.msg import Contacts  # noqa: F401
     from bearing_twin_msgs.srv import Step
 except ImportError as error:
@@ -27,7 +28,9 @@ except ImportError as error:
         "`source env.bash`, or with colcon and source its install/setup.bash."
     ) from error
 
-__all__ = ["QoSProfile", "Step", "diagnostics", "message_class", "qos_profile", "qos_words", "rclpy", "stamp"]
+__all__ = [
+    "QoSProfile", "RunStudy", "Step", "diagnostics", "message_class", "qos_profile", "qos_words", "rclpy", "stamp",
+]  # fmt: skip
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 

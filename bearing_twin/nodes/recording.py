@@ -50,8 +50,10 @@ class Recording:
         self.sequences: dict[str, Sequences] = {}
 
     def wants(self, topic: str) -> bool:
-        """Whether `topic` matches a pattern and is not recorded yet."""
-        return topic not in self._numbers and any(fnmatchcase(topic, pattern) for pattern in self._patterns)
+        """Whether `topic` matches a pattern and is not recorded yet; hidden ones, as of actions, are left out."""
+        if topic in self._numbers or "/_" in topic:
+            return False
+        return any(fnmatchcase(topic, pattern) for pattern in self._patterns)
 
     def add(self, topic: str, ros_type: str, type_hash: str, qos: tuple[Qos, ...]) -> None:
         """Describes a topic in the log; raises LogError when the definition of its type cannot be found."""

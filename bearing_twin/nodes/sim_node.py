@@ -63,7 +63,7 @@ class SimNode(Node):
         scene = load_scene(values["scene"], [one for one in values["overrides"] if one])
         if scene.kind != "bearing":
             raise BearingTwinError(
-                f"scene {scene.name} is an impact, over in {scene.parameters.run.duration:.2g} s; "
+                f"scene {scene.name} is no bearing but of kind {scene.kind}, whose samples go to a log; "
                 f"use `bearing_twin simulate {scene.name} --out LOG`, and replay_node for its log"
             )
         if values["log"]:

@@ -41,6 +41,10 @@ class Worker:
             self._refuse_commands()
         return future
 
+    def wake(self) -> None:
+        """Has `turn` called soon, whenever it asked for."""
+        self._wake.set()
+
     def stop(self, timeout: float) -> bool:
         """Ends the thread after the turn it is in; False if that took longer than `timeout` seconds."""
         self._stop.set()
@@ -54,10 +58,10 @@ class Worker:
         try:
             self._prepare()
             while not self._stop.is_set():
-                self._wake.clear()
                 self._obey_commands()
                 wake_at = self._turn(time.monotonic_ns())
                 self._wake.wait(None if wake_at is None else max(0, wake_at - time.monotonic_ns()) * 1e-9)
+                self._wake.clear()  # before anything is looked at, so that no word is lost
         except Exception as problem:
             error = problem
         self._stop.set()

@@ -364,15 +364,21 @@ def give_coefficients(bearing, lanes):
 
 
 @kernel
+def add_pair(bearing, state, k, side, rates):
+    """Adds what the neighbour ahead (side = 1) or behind (side = -1) does to the rates (COLUMNS,) of ball k."""
+    pair = pair_contact(bearing, state, k, side)
+    for axis in range(3):
+        rates[VELOCITY + axis] += pair.force[axis] / bearing.ball_mass
+        rates[SPIN + axis] += pair.torque[axis] / bearing.ball_inertia
+    rates[DISSIPATED] += pair.dissipation
+
+
+@kernel
 def add_pair_rates(bearing, near, state, k, rates):
     """Adds what neighbours that ball k may touch do to `rates[k]`."""
     for side in (1, -1):
         if touchable(bearing, near, k, side):
-            pair = pair_contact(bearing, state, k, side)
-            for axis in range(3):
-                rates[k, VELOCITY + axis] += pair.force[axis] / bearing.ball_mass
-                rates[k, SPIN + axis] += pair.torque[axis] / bearing.ball_inertia
-            rates[k, DISSIPATED] += pair.dissipation
+            add_pair(bearing, state, k, side, rates[k])
 
 
 @kernel
@@ -390,25 +396,49 @@ def from_lane(lanes, k, row):
 
 
 @kernel
-def mark_near(bearing, state, reach, ahead, near):
-    """Sets `near[k]` where ball k and the next ahead may meet within `ahead` [s]; returns the least gap [m].
+def meeting(bearing, state, k):
+    """Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it.
 
-    They may where their gap is below `reach` plus twice what their present orbital speeds close it by.
+    A gap that cannot close, because there is no other ball or the way round is the longer one, is infinite.
     """
+    if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
+        return math.inf, 0.0
+    j = (k + 1) % bearing.balls
+    angle = neighbour_angle(bearing, state, k, 1)
+    other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
+    between = minus(other, ball_position(state, k))
+    gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
+    return gap, 2.0 * abs(state[j, VELOCITY + 1] - state[k, VELOCITY + 1])
+
+
+@kernel
+def mark_near(bearing, state, reach, ahead, near):
+    """Sets `near[k]` where ball k and the next ahead may come closer than `reach` [m] within `ahead` [s]."""
+    for k in range(bearing.balls):
+        gap, closing = meeting(bearing, state, k)
+        near[k] = gap < reach + ahead * closing
+
+
+@kernel
+def time_apart(bearing, state, reach):
+    """Seconds for which no two balls can come closer than `reach` [m], by their present speeds."""
     least = math.inf
     for k in range(bearing.balls):
-        near[k] = False
-        if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
-            continue
-        j = (k + 1) % bearing.balls
-        angle = neighbour_angle(bearing, state, k, 1)
-        other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
-        between = minus(other, ball_position(state, k))
-        gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
-        closing = abs(state[j, VELOCITY + 1] - state[k, VELOCITY + 1])
-        near[k] = gap < reach + 2.0 * ahead * closing
-        least = min(least, gap)
+        gap, closing = meeting(bearing, state, k)
+        least = min(least, max(gap - reach, 0.0) / (closing + 1e-300))
     return least
+
+
+@kernel
+def approaches(bearing, motion):
+    """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
+    angle, height = motion[ORBIT_ANGLE], motion[HEIGHT]
+    centre = about_z(math.cos(angle), -math.sin(angle), bearing.offset)
+    across = math.sqrt((motion[AXIS_DISTANCE] - centre[0]) ** 2 + centre[1] ** 2)
+    inner, outer = bearing.inner, bearing.outer
+    low = ball_in_groove(across, height - centre[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius)
+    high = ball_in_groove(motion[AXIS_DISTANCE], height, bearing.ball_radius, outer.locus_radius, outer.groove_radius)
+    return low.approach, high.approach
 
 
 @kernel

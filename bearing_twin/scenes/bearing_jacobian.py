@@ -171,7 +171,7 @@ def nudges(bearing):
     """Increments (MOTION,) for forward differences: small against an elastic approach and the friction's smoothing."""
     speed = 1e-6 * bearing.friction_regularisation
     turn = speed / bearing.ball_radius
-    return (3e-12, 1e-7, 3e-12, speed, speed, speed, turn, turn, turn)
+    return (3e-12, 3e-12 / bearing.outer.locus_radius, 3e-12, speed, speed, speed, turn, turn, turn)
 
 
 @kernel

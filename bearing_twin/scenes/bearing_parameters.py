@@ -14,7 +14,7 @@ REFUSED_LAWS = {
     "hertz_differential": "carries the shape of each ellipse as states, which a bearing's motion has no room for; use "
     "hertz, the same load to 1e-10 and cheaper, or bearing_twin.contact.differential in a motion of your own"
 }
-STEPPERS = ("rk4", "rodas4", "dop853", "radau")
+STEPPERS = ("rodas4", "rodas4_landing", "rodas3", "imex", "rk4", "dopri5", "dop853", "radau")
 FRICTIONS = ("point", "spot")
 MOTIONS = ("rolling", "rest")
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise
@@ -82,12 +82,22 @@ class Contact:
 
 
 @dataclass(frozen=True)
+class Change:
+    """One change of the drive while it runs, added to what it was."""
+
+    time: float = quantity(0.0, "s", "when the drive changes; 0 = never", at_least=0.0)
+    speed: float = quantity(0.0, "rad/s", "added to the wanted speed, which is approached at drive.acceleration")
+    offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "added to the inner ring's offset, at once")
+
+
+@dataclass(frozen=True)
 class Drive:
     """Prescribed motion of the inner ring; the outer ring is at rest."""
 
     speed: float = quantity(183.26, "rad/s", "speed of the inner ring about +z")
     acceleration: float = quantity(2000.0, "rad/s^2", "rate at which a commanded speed is approached", above=0.0)
     offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "displacement of the inner ring's centre")
+    change: Change = section(Change)
 
 
 @dataclass(frozen=True)
@@ -178,12 +188,16 @@ def check(parameters: BearingScene) -> list[str]:
             f"geometry.radial_clearance = {geometry.radial_clearance:g} m is outside what a ball of {ball:g} m bears; "
             f"it must be between {-GREATEST_INTERFERENCE * ball:.6g} and {GREATEST_CLEARANCE * ball:.6g} m"
         )
-    offset = math.hypot(*parameters.drive.offset)
-    if offset >= GREATEST_OFFSET * ball:
-        problems.append(
-            f"drive.offset = {list(parameters.drive.offset)} m moves the inner ring by {offset:g} m, too far; "
-            f"its length must be below {GREATEST_OFFSET * ball:.6g} m"
-        )
+    first, added = parameters.drive.offset, parameters.drive.change.offset
+    changed = tuple(a + b for a, b in zip(first, added, strict=True))
+    for key, vector in (("drive.offset", first), ("drive.offset + drive.change.offset", changed)):
+        offset = math.hypot(*vector)
+        if offset >= GREATEST_OFFSET * ball:
+            problems.append(
+                f"{key} = {list(vector)} m moves the inner ring by {offset:g} m, too far; "
+                f"its length must be below {GREATEST_OFFSET * ball:.6g} m"
+            )
+            break
     problems += _check_restitution(parameters.contact)
     if run.publish_rate > run.output_rate:
         problems.append(

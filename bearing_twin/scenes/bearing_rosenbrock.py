@@ -5,6 +5,7 @@ step size; all lanes take one step together, each accepts or repeats its own, an
 of the chunk takes the next ball.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -28,12 +29,14 @@ from bearing_twin.scenes.bearing_lanes import (
 )
 from bearing_twin.scenes.bearing_steps import (
     JACOBIANS,
+    LANDED,
     LEAST_STEP,
     OK,
     RATES,
     REJECTIONS,
     STALLED,
     STEPS,
+    changes_contact,
     check_ball,
     turn,
 )
@@ -56,20 +59,11 @@ class Task(NamedTuple):
     nudges: np.ndarray
 
 
-class Results(NamedTuple):
-    """What a chunk fills in; see `bearing_steps`."""
-
-    states: np.ndarray
-    orientations: np.ndarray
-    counts: np.ndarray
-    failure: np.ndarray
-
-
 @kernel
-def _give_out(dense, times, cursor, lanes, k, states, orientations, ball, rows):
+def _give_out(dense, times, cursor, until, lanes, k, states, orientations, ball, rows):
     """Writes the instants inside the step just accepted, from its interpolant; returns the next instant to serve."""
     time, h = lanes[TIME * LANES + k], lanes[STEP * LANES + k]
-    while cursor < len(times) and times[cursor] <= time + h:
+    while cursor < len(times) and times[cursor] <= until:
         fraction = (times[cursor] - time) / h
         row = states[cursor, ball]
         from_lane(lanes[START * LANES :], k, rows[0])
@@ -105,9 +99,10 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
     times, step = task.times, lanes[STEP * LANES + k]
     moment = lanes[TIME * LANES + k] + step
     finished = moment >= task.duration * (1.0 - NOTHING)
-    if cursor < len(times) and times[cursor] <= moment:
+    until = math.inf if finished else moment  # at the end of the chunk no instant is lost to rounding
+    if cursor < len(times) and times[cursor] <= until:
         dense, states, orientations = task.method.dense, results.states, results.orientations
-        cursor = _give_out(dense, times, cursor, lanes, k, states, orientations, number, rows)
+        cursor = _give_out(dense, times, cursor, until, lanes, k, states, orientations, number, rows)
     proposed = next_step(step, lanes[ERROR * LANES + k], task.method.order)
     for row in range(COLUMNS):
         lanes[(START + row) * LANES + k] = lanes[(END + row) * LANES + k]
@@ -124,6 +119,24 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
     if status != OK:
         results.failure[0], results.failure[1] = task.duration, number
     return status, 0
+
+
+@kernel
+def _landing(bearing, dense, lanes, k, rows):
+    """Share of a lane's step after which a contact has just begun or ended; 1 where none does."""
+    from_lane(lanes[START * LANES :], k, rows[0])
+    from_lane(lanes[END * LANES :], k, rows[1])
+    if not changes_contact(bearing, rows[0], rows[1]):
+        return 1.0
+    low, high = 0.0, 1.0
+    while high - low > 1e-6:
+        middle = 0.5 * (low + high)
+        interpolate_lane(dense, middle, lanes, k, rows[1])
+        if changes_contact(bearing, rows[0], rows[1]):
+            high = middle
+        else:
+            low = middle
+    return high
 
 
 @kernel
@@ -157,6 +170,12 @@ def lone_chunk(task, balls, state, orientation, steps, results):
                     results.failure[0], results.failure[1] = lanes[TIME * LANES + k], number
                     return STALLED
                 continue
+            if method.lands:
+                share = _landing(task.bearing, method.dense, lanes, k, rows)
+                if share < LANDED:
+                    counts[REJECTIONS] += 1
+                    lanes[STEP * LANES + k] *= share
+                    continue
             counts[STEPS] += 1
             status, cursor[k] = _accept(task, number, cursor[k], state, orientation, steps, results, lanes, k, rows)
             if status == RUNNING:

@@ -169,6 +169,7 @@ def fastest_rates(bearing: Bearing, state: np.ndarray, inner_speed: float) -> Ra
     return Rates(contact, friction, math.pi / contact)
 
 
-def stable_step(rates: Rates) -> float:
-    """A step [s] for the classical Runge-Kutta method: 16 a contact and inside its stability limit of 2.78/rate."""
-    return min(rates.shortest_contact / 16.0, 1.4 / max(rates.friction, 1.0))
+def stable_step(rates: Rates, stepper: str) -> float:
+    """A step [s] for a method with fixed steps: 16 a contact and, for rk4, inside its stability limit of 2.78/rate."""
+    contact = rates.shortest_contact / 16.0
+    return contact if stepper == "imex" else min(contact, 1.4 / max(rates.friction, 1.0))

@@ -1,12 +1,16 @@
 """What the integration loops of the bearing share: costs, failures, checks of a state, and turning the balls.
 
-Both loops (`bearing_rk4`, `bearing_rosenbrock`) take `times` [s], increasing, counted from the start of the chunk, all
-within `duration`; they advance `state` (N, COLUMNS) and `orientation` (N, 4) to the end of the chunk and fill `states`
-(len(times), N, COLUMNS) and `orientations` (len(times), N, 4). `counts` gathers the cost; the returned status is one of
-OK, NOT_FINITE, TOO_DEEP, STALLED, with the failing time and ball in `failure`.
+The loops (`bearing_rosenbrock`, `bearing_groups`, `bearing_explicit`, `bearing_imex`) take `times` [s], increasing,
+counted from the start of the chunk, all within `duration`; they advance `state` (N, COLUMNS) and `orientation` (N, 4)
+to the end of the chunk and fill `states` (len(times), N, COLUMNS) and `orientations` (len(times), N, 4). `counts`
+gathers the cost; the returned status is one of OK, NOT_FINITE, TOO_DEEP, STALLED, with the failing time and ball in
+`failure`.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from bearing_twin.compiled import kernel
 from bearing_twin.rotation import turned
@@ -15,6 +19,7 @@ from bearing_twin.scenes.bearing import (
     COLUMNS,
     SPIN,
     VELOCITY,
+    approaches,
     in_ball_frame,
     inner_contact,
     outer_contact,
@@ -23,7 +28,18 @@ from bearing_twin.scenes.bearing import (
 OK, NOT_FINITE, TOO_DEEP, STALLED = range(4)
 STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
 LEAST_STEP = 1e-12  # seconds; a shorter step means that the equations cannot be followed
+TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
+LANDED = 0.95  # share of a step: a contact that changes later in it is as good as at its end
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
+
+
+class Results(NamedTuple):
+    """What a chunk fills in."""
+
+    states: np.ndarray
+    orientations: np.ndarray
+    counts: np.ndarray
+    failure: np.ndarray
 
 
 @kernel
@@ -39,6 +55,15 @@ def turn(orientation, start, middle, end, step, out):
     result = turned(quaternion, relative_spin(start), relative_spin(middle), relative_spin(end), step)
     for part in range(4):
         out[part] = result[part]
+
+
+@kernel
+def changes_contact(bearing, start, end):
+    """Whether a ball begins or ends a contact with a raceway between two states, other than by a hair."""
+    for before, after in zip(approaches(bearing, start), approaches(bearing, end)):  # noqa: B905
+        if before * after < 0.0 and min(abs(before), abs(after)) > TOUCHING:
+            return True
+    return False
 
 
 @kernel

@@ -5,6 +5,8 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from bearing_twin.materials import MATERIALS, Material
 from bearing_twin.parameters import choice, quantity, section
 
@@ -33,8 +35,9 @@ class Run:
 
 
 def sphere_mass(sphere: Sphere) -> float:
-    """Mass [kg]: given, or that of the homogeneous sphere."""
-    return sphere.mass or sphere.material.density * 4.0 / 3.0 * math.pi * sphere.radius**3
+    """Mass [kg]: given, or that of the homogeneous sphere; numbers or arrays that broadcast."""
+    whole = sphere.material.density * 4.0 / 3.0 * math.pi * sphere.radius**3
+    return np.where(np.greater(sphere.mass, 0.0), sphere.mass, whole)[()]
 
 
 def resolved_run(run: Run, whole: float, outputs: int) -> Run:

@@ -5,6 +5,8 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from bearing_twin.contact.line import LINE_LAWS, greatest_energy, line_law
 from bearing_twin.materials import Material, effective_modulus
 from bearing_twin.motion.collision import FEW_STEPS, FEWEST_STEPS, FIXED_STEP
@@ -97,14 +99,17 @@ class TwoDiscsScene:
 
 
 def sphere_pair(parameters: TwoSpheresScene) -> tuple[float, float, float]:
-    """(load coefficient [N/m^1.5], first mass, second mass [kg]); a measured alpha replaces the Hertz coefficient."""
-    first, second = parameters.first, parameters.second
+    """(load coefficient [N/m^1.5], first mass, second mass [kg]); a measured alpha replaces the Hertz coefficient.
+
+    Numbers or arrays that broadcast: studies evaluate many spheres at once.
+    """
+    first, second, measured = parameters.first, parameters.second, parameters.contact.measured_alpha
     masses = sphere_mass(first), sphere_mass(second)
-    measured = parameters.contact.measured_alpha
-    if measured:
-        return float(impact.coefficient_of_alpha(measured, masses[0] * masses[1] / sum(masses))), *masses
+    given = np.greater(measured, 0.0)
+    asked = impact.coefficient_of_alpha(np.where(given, measured, 1.0), masses[0] * masses[1] / sum(masses))
     radius = first.radius * second.radius / (first.radius + second.radius)
-    return 4.0 / 3.0 * effective_modulus(first.material, second.material) * math.sqrt(radius), *masses
+    hertz = 4.0 / 3.0 * effective_modulus(first.material, second.material) * np.sqrt(radius)
+    return np.where(given, asked, hertz)[()], *masses
 
 
 def disc_mass(disc: Disc) -> float:

@@ -1,0 +1,277 @@
+"""Samplers and quadrature against each other: error of mean and deviation over realisations, and over seconds.
+
+The contact time of paper 3's spheres is a product of powers of its inputs, so its mean and deviation are products of
+moments of one input each, known to rounding. Random methods run with several seeds: the line is the median error, the
+band the middle half of the seeds.
+"""
+
+import csv
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin import __version__
+from bearing_twin.charts.sheets import Axis, Band, Line, Panel, Sheet
+from bearing_twin.charts.sheets import draw as draw_sheet
+from bearing_twin.charts.study_samples import colour
+from bearing_twin.charts.style import BALL_COLOURS, STYLE
+from bearing_twin.uq.change_of_variable import derive
+from bearing_twin.uq.chaos import GREATEST_DEGREE, VALIDATION, expand
+from bearing_twin.uq.propagation import exact_distributions, mean_inputs, task_of
+from bearing_twin.uq.realise import realise
+from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
+from bearing_twin.uq.study_file import parse_study
+
+
+class Problem(NamedTuple):
+    """A study of two spheres, and the powers of its inputs whose product their contact time is proportional to."""
+
+    title: str
+    study: dict
+    powers: tuple[float, ...]
+
+
+PROBLEMS = {
+    "one": Problem(
+        "alpha uncertain",
+        {"inputs": {"contact.measured_alpha": {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5}}},
+        (1.0,),
+    ),
+    "four": Problem(
+        "modulus, radius, mass, speed uncertain",
+        {
+            "inputs": {
+                "first.material.young_modulus": {
+                    "distribution": "gamma", "mean": 2.1e11, "std": 4.2e10, "also": ["second.material.young_modulus"]
+                },
+                "first.radius": {"distribution": "uniform", "low": 0.015, "high": 0.023, "also": ["second.radius"]},
+                "first.mass": {"distribution": "lognormal", "mean": 0.2258, "std": 0.05, "also": ["second.mass"]},
+                "motion.first_velocity": {"distribution": "uniform", "low": 10.0, "high": 30.0},
+            }
+        },
+        (-0.4, -0.2, 0.4, -0.2),
+    ),
+}  # fmt: skip
+SEEDS, MANY, CHEAP = 9, 36, 2**15  # seeds of a size; MANY up to CHEAP realisations
+LADDER = tuple(32 * 4**step for step in range(9))  # realisations; sizes that balance a Sobol design
+MOST = {"random": LADDER[-1]}  # the others are not run beyond MOST_EVEN: they are long there
+MOST_EVEN = 2**17
+CHAOS, EXACT = "polynomial_chaos", "change_of_variable"
+WANTED = 1e-4
+LEAST, ROUNDING = 1e-16, 1e-12  # smaller errors are drawn at LEAST
+WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
+MOST_NODES = 4096  # of polynomial chaos
+BESIDE = (0.36, 0.2)  # where the legend stands then, in the panel
+
+
+class Point(NamedTuple):
+    """A method at one size: median and quartiles over the seeds of the relative errors, median seconds of one core."""
+
+    problem: str
+    method: str
+    realisations: int
+    seconds: float
+    mean_error: float
+    mean_low: float
+    mean_high: float
+    std_error: float
+    std_low: float
+    std_high: float
+
+
+def measure(
+    update: Callable[[float], None] = lambda share: None,
+    names: tuple[str, ...] = tuple(PROBLEMS),
+    ladder: tuple[int, ...] = LADDER,
+    seeds: int | None = None,
+) -> list[Point]:
+    """Every sampler at every size of the ladder, polynomial chaos by degrees, and the change of variable for one input.
+
+    `seeds` is the number of seeds at every size, by default SEEDS, or MANY where it is cheap.
+    """
+    points = []
+    for place, name in enumerate(names):
+        study, truth = _posed(PROBLEMS[name])
+        task = task_of(study)
+        points += _by_samplers(
+            name, study, task, truth, ladder, seeds, lambda share, place=place: update((place + share) / len(names))
+        )
+        inputs, repeats = study.joint.dimension, range(seeds or SEEDS)
+        for degree in range(1, GREATEST_DEGREE + 1):
+            nodes = (degree + 1) ** inputs
+            if nodes <= MOST_NODES:
+                points.append(_point(name, CHAOS, nodes, [_expanded(study, task, degree, truth) for _ in repeats]))
+        if inputs == 1:
+            runs = [_exactly(study, task, truth) for _ in repeats]
+            points.append(_point(name, EXACT, runs[0][0], [run[1:] for run in runs]))
+    return points
+
+
+def _posed(problem):
+    """The study, and the mean and deviation of its contact time by the moments of each input's power."""
+    only_times = {"scene": "two_spheres", "quantities": ["contact_duration"], "modality": "no"}
+    study = parse_study({**only_times, **problem.study}, problem.title)
+    means = mean_inputs(study)
+    scale = float(realise(task_of(study), means).quantities[0, 0] / np.prod(means[0] ** problem.powers))
+    mean, square = scale, scale**2
+    for source, power in zip(study.inputs, problem.powers, strict=True):
+        found = source if power == 1.0 else derive(source, lambda x, power=power: x**power)
+        mean, square = mean * found.mean, square * (found.mean**2 + found.std**2)
+    return study, np.array([mean, np.sqrt(square - mean**2)])
+
+
+def _by_samplers(problem, study, task, truth, ladder, seeds, update):
+    wanted = [(name, size) for name in SAMPLERS for size in ladder if size <= MOST.get(name, MOST_EVEN)]
+    whole, done, points = sum(size for _, size in wanted), 0, []
+    for name, size in wanted:
+        count = seeds or (MANY if size <= CHEAP else SEEDS)
+        runs = [_sampled(study, task, name, size, seed, truth) for seed in range(1, count + 1)]
+        points.append(_point(problem, name, size, runs))
+        done += size
+        update(done / whole)
+    return points
+
+
+def _point(problem, method, size, runs) -> Point:
+    """Of runs (seconds, error of the mean, error of the deviation)."""
+    seconds, *errors = np.transpose(runs)
+    found = np.concatenate([np.quantile(error, (0.5, 0.25, 0.75)) for error in errors])
+    return Point(problem, method, size, float(np.median(seconds)), *found.tolist())
+
+
+def _sampled(study, task, name, size, seed, truth):
+    start = time.perf_counter()
+    unit = UnitPoints(name, study.joint.dimension, seed, size).chunk(0, size)
+    sample = realise(task, study.joint.values(unit)).quantities[:, 0]
+    return _judged(start, (np.mean(sample), np.std(sample, ddof=1)), truth)
+
+
+def _expanded(study, task, degree, truth):
+    start = time.perf_counter()
+    found = expand(study.joint, lambda values: realise(task, values).quantities[:, 0], degree)
+    return _judged(start, (found.mean, found.std), truth)
+
+
+def _exactly(study, task, truth):
+    """Of a fresh change of variable: at how many places it looks at the closed form, then as the others."""
+    start = time.perf_counter()
+    exact = exact_distributions(study, task, "change_of_variable")["contact_duration"]
+    return (len(exact.found.scores), *_judged(start, (exact.mean, exact.std), truth))
+
+
+def _judged(start, found, truth):
+    seconds = time.perf_counter() - start
+    return (seconds, *np.abs(np.array(found) / truth - 1.0))
+
+
+def write_table(points: list[Point], path: Path) -> None:
+    """The points as comma-separated values."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream)
+        table.writerow(Point._fields)
+        table.writerows(points)
+
+
+def draw(points: list[Point], path: Path) -> None:
+    """The chart, one row a problem: error of the mean over realisations and over seconds, then of the deviation."""
+    rows = []
+    for name in dict.fromkeys(p.problem for p in points):
+        mine = of_problem(points, name)
+        title = PROBLEMS[name].title
+        title = f"{title[:1].upper()}{title[1:]}"
+        rows.append(
+            [
+                _panel(mine, "mean", "realisations", title),
+                _panel(mine, "mean", "seconds", "The same over seconds of one core"),
+                _panel(mine, "std", "realisations", "The deviation"),
+            ]
+        )
+    seeds = f"median and middle half of {MANY} seeds, {SEEDS} beyond {CHEAP} realisations; dotted: {WANTED:g}"
+    made = f"bearing_twin {__version__}, numpy {np.__version__}, {time.strftime('%Y-%m-%d')}"
+    draw_sheet(Sheet("How fast mean and deviation of a contact time are known", rows, f"{seeds}; {made}", []), path)
+
+
+def of_problem(points: list[Point], problem: str) -> list[Point]:
+    """The points of one problem."""
+    return [p for p in points if p.problem == problem]
+
+
+def _panel(points, statistic, along, title):
+    words = {"mean": "mean", "std": "deviation"}[statistic]
+    least = max(min(getattr(p, f"{statistic}_error") for p in points), LEAST)
+    # room for the legend below curves that end high, beside those that end at rounding
+    room, place = (1e-4, "lower left") if least > ROUNDING else (0.3, BESIDE)
+    up = Axis(f"relative error of the {words}", "1", log=True, limits=(room * least, 1.0))
+    across = Axis("realisations", "1", log=True) if along == "realisations" else Axis("time", "s", log=True)
+    parts = []
+    for number, method in enumerate(dict.fromkeys(p.method for p in points)):
+        parts += _parts([p for p in points if p.method == method], number, statistic, along)
+    reach = [getattr(p, along) for p in points]
+    parts.append(Line(f"{WANTED:g}", [min(reach), max(reach)], [WANTED, WANTED], WANTED_LOOK, False))
+    key = f"{points[0].problem}, {words} over {along}"
+    return Panel(key, title, across, up, parts, place if along == "realisations" else None)
+
+
+def _parts(mine, place, statistic, along):
+    method, x = mine[0].method, [getattr(p, along) for p in mine]
+    columns = ([getattr(p, f"{statistic}_{one}") for p in mine] for one in ("error", "low", "high"))
+    middle, low, high = (np.maximum(column, LEAST) for column in columns)
+    look = {**colour(place), "marker": "o", "markersize": 5}
+    name = method.replace("_", " ")
+    if method in SAMPLERS:
+        shade = {"color": BALL_COLOURS[place], "alpha": 0.18}
+        steep = f"{name}, slope {slope(mine, method, statistic):.2f}"
+        return [Band(f"{name}, middle half", x, low, high, shade, False), Line(steep, x, middle, look)]
+    if method == EXACT:
+        look = {"color": STYLE["ink"], "marker": "*", "markersize": 14, "linestyle": ""}
+    return [Line(name, x, middle, look)]
+
+
+def slope(points: list[Point], method: str, statistic: str = "mean") -> float:
+    """Exponent of the median error in the number of realisations, fitted over the ladder; points of one problem."""
+    mine = [p for p in points if p.method == method]
+    sizes = np.log([p.realisations for p in mine])
+    errors = np.log([max(getattr(p, f"{statistic}_error"), LEAST) for p in mine])
+    return float(np.polyfit(sizes, errors, 1)[0])
+
+
+def needed(points: list[Point], method: str, wanted: float = WANTED, statistic: str = "mean") -> Point | None:
+    """The smallest size from which on the median error stays within `wanted`, None if none; points of one problem."""
+    mine = [p for p in points if p.method == method]
+    wide = [place for place, p in enumerate(mine) if getattr(p, f"{statistic}_error") > wanted]
+    first = wide[-1] + 1 if wide else 0
+    return mine[first] if first < len(mine) else None
+
+
+def reading(points: list[Point]) -> list[str]:
+    """What the chart says: for each problem realisations for a mean within WANTED, the factor to Sobol, slopes."""
+    sentences = [
+        sentence
+        for name in dict.fromkeys(p.problem for p in points)
+        for sentence in _reading(PROBLEMS[name].title, of_problem(points, name))
+    ]
+    sentences.append(
+        "A latin hypercube gives no interval of its own, Sobol points do by their eight replicates. Polynomial chaos "
+        f"takes {VALIDATION} further realisations, not counted here, to measure its error."
+    )
+    return sentences
+
+
+def _reading(title, points):
+    parts = []
+    for method in dict.fromkeys(p.method for p in points):
+        found = needed(points, method)
+        most = max(p.realisations for p in points if p.method == method)
+        cost = f"{found.realisations} ({found.seconds:.2g} s)" if found else f"more than {most}"
+        parts.append(f"{method.replace('_', ' ')} {cost}")
+    yield f"Realisations for the mean within {WANTED:g}, {title}: {', '.join(parts)}."
+    even, plain = needed(points, "sobol"), needed(points, "random")
+    if even:
+        most = plain.realisations if plain else max(p.realisations for p in points if p.method == "random")
+        many = f"{'' if plain else 'more than '}{most / even.realisations:.0f}"
+        yield f"Scrambled Sobol needs {many} times fewer realisations than random sampling."
+    slopes = ", ".join(f"{name.replace('_', ' ')} {slope(points, name):.2f}" for name in SAMPLERS)
+    yield f"The error of the mean falls with the number of realisations to the power: {slopes}."

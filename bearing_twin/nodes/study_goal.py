@@ -1,0 +1,84 @@
+"""A goal of the action run_study without ROS: what is asked, the study it makes, and how it is answered."""
+
+import threading
+from collections.abc import Callable
+from typing import NamedTuple
+
+from bearing_twin.errors import StudyError
+from bearing_twin.uq.drawing import Progress
+from bearing_twin.uq.study import Study
+from bearing_twin.uq.study_file import load_study, parse_study, study_names
+
+LONGEST_TEXT = 100_000  # characters of a study in a goal
+MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
+SUCCEEDED, ABORTED, CANCELLED = "succeeded", "aborted", "cancelled"
+
+
+class Goal(NamedTuple):
+    """What was asked: name, path or YAML text of a study, and changes; `samples` and `seed` 0 = as the study says."""
+
+    study: str
+    overrides: tuple[str, ...] = ()
+    samples: int = 0
+    seed: int = 0
+
+
+class Answer(NamedTuple):
+    """How a request ended (SUCCEEDED, ABORTED or CANCELLED), the sentence about it, and what there is of a result.
+
+    `problem` is what whoever looks after the node should know of, empty where all is well.
+    """
+
+    state: str
+    message: str
+    summary: str = ""
+    log: str = ""
+    stopped_because: str = ""
+    problem: str = ""
+
+
+class Request:
+    """A goal on its way; its `answer` is there once `finished` is set.
+
+    `called_off()` tells whether whoever asked has cancelled it. `begin()` is called once, when it starts to run, or
+    else when it has got its answer without. `tell(progress, quantity)` is called while it runs, ten times a second at
+    most.
+    """
+
+    def __init__(
+        self,
+        goal: Goal,
+        called_off: Callable[[], bool] = lambda: False,
+        begin: Callable[[], None] = lambda: None,
+        tell: Callable[[Progress, str], None] = lambda progress, quantity: None,
+    ):
+        self.goal, self.called_off, self.tell = goal, called_off, tell
+        self.study: Study | None = None
+        self.answer: Answer | None = None
+        self.finished = threading.Event()
+        self._begin, self._begun = begin, False
+
+    def begin(self) -> None:
+        """Says that its turn has come; the second time nothing."""
+        if not self._begun:
+            self._begun = True
+            self._begin()
+
+
+def study_of(goal: Goal) -> Study:
+    """The study a goal asks for: text with several lines or in braces is YAML, all else a name or a path.
+
+    Raises StudyError with a sentence for what makes none.
+    """
+    if len(goal.study) > LONGEST_TEXT:
+        raise StudyError(f"the study has {len(goal.study)} characters, more than {LONGEST_TEXT}; put it into a file")
+    if len(goal.overrides) > MOST_OVERRIDES or any(len(one) > LONGEST_OVERRIDE for one in goal.overrides):
+        raise StudyError(f"overrides must be at most {MOST_OVERRIDES}, each of {LONGEST_OVERRIDE} characters at most")
+    overrides = [one for one in goal.overrides if one]
+    overrides += [f"{key}={getattr(goal, key)}" for key in ("samples", "seed") if getattr(goal, key)]
+    text = goal.study.strip()
+    if not text:
+        raise StudyError(f"which study? give a name, a path or YAML; legal: {', '.join(study_names())}")
+    if "\n" in text or text.startswith("{"):
+        return parse_study(goal.study, "study goal", overrides)
+    return load_study(text, overrides)

@@ -1,0 +1,246 @@
+"""Studies on request, one at a time behind a short queue: what uq_node thinks, without ROS and without a thread.
+
+A request waits from the moment it is accepted. It is read (`read`), runs in its turn (`turn`), and gets an answer in
+any case: of its study, of what makes it no study, or that it was called off. Reading and running take as long as they
+take, each in a thread of its own; everything else returns at once and may be called from any thread.
+"""
+
+import dataclasses
+import re
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from pathlib import Path
+
+from bearing_twin.errors import BearingTwinError, StudyError
+from bearing_twin.log.study_log import write_study
+from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of
+from bearing_twin.outcome import json_text
+from bearing_twin.uq.drawing import Progress
+from bearing_twin.uq.ensemble import processors
+from bearing_twin.uq.result import StudyResult
+from bearing_twin.uq.run import memory_needed, refuse_too_large, run_study
+from bearing_twin.uq.study import Study
+
+QUEUE = 4  # studies that may wait for the one that runs
+PROGRESS_PERIOD_NS = 100_000_000
+
+
+class Studies:
+    """The studies that were asked for; at most one runs and QUEUE wait.
+
+    `log_folder` gets a log of every study, empty = none. `memory` [B] and `workers` (0 = one a processor) bound what a
+    study may use, whatever it says itself. `ended(answer)` is told of every answer. `run` and `write` are those of the
+    library; `clock` gives monotonic time [ns].
+    """
+
+    def __init__(
+        self,
+        log_folder: str = "",
+        memory: float = 2e9,
+        workers: int = 0,
+        ended: Callable[[Answer], None] = lambda answer: None,
+        run: Callable = run_study,
+        write: Callable = write_study,
+        clock: Callable[[], int] = time.monotonic_ns,
+    ):
+        if log_folder and Path(log_folder).exists() and not Path(log_folder).is_dir():
+            raise BearingTwinError(f"log_folder {log_folder} is a file; give a folder, or nothing for no logs")
+        self._log_folder, self._memory, self._workers = log_folder, memory, workers or processors()
+        self._ended, self._do, self._write, self._clock = ended, run, write, clock
+        self._lock = threading.RLock()
+        self._waiting: deque[Request] = deque()
+        self._running: Request | None = None
+        self._progress: Progress | None = None
+        self._told: Progress | None = None
+        self._next_word = 0  # monotonic time [ns]
+        self._closing = False
+        self._counts = Counter()
+        self._problem = self._last_problem = ""  # of the last request, and of the last that had one
+
+    def refusal(self) -> str:
+        """Why no further request can be taken now, or nothing; a refusal is counted."""
+        with self._lock:
+            reason = self._no_room()
+            if reason:
+                self._counts["refused"] += 1
+                self._problem = self._last_problem = reason
+            return reason
+
+    def add(self, request: Request) -> None:
+        """Lets a request wait; it is aborted where there has come to be no room."""
+        with self._lock:
+            reason = self._no_room()
+            if not reason:
+                self._waiting.append(request)
+        if reason:
+            self._abort(request, reason)
+
+    def read(self, now: int, request: Request) -> None:
+        """Makes a study of a waiting request's goal, or aborts it with the reason."""
+        try:
+            request.study = self._bounded(study_of(request.goal))
+        except Exception as error:
+            for one in self._taken(lambda waiting: waiting is request):
+                self._abort(one, _sentence(error))
+
+    def turn(self, now: int) -> int | None:
+        """Runs the first of those that wait, if it has been read; returns when to be called again, None = when told."""
+        with self._lock:
+            if not self._waiting or self._waiting[0].study is None:
+                return None
+            request = self._running = self._waiting.popleft()
+            self._progress = self._told = None
+            self._next_word = 0
+        if request.called_off():
+            self._cancel(request)
+        else:
+            self._finish(request, self._run(request))
+        return now
+
+    def look(self, now: int) -> None:
+        """Tells of progress that had to wait, answers waiting requests that have been called off; call it at 10 Hz."""
+        self._tell(now)
+        for request in self._taken(lambda request: request.called_off()):
+            self._cancel(request)
+
+    def close(self) -> None:
+        """Ends the study that runs within half a second, besides its statistics and log; aborts those that wait."""
+        self._closing = True
+        for request in self._taken(lambda request: True):
+            self._abort(request, "the node was ended before the study could run")
+
+    def abandon(self) -> None:
+        """Answers the study that still runs, for whoever waits; nothing where it has ended."""
+        with self._lock:
+            request = self._running
+        if request is not None:
+            self._abort(request, "the node was ended and did not wait for the study")
+
+    def status(self) -> tuple[str, str, dict]:
+        """(what it does, what went wrong with the last request or nothing, figures) for diagnostics."""
+        with self._lock:
+            running, progress = self._running, self._progress
+            study = running.study.name if running is not None and running.study is not None else ""
+            values = {
+                "study": study,
+                "done": progress.done if progress else 0,
+                "total": progress.total if progress else 0,
+                "seconds_left": float(progress.seconds_left) if progress else 0.0,
+                "waiting": len(self._waiting),
+                "queue": QUEUE,
+                **{key: self._counts[key] for key in (SUCCEEDED, ABORTED, CANCELLED, "refused")},
+                "last_error": self._last_problem,
+            }
+            return f"running {study}" if running else "idle", self._problem, values
+
+    def _taken(self, which: Callable[[Request], bool]) -> list[Request]:
+        """Those that wait and are meant, which then wait no more: whoever takes a request answers it."""
+        with self._lock:
+            taken = [request for request in self._waiting if which(request)]
+            self._waiting = deque(request for request in self._waiting if request not in taken)
+        return taken
+
+    def _no_room(self) -> str:
+        if self._closing:
+            return "the node is ending and takes no more studies"
+        if len(self._waiting) + (self._running is not None) > QUEUE:
+            return f"a study runs and {QUEUE} wait for it, so there is no room: ask again when one has ended"
+        return ""
+
+    def _bounded(self, study: Study) -> Study:
+        refuse_too_large(study)
+        needed = memory_needed(study)
+        if needed > self._memory:
+            raise StudyError(
+                f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
+                f"{self._memory:.3g} B; ask for fewer samples, histories or history_points"
+            )
+        workers = min(study.settings.workers or self._workers, self._workers)
+        return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
+
+    def _run(self, request: Request) -> Answer:
+        def tell(progress: Progress) -> None:
+            self._progress = progress
+            self._tell(self._clock())
+
+        try:
+            request.begin()
+            result = self._do(request.study, tell, lambda: self._closing or request.called_off())
+            return self._answer(request, result)
+        except Exception as error:  # whatever it is, the next study is served
+            reason = _sentence(error)
+            return Answer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
+
+    def _tell(self, now: int) -> None:
+        """Progress to whoever asked for the study, unless it is known or was told of too short a time ago."""
+        with self._lock:
+            request, progress = self._running, self._progress
+            if request is None or progress is self._told or now < self._next_word:
+                return
+            self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
+        request.tell(progress, request.study.stop_quantity)
+
+    def _answer(self, request: Request, result: StudyResult) -> Answer:
+        summary = result.as_dict()
+        because = summary["stopped_because"]
+        state = SUCCEEDED
+        if request.called_off():
+            state, because = CANCELLED, CANCELLED
+        elif self._closing:
+            state, because = ABORTED, "the node was ended"
+        elif because.startswith("failed"):
+            state = ABORTED
+        log, no_log = self._logged(result) if state == SUCCEEDED or len(result.status) else ("", "")
+        failed = sum(summary["failed"].values())
+        message = f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {because}"
+        if no_log:
+            message += f"; there is no log of it, because {no_log}"
+        problem = message if state == ABORTED else no_log
+        return Answer(state, message, json_text(summary | ({"log": log} if log else {})), log, because, problem)
+
+    def _logged(self, result: StudyResult) -> tuple[str, str]:
+        """(path of the log, why there is none)."""
+        if not self._log_folder:
+            return "", ""
+        try:
+            Path(self._log_folder).mkdir(parents=True, exist_ok=True)
+            path = free_path(Path(self._log_folder), result.study.name, time.strftime("%Y%m%d_%H%M%S"))
+            return str(self._write(result, path)), ""
+        except (BearingTwinError, OSError) as error:
+            return "", str(error)
+
+    def _finish(self, request: Request, answer: Answer) -> None:
+        with self._lock:
+            if request is self._running:
+                self._running = None
+            if request.answer is not None:
+                return
+            self._counts[answer.state] += 1
+            self._problem = answer.problem
+            self._last_problem = answer.problem or self._last_problem
+            request.answer = answer
+        self._ended(answer)
+        request.finished.set()
+        request.begin()
+
+    def _abort(self, request: Request, reason: str) -> None:
+        self._finish(request, Answer(ABORTED, reason, problem=reason))
+
+    def _cancel(self, request: Request) -> None:
+        self._finish(request, Answer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED))
+
+
+def free_path(folder: Path, study: str, date: str) -> Path:
+    """Where to log a study: `<study>_<date>.mcap`, with a number where that is taken."""
+    stem = f"{re.sub(r'[^A-Za-z0-9_-]+', '_', study)}_{date}"
+    path, number = folder / f"{stem}.mcap", 1
+    while path.exists():
+        number += 1
+        path = folder / f"{stem}_{number}.mcap"
+    return path
+
+
+def _sentence(error: Exception) -> str:
+    return str(error) if isinstance(error, BearingTwinError) else f"{type(error).__name__}: {error}"

@@ -1,0 +1,53 @@
+"""What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from bearing_twin.errors import BearingTwinError
+
+
+class Outcome(NamedTuple):
+    """Of a subcommand: the JSON object, what is doubtful about it, and how to show it (None: as tables)."""
+
+    result: dict
+    doubts: list[str]
+    show: Callable[[], None] | None = None
+
+
+def new_log(text) -> Path:
+    """The path of a log to be, refused before anything is computed where the writer would refuse it."""
+    from bearing_twin.log.raw_log import refuse_existing
+
+    refuse_existing(text)
+    return Path(text)
+
+
+def picture_path(text) -> Path:
+    """The path of a picture to be; raises BearingTwinError where none can be written."""
+    path = Path(text)
+    if path.suffix.lower() != ".png":
+        raise BearingTwinError(f"{path} is not the name of a picture; give one that ends in .png")
+    if not path.parent.is_dir():
+        raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
+    return path
+
+
+def json_text(result) -> str:
+    """A result as one line of JSON."""
+    return json.dumps(plain_json(result), allow_nan=False)
+
+
+def plain_json(value):
+    """The same in what JSON has: no arrays of numpy and no NaN."""
+    if isinstance(value, dict):
+        return {str(key): plain_json(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain_json(one) for one in value]
+    if hasattr(value, "tolist"):
+        return plain_json(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)

@@ -1,0 +1,121 @@
+"""The YAML files that come with the package, one folder of `config/` a kind, and the strict way they are read."""
+
+import re
+from pathlib import Path
+from typing import ClassVar, NamedTuple
+
+import yaml
+
+from bearing_twin.parameters import echo, unknown
+from bearing_twin.paths import share_path
+
+GREATEST_FILE = 1_000_000  # bytes
+GREATEST_DEPTH = 20
+LONGEST_NAME = 100
+LONGEST_DESCRIPTION = 10_000
+
+
+class Shelf(NamedTuple):
+    """One kind of file: what it is called ("scene"), its folder in `config/`, and the error its faults raise."""
+
+    noun: str
+    folder: str
+    error: type[Exception]
+
+    def names(self) -> list[str]:
+        """Names of the files that come with the package, sorted."""
+        return sorted(path.stem for path in Path(share_path("config", self.folder)).glob("*.yaml"))
+
+    def find(self, name_or_path) -> Path:
+        """The file of that name or path; raises `error` with the nearest name."""
+        text = str(name_or_path)
+        if re.fullmatch(r"[\w-]+", text) and text in self.names():
+            return Path(share_path("config", self.folder, f"{text}.yaml"))
+        path = Path(text)
+        looks_like_a_path = (
+            isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith((".yaml", ".yml"))
+        )
+        known = ", ".join(self.names())
+        try:
+            if path.is_dir() and looks_like_a_path:
+                raise self.error(f"{echo(text)} is a directory; give a {self.noun} file in it, or a name: {known}")
+            if path.exists() and not path.is_dir():
+                return path
+        except (OSError, ValueError):  # too long, or a null byte
+            pass
+        if looks_like_a_path:
+            raise self.error(f"there is no {self.noun} file {echo(text)}; give the path of one, or a name: {known}")
+        hint = unknown(text, self.names())
+        raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
+
+    def read_text(self, path: Path) -> str:
+        """The file's text; raises `error` for what cannot be one."""
+        try:
+            with path.open("rb") as stream:
+                content = stream.read(GREATEST_FILE + 1)
+        except OSError as error:
+            raise self.error(f"{path} cannot be read ({error.strerror}); check its permissions") from error
+        if len(content) > GREATEST_FILE:
+            raise self.error(f"{path} is larger than {GREATEST_FILE} bytes, so it is no {self.noun}; give a YAML file")
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise self.error(f"{path} is not UTF-8 text; give a YAML file") from error
+        if "\0" in text:
+            raise self.error(f"{path} is a binary file; give a YAML file")
+        return text
+
+    def load(self, text: str, origin: str):
+        """The plain data in a YAML text; raises `error` with line and column."""
+        try:
+            return yaml.load(text, Loader=_StrictLoader)
+        except yaml.YAMLError as error:
+            problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be parsed"
+            if problem.startswith("but") and getattr(error, "context", None):
+                problem = f"{error.context}, {problem}"
+            mark = getattr(error, "problem_mark", None)
+            place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+            raise self.error(f"{origin} is not the YAML of a {self.noun}: {problem}{place}") from error
+        except (ValueError, RecursionError) as error:
+            raise self.error(f"{origin} is not the YAML of a {self.noun}: {error}") from error
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """YAML without what surprises: no aliases, merges, duplicate keys, deep nesting, 010 = 8, 1:30 = 90, yes = true."""
+
+    yaml_implicit_resolvers: ClassVar[dict] = {}
+    depth = 0
+
+    def compose_node(self, parent, index):
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.composer.ComposerError(None, None, "aliases are not allowed", self.peek_event().start_mark)
+        self.depth += 1
+        if self.depth > GREATEST_DEPTH:
+            problem = f"it is nested deeper than {GREATEST_DEPTH} levels"
+            raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise yaml.constructor.ConstructorError(None, None, "a key must be a word", key.start_mark)
+            if key.value in seen:
+                problem = f"the key {echo(key.value)} is there twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def _implicit(tag: str, pattern: str, first: str) -> None:
+    _StrictLoader.add_implicit_resolver(f"tag:yaml.org,2002:{tag}", re.compile(pattern), list(first) if first else [""])
+
+
+_implicit("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF")
+_implicit("int", r"^[-+]?(?:0|[1-9][0-9]{0,17})$", "-+0123456789")
+_implicit("float", r"^[-+]?(?:[0-9]{1,64}\.[0-9]{0,64}(?:[eE][-+][0-9]{1,4})?)$", "-+0123456789")
+_implicit("float", r"^[-+]?\.(?:inf|Inf|INF|nan|NaN|NAN)$", "-+.")
+_implicit("null", r"^(?:~|null|Null|NULL)$", "~nN")
+_implicit("null", r"^$", "")

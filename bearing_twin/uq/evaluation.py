@@ -1,0 +1,106 @@
+"""The quantities of a study at points chosen for a purpose: polynomial chaos, Sobol indices. Each point runs once."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bearing_twin.errors import StatisticError
+from bearing_twin.uq.chaos import Chaos, expand
+from bearing_twin.uq.ensemble import Ensemble
+from bearing_twin.uq.result import summary_of_sample
+from bearing_twin.uq.sampling import UnitPoints
+from bearing_twin.uq.sensitivity import sensitivity_points, sobol_indices
+from bearing_twin.uq.study import Study
+
+SURROGATE_POINTS = 2**14
+
+
+class Cancelled(Exception):
+    """The study was cancelled before all points had run."""
+
+
+class Evaluator:
+    """Values (n, d) of the inputs in, quantities (n, q) out, NaN where a realisation fails; raises Cancelled."""
+
+    def __init__(self, ensemble: Ensemble, study: Study, tell: Callable[[int], None]):
+        self._ensemble, self._study, self._tell = ensemble, study, tell
+        self._known: dict[bytes, np.ndarray] = {}
+        self.runs = 0
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        key = np.ascontiguousarray(values).tobytes()
+        if key not in self._known:
+            found = self._ensemble.evaluate(values, lambda more: self._tell(self.runs + more)).quantities
+            if len(found) < len(values):
+                raise Cancelled
+            self.runs += len(found)
+            self._known[key] = found
+        return self._known[key]
+
+    def of(self, name: str) -> Callable[[np.ndarray], np.ndarray]:
+        """One quantity as a function of the inputs (n, d) -> (n,)."""
+        column = self._study.quantities.index(name)
+        return lambda values: self(values)[:, column]
+
+
+def expansions(study: Study, evaluate: Evaluator) -> dict[str, Chaos]:
+    """The polynomial chaos of every quantity; raises StudyError where the inputs or a quantity do not allow it."""
+    settings = study.settings
+    return {
+        name: expand(study.joint, evaluate.of(name), settings.degree or None, seed=settings.seed)
+        for name in study.quantities
+    }
+
+
+def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
+    """Sobol indices of every quantity by `settings.sensitivity` rows of samples: plain data, or the reason why not."""
+    settings, inputs = study.settings, study.joint.dimension
+    design = UnitPoints(settings.sampler, 2 * inputs, settings.seed, settings.sensitivity)
+    points = sensitivity_points(study.joint, design.chunk(0, design.samples))
+    found = evaluate(study.joint.values(points.reshape(-1, inputs)))
+    result = {}
+    for column, name in enumerate(study.quantities):
+        try:
+            indices = sobol_indices(found[:, column].reshape(design.samples, inputs + 2), seed=settings.seed)
+        except StatisticError as error:
+            result[name] = {"refused": str(error)}
+            continue
+        orders = {
+            "first": (indices.first, indices.first_interval),
+            "total": (indices.total, indices.total_interval),
+        }
+        result[name] = {
+            key: {order: _interval(value[place], *interval[place]) for order, (value, interval) in orders.items()}
+            for place, key in enumerate(study.joint.keys)
+        }
+    return result
+
+
+def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str]) -> dict:
+    """As `summary_of_sample`, from an expansion: mean and deviation exactly, the rest from SURROGATE_POINTS of it.
+
+    The intervals of mean and deviation, and `half_width`, are the root mean square error of the expansion at fresh
+    points; those of the rest tell only what sampling the expansion leaves open.
+    """
+    settings = study.settings
+    points = UnitPoints("sobol", study.joint.dimension, settings.seed, SURROGATE_POINTS)
+    sample = chaos.predict(points.chunk(0, points.samples))
+    found = summary_of_sample(sample, missing, points.replicates, settings.seed, settings.modality == "yes")
+    miss = chaos.error * chaos.std
+    for name in ("mean", "std"):
+        if name not in missing:
+            value = getattr(chaos, name)
+            found |= {name: value, f"{name}_interval": [value - miss, value + miss]}
+    found |= {"half_width": miss, "degree": chaos.degree, "validation_error": chaos.error}
+    if study.joint.independent:
+        pairs = zip(study.joint.keys, chaos.first, chaos.total, strict=True)
+        found["sobol"] = {key: {"first": _interval(first), "total": _interval(total)} for key, first, total in pairs}
+    return found
+
+
+def _interval(value, low=None, high=None) -> dict:
+    return {
+        "value": float(value),
+        "low": None if low is None else float(low),
+        "high": None if high is None else float(high),
+    }

@@ -1,0 +1,168 @@
+"""How many modes a sample shows, and how sure that is: Silverman's test with the critical bandwidth.
+
+B. W. Silverman, Using kernel density estimates to investigate multimodality, J. R. Statist. Soc. B 43 (1981). The
+critical bandwidth h_k is the least at which a normal kernel estimate has at most k modes. Samples are drawn from the
+estimate at h_k, shrunk to the variance of the sample; the p-value of "k modes at most" is the share of them that have
+more modes at h_k. The count never comes from a bandwidth chosen by eye: with a quarter of the usual one, one-mode
+samples show two.
+
+As printed the test finds two modes in 20 to 80 % of exponential, lognormal and uniform samples of 2000, because of
+stray values on long tails and of flat tops. Two changes cure this: modes count only within the central 95 % of the
+sample, and one mode must also be refuted by the excess mass against flat samples, the one-mode density hardest to tell
+from two; the p-value is then the greater one. What is left is at most 8 % on flat samples and next to none on round
+ones, while two normals 4 deviations apart are found from 200 samples on, 3 apart in most samples of 2000. The price: a
+mode holding less than 2.5 % at an end is not seen.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from bearing_twin.errors import StatisticError
+from bearing_twin.uq.statistics import binned, smoothed
+
+BINS = 4096
+EXCESS_BINS = 256
+MOST_MODES = 6
+RESAMPLES = 400
+LEAST_SAMPLES = 20
+OUTSIDE = 0.025  # of the sample on either side, where modes do not count
+STRAY = 3.0  # widths of the central part beyond which a value is a stray one
+NEGLIGIBLE = 1e-9  # of the greatest density; smaller steps are rounding of the cosine transform
+LEVEL = 0.05
+
+
+class Modality(NamedTuple):
+    """The number of modes that the sample cannot be denied at the level of the test, and what it rests on.
+
+    `p_value` is that of "one mode at most"; `p_values` those of 1, 2, ... modes as far as tested. `positions` are the
+    modes [unit of the sample] at the critical bandwidth `bandwidth` of that number.
+    """
+
+    modes: int
+    p_value: float
+    p_values: tuple[float, ...]
+    bandwidth: float
+    positions: tuple[float, ...]
+
+
+def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
+    """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above `level`.
+
+    Counts beyond MOST_MODES are not told apart. Equal values are one mode with p = 1. The sample is binned to BINS
+    bins, the p-value is (1 + number)/(1 + resamples). Raises StatisticError below LEAST_SAMPLES samples.
+    """
+    kept = np.asarray(sample, float)
+    kept = kept[np.isfinite(kept)]
+    if len(kept) < LEAST_SAMPLES:
+        raise StatisticError(f"a number of modes needs {LEAST_SAMPLES} samples at least; there are {len(kept)}")
+    low, high = float(kept.min()), float(kept.max())
+    if high - low <= 1e-14 * max(abs(low), abs(high)):
+        return Modality(1, 1.0, (1.0,), 0.0, (low,))
+    inner, outer = np.quantile(kept, [OUTSIDE, 1.0 - OUTSIDE])
+    reach = outer - inner if outer > inner else high - low
+    # stray values go to the outermost bins, lest they make all bins too wide; beyond there is room for the kernel
+    low, high = max(low, inner - STRAY * reach) - reach, min(high, outer + STRAY * reach) + reach
+    width = (high - low) / BINS
+    counts = binned(kept, low, high, BINS)
+    window = slice(max(0, int((inner - low) / width) - 1), int((outer - low) / width) + 2)
+    rng = np.random.default_rng(seed)
+    p_values = []
+    for modes in range(1, MOST_MODES + 1):
+        bandwidth = critical_bandwidth(counts, modes, window)
+        p_value = _p_value(counts, bandwidth, modes, window, resamples, rng)
+        if modes == 1 and p_value <= level and outer > inner:
+            central = kept[(kept >= inner) & (kept <= outer)]
+            p_value = max(p_value, _flat_p_value(central, resamples, rng))
+        p_values.append(p_value)
+        if p_values[-1] > level:
+            break
+    positions = low + (window.start + mode_places(smoothed(counts, bandwidth)[window]) + 0.5) * width
+    return Modality(modes, p_values[0], tuple(p_values), float(bandwidth * width), tuple(positions.tolist()))
+
+
+def critical_bandwidth(counts, modes, window=slice(None)) -> float:
+    """Least bandwidth [bins] at which counts (m,), smoothed, have at most that many modes in the window, to 1e-4."""
+
+    def excess(log_bandwidth):
+        return mode_numbers(smoothed(counts, math.exp(log_bandwidth))[window]) - modes - 0.5
+
+    low, high = math.log(0.5), math.log(float(len(counts)))
+    if excess(low) < 0.0:
+        return math.exp(low)
+    # a step function of the bandwidth: root finding halves the bracket around the step; take its upper side
+    step = brentq(lambda x: math.copysign(1.0, excess(x)), low, high, xtol=5e-5)
+    return math.exp(step + 1e-4)
+
+
+def mode_numbers(density):
+    """Number of modes of densities (.., m) on a grid; a mode may lie at either end."""
+    rising, falling = _slopes(density)
+    return np.sum(rising & falling, axis=-1)
+
+
+def mode_places(density):
+    """Indices of the modes of one density (m,)."""
+    rising, falling = _slopes(density)
+    return np.flatnonzero(rising & falling)
+
+
+def _slopes(density):
+    """For every grid point, whether the last change before it rises, and whether the next change after it falls."""
+    step = np.diff(density, axis=-1)
+    step[np.abs(step) < NEGLIGIBLE * np.max(density, axis=-1, keepdims=True)] = 0.0
+    edge = np.ones((*density.shape[:-1], 1))
+    before = np.concatenate([edge, np.sign(step)], axis=-1)
+    after = np.concatenate([np.sign(step), -edge], axis=-1)
+    # a flat stretch counts as going on as before, so a flat top is one mode, at its end
+    index = np.where(before != 0.0, np.arange(before.shape[-1]), 0)
+    index = np.maximum.accumulate(index, axis=-1)
+    before = np.take_along_axis(before, index, axis=-1)
+    return before > 0.0, after < 0.0
+
+
+def _p_value(counts, bandwidth, modes, window, resamples, rng):
+    """Share of samples drawn from the smoothed counts, shrunk, that show more modes in the window; never 0."""
+    chance = _shrunk(counts, bandwidth)
+    draws = rng.multinomial(int(counts.sum()), chance / chance.sum(), size=resamples).astype(float)
+    more = np.sum(mode_numbers(smoothed(draws, bandwidth)[:, window]) > modes)
+    return float(1 + more) / (1 + resamples)
+
+
+def _flat_p_value(central, resamples, rng):
+    """Share of samples of a flat density whose second mode has more excess mass than that of the central values.
+
+    D. W. Mueller and G. Sawitzki, Excess mass estimates and tests for multimodality, J. Am. Stat. Assoc. 86 (1991); it
+    is twice Hartigan's dip, whose distribution is widest for the flat density.
+    """
+    counts = binned(central, central.min(), central.max(), EXCESS_BINS)
+    draws = rng.multinomial(len(central), np.full(EXCESS_BINS, 1.0 / EXCESS_BINS), size=resamples)
+    found = _second_excess(counts[None], np.geomspace(0.05, 5.0, 200))[0]
+    more = np.sum(_second_excess(draws, np.linspace(0.6, 1.4, 33)) >= found)
+    return float(1 + more) / (1 + resamples)
+
+
+def _second_excess(counts, levels):
+    """Greatest gain (n,), over the levels [mean density], of two intervals over one in the mass above a level."""
+    share = counts / counts.sum(axis=1, keepdims=True)
+    gain = np.zeros(len(counts))
+    for level in levels:
+        above = np.cumsum(np.pad(share - level / share.shape[1], ((0, 0), (1, 0))), axis=1)
+        ending = above - np.minimum.accumulate(above, axis=1)
+        starting = np.maximum.accumulate(above[:, ::-1], axis=1)[:, ::-1] - above
+        before = np.maximum.accumulate(ending, axis=1)
+        after = np.maximum.accumulate(starting[:, ::-1], axis=1)[:, ::-1]
+        gain = np.maximum(gain, np.max(before + after, axis=1) - before[:, -1])
+    return gain
+
+
+def _shrunk(counts, bandwidth):
+    """The smoothed counts drawn together to the variance of the counts."""
+    place = np.arange(len(counts))
+    mean = counts @ place / counts.sum()
+    variance = counts @ (place - mean) ** 2 / counts.sum()
+    stretch = math.sqrt(1.0 + bandwidth**2 / variance)
+    smooth = np.maximum(smoothed(counts, bandwidth), 0.0)
+    return np.interp(mean + (place - mean) * stretch, place, smooth, left=0.0, right=0.0)

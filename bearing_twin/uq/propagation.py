@@ -1,0 +1,101 @@
+"""How the uncertainty of a study's inputs gets to a quantity: as a function of them, exactly, or at chosen points."""
+
+import numpy as np
+
+from bearing_twin.errors import StatisticError, StudyError
+from bearing_twin.fidelity import choose
+from bearing_twin.scene import parse_scene
+from bearing_twin.uq.change_of_variable import Derived, derive
+from bearing_twin.uq.quantities import has_closed_form
+from bearing_twin.uq.realise import Task, only_what_is_wanted, realise
+from bearing_twin.uq.scene_keys import numeric_keys, put, value_at
+from bearing_twin.uq.statistics import MOMENTS
+from bearing_twin.uq.study import Study, placed
+from bearing_twin.uq.tails import refuse_missing_moments
+
+
+def task_of(study: Study) -> Task:
+    """What a worker must know of a study."""
+    settings, histories = study.settings, study.histories
+    medians = study.scene_at(median_inputs(study)).parameters
+    duration = (settings.history_duration or medians.run.duration) if histories else 0.0
+    varied = {key for keys in study.targets for key in keys}
+    closed = has_closed_form(study.kind, medians, study.quantities, histories, varied)
+    task = Task(study.scene, study.targets, study.quantities, histories, settings.history_points, duration, closed)
+    return task if closed else _with_one_stepper(task, median_inputs(study))
+
+
+def _with_one_stepper(task: Task, medians) -> Task:
+    """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
+    if value_at(task.scene, "solver.stepper") != "auto":
+        return task
+    choice = choose(parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians"))
+    return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
+
+
+def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
+    """The quantities that a change of variable gives; raises StudyError where it was asked for and does not fit."""
+    random = [index for index, one in enumerate(study.inputs) if one.low < one.high]
+    if method not in ("auto", "change_of_variable"):
+        return {}
+    if len(random) != 1 or not task.closed:
+        if method == "auto":
+            return {}
+        raise StudyError(
+            f"study {study.name}: a change of variable needs one uncertain input and quantities with a closed form; "
+            "choose the method ensemble"
+        )
+    exact = {}
+    for name in study.quantities:
+        try:
+            exact[name] = derive(study.inputs[random[0]], _along(study, task, name, random[0]))
+        except StudyError:
+            if method == "change_of_variable":
+                raise
+    return exact
+
+
+def _function(task: Task):
+    """The only quantity of a task by its closed form, as a function of the inputs (n, d) -> (n,)."""
+    return lambda values: realise(task, np.asarray(values, float)).quantities[:, 0]
+
+
+def _along(study, task, name, index):
+    """The same as a function of one input (n,) -> (n,), the others at their only value."""
+    middle, function = np.array(median_inputs(study)), _function(task._replace(quantities=(name,), histories=()))
+
+    def one(at):
+        values = np.repeat(middle[None], len(at), axis=0)
+        values[:, index] = at
+        return function(values)
+
+    return one
+
+
+def missing_moments(study: Study, task: Task, name: str) -> dict[str, str]:
+    """The moments of a quantity that do not exist, with the reason, as far as a closed form lets it be known."""
+    if not task.closed:
+        return {}
+    missing, function = {}, _function(task._replace(quantities=(name,), histories=()))
+    for statistic in MOMENTS:
+        try:
+            refuse_missing_moments(study.joint, function, statistic)
+        except StatisticError as error:
+            missing[statistic] = str(error)
+        except StudyError:  # not finite nearby: failures are counted, tails cannot be followed
+            return missing
+    return missing
+
+
+def median_inputs(study: Study) -> list[float]:
+    """The medians of the inputs."""
+    return [float(one.ppf(0.5)) for one in study.inputs]
+
+
+def mean_inputs(study: Study) -> np.ndarray:
+    """The means of the inputs (1, d); medians where a mean is not finite or no whole number though it must be one."""
+    values, known = median_inputs(study), numeric_keys(study.kind)
+    for index, one in enumerate(study.inputs):
+        if np.isfinite(one.mean) and known[one.key].type != "integer":
+            values[index] = one.mean
+    return np.array([values])

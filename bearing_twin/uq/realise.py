@@ -1,0 +1,177 @@
+"""Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process."""
+
+import dataclasses
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.scene import parse_scene
+from bearing_twin.simulation import simulate
+from bearing_twin.uq.quantities import CLOSED_FORMS, KNOWN_WHEN_SOLVED, QUANTITIES
+from bearing_twin.uq.scene_keys import replaced
+from bearing_twin.uq.study import placed
+
+NEVER_MEET = "the bodies never meet"
+_NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
+
+
+class Task(NamedTuple):
+    """What a worker must know of a study: small and plain, so that it can be sent to any process.
+
+    `instants` of the histories run from 0 to `duration` [s], `points` of them.
+    """
+
+    scene: dict
+    targets: tuple[tuple[str, ...], ...]
+    quantities: tuple[str, ...]
+    histories: tuple[str, ...]
+    points: int
+    duration: float
+    closed: bool
+
+    @property
+    def instants(self) -> np.ndarray:
+        """Times [s] of the histories, whole nanoseconds apart."""
+        return 1e-9 * self.step_ns * np.arange(self.points)
+
+    @property
+    def step_ns(self) -> int:
+        """Nanoseconds between instants."""
+        return max(1, round(1e9 * self.duration / max(self.points - 1, 1)))
+
+
+class Realised(NamedTuple):
+    """Of n realisations: `quantities` (n, q), `histories` (n, h, points), both NaN where it failed.
+
+    `failures` maps the row of a failed realisation to the reason, `doubts` others to what is doubtful about them.
+    """
+
+    quantities: np.ndarray
+    histories: np.ndarray
+    failures: dict[int, str]
+    doubts: dict[int, tuple[str, ...]]
+
+
+def realise(task: Task, values: np.ndarray) -> Realised:
+    """The realisations at `values` (n, d) of the inputs [SI]; what cannot be simulated fails with its reason."""
+    return _by_closed_forms(task, values) if task.closed else _by_simulation(task, values)
+
+
+def without_numbers(sentence: str) -> str:
+    """A sentence with dots for its numbers, by which equal reasons are counted."""
+    return _NUMBER.sub("…", sentence)
+
+
+def joined(parts: list[Realised], task: Task) -> Realised:
+    """Consecutive realisations as one."""
+    failures, doubts, first = {}, {}, 0
+    for part in parts:
+        failures |= {first + row: reason for row, reason in part.failures.items()}
+        doubts |= {first + row: sentences for row, sentences in part.doubts.items()}
+        first += len(part.quantities)
+    if not parts:
+        return empty(task, 0)
+    return Realised(
+        np.concatenate([part.quantities for part in parts]),
+        np.concatenate([part.histories for part in parts]),
+        failures,
+        doubts,
+    )
+
+
+def empty(task: Task, count: int) -> Realised:
+    """`count` realisations of which nothing is known."""
+    return Realised(
+        np.full((count, len(task.quantities)), np.nan),
+        np.full((count, len(task.histories), task.points if task.histories else 0), np.nan),
+        {},
+        {},
+    )
+
+
+def _by_closed_forms(task, values):
+    kind = task.scene["kind"]
+    form, found = CLOSED_FORMS[kind], empty(task, len(values))
+    parameters: Any = parse_scene(task.scene, "a realisation").parameters
+    for column, keys in enumerate(task.targets):
+        for key in keys:
+            parameters = replaced(parameters, key, values[:, column])
+    bodies = form.bodies(parameters)
+    with np.errstate(all="ignore"):
+        for column, name in enumerate(task.quantities):
+            found.quantities[:, column] = QUANTITIES[kind][name].closed(*bodies)
+        upright = [_upright(body) for body in bodies]
+        for row, channel in enumerate(task.histories):
+            found.histories[:, row] = form.histories[channel](task.instants, *upright)
+    wrong = ~np.isfinite(found.quantities).all(axis=1)
+    found.quantities[wrong] = np.nan
+    found.histories[wrong] = np.nan
+    meets = np.broadcast_to(np.isfinite(bodies[-1]), len(values))
+    found.failures.update((int(row), form.no_solution if meets[row] else NEVER_MEET) for row in np.flatnonzero(wrong))
+    return found
+
+
+def _upright(body):
+    """A number or array that broadcasts against times on the last axis."""
+    if isinstance(body, tuple):
+        return type(body)(*map(_upright, body))
+    return np.asarray(body)[..., None]
+
+
+def _by_simulation(task, values):
+    kind, found = task.scene["kind"], empty(task, len(values))
+    scene = only_what_is_wanted(task)
+    for row, these in enumerate(values):
+        try:
+            realised = parse_scene(placed(scene, task.targets, these), "a realisation")
+            if not task.histories and kind in KNOWN_WHEN_SOLVED:
+                realised = _with_few_outputs(realised)
+            run = simulate(realised)
+            histories = _outputs(run, task)
+            report = run.report
+        except BearingTwinError as error:
+            found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
+            continue
+        except (ArithmeticError, ValueError) as error:  # of numbers nobody tried before; one must not end all others
+            found.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
+            continue
+        numbers = [QUANTITIES[kind][name].figure(report.figures) for name in task.quantities]
+        if report.status != "done":
+            found.failures[row] = report.status
+        elif not (np.isfinite(numbers).all() and np.isfinite(histories).all()):
+            found.failures[row] = "a quantity is not finite"
+        else:
+            found.quantities[row], found.histories[row] = numbers, histories
+            if report.flags:
+                found.doubts[row] = tuple(report.flags)
+    return found
+
+
+def only_what_is_wanted(task: Task) -> dict:
+    """The scene with outputs at the histories' instants, or without any where figures alone are wanted."""
+    run = dict(task.scene["run"])
+    if task.histories:
+        rate = 1e9 / task.step_ns
+        # A little longer, so that rounding does not lose the last instant.
+        run |= {"duration": task.instants[-1] + 0.5e-9 * task.step_ns, "output_rate": rate, "publish_rate": rate}
+    elif "wanted" in run:
+        run["wanted"] = "peaks"
+    return {**task.scene, "run": run}
+
+
+def _with_few_outputs(scene):
+    """The same impact with outputs at its start and its end only."""
+    run = scene.parameters.run
+    rate = 1e9 / max(1, int(1e9 * run.duration))
+    few = dataclasses.replace(run, output_rate=rate, publish_rate=rate)
+    return dataclasses.replace(scene, parameters=dataclasses.replace(scene.parameters, run=few))
+
+
+def _outputs(run, task) -> np.ndarray:
+    """The histories (h, points) of a run, which is iterated to its end."""
+    parts = [[block.values[name] for name in task.histories] for block in run.blocks()]
+    if not task.histories:
+        return np.empty((0, 0))
+    return np.array([np.concatenate(column)[: task.points] for column in zip(*parts, strict=True)])

@@ -1,0 +1,173 @@
+"""What a study found: every sample, and a summary of each quantity with the interval it is known to."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearing_twin.errors import StatisticError
+from bearing_twin.uq.change_of_variable import Derived
+from bearing_twin.uq.modality import Modality, modality, mode_numbers
+from bearing_twin.uq.quantities import quantity_of
+from bearing_twin.uq.realise import without_numbers
+from bearing_twin.uq.scene_keys import numeric_keys
+from bearing_twin.uq.statistics import MOMENTS, estimate
+from bearing_twin.uq.study import Study
+
+PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
+GRID = 2001  # points of a density whose modes are counted
+MOST_KINDS = 48  # of reasons or doubts; their bits fit into the digits of a float
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResult:
+    """A study that has run.
+
+    `values` (n, d) of the inputs and `quantities` (n, q) in SI, NaN where the realisation failed; `histories`
+    (n, h, points); `status` (n,) int32: 0, or 1 + the place in `reasons`; `doubtful` (n,) int64: a bit for each
+    sentence of `doubts_met` that holds. `summary` is the plain data of `as_dict`.
+    Where a quantity came without sampling (method change_of_variable) there may be no samples: n = 0.
+    """
+
+    study: Study
+    values: np.ndarray
+    quantities: np.ndarray
+    histories: np.ndarray
+    status: np.ndarray
+    reasons: tuple[str, ...]
+    doubtful: np.ndarray
+    doubts_met: tuple[str, ...]
+    summary: dict
+
+    def as_dict(self) -> dict:
+        """The summary as plain data, as `--json` gives it; statistics that do not exist are null, with the reason."""
+        return dict(self.summary)
+
+    def sample(self, quantity: str) -> np.ndarray:
+        """The quantity (n,) of every realisation, NaN where it failed."""
+        return self.quantities[:, self.study.quantities.index(quantity)]
+
+    def history(self, channel: str) -> np.ndarray:
+        """The histories (n, points) of a channel, at `summary["histories"][channel]["time_s"]`."""
+        return self.histories[:, self.study.histories.index(channel)]
+
+    @property
+    def input_units(self) -> dict[str, str]:
+        """Unit of each input by its key."""
+        known = numeric_keys(self.study.kind)
+        return {one.key: known[one.key].unit for one in self.study.inputs}
+
+    @property
+    def quantity_units(self) -> dict[str, str]:
+        """Unit of each quantity by its name."""
+        return quantity_units(self.study)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is doubtful about the result, one sentence each."""
+        count, failed = self.summary["samples"], sum(self.summary["failed"].values())
+        sentences = [f"{many} of {count} realisations: {what}" for what, many in self.summary["doubts"].items()]
+        if failed:
+            sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
+        if self.summary["stopped_because"].startswith("failed"):
+            sentences.append(self.summary["stopped_because"])
+        return (*sentences, *self.summary["notes"])
+
+
+def quantity_units(study: Study) -> dict[str, str]:
+    """Unit of each quantity of a study by its name."""
+    return {name: quantity_of(study.kind, name).unit for name in study.quantities}
+
+
+class Tally:
+    """Sentences about realisations by kind: those that differ in numbers alone are one, shown as it first came."""
+
+    def __init__(self):
+        self.sentences: list[str] = []
+        self._places: dict[str, int] = {}
+
+    def place(self, sentence: str) -> int:
+        """The number of the sentence's kind, a new one if need be; beyond MOST_KINDS all share the last."""
+        kind = without_numbers(sentence)
+        if kind not in self._places:
+            if len(self.sentences) == MOST_KINDS:
+                return MOST_KINDS - 1
+            self._places[kind] = len(self.sentences)
+            self.sentences.append(sentence)
+        return self._places[kind]
+
+    def codes(self, count: int, failures: dict[int, str]) -> np.ndarray:
+        """(count,) int32: 0, or 1 + the kind of a row's sentence."""
+        codes = np.zeros(count, np.int32)
+        for row in sorted(failures):
+            codes[row] = 1 + self.place(failures[row])
+        return codes
+
+    def bits(self, count: int, doubts: dict[int, tuple[str, ...]]) -> np.ndarray:
+        """(count,) int64: one bit for each kind among a row's sentences."""
+        bits = np.zeros(count, np.int64)
+        for row in sorted(doubts):
+            for sentence in doubts[row]:
+                bits[row] |= 1 << self.place(sentence)
+        return bits
+
+
+def summary_of_sample(sample: np.ndarray, missing: dict[str, str], replicates: int, seed: int, modes: bool) -> dict:
+    """Mean, deviation, skewness and quantiles of a quantity with 95 % intervals, and its modes.
+
+    `missing` names moments that do not exist, with the reason; they are None and their reason is in `refused`.
+    """
+    refused, result = dict(missing), {}
+    for name in MOMENTS:
+        result[name], result[f"{name}_interval"] = None, None
+        if name not in refused:
+            try:
+                found = estimate(sample, name, replicates=replicates)
+            except StatisticError as error:
+                refused[name] = str(error)
+                continue
+            result[name], result[f"{name}_interval"] = found.value, [_finite(found.low), _finite(found.high)]
+    result["quantiles"] = {}
+    ordered = np.sort(sample) if replicates == 1 else sample  # sorted once: sorting again costs little
+    for probability in PROBABILITIES:
+        try:
+            found = estimate(ordered, probability, replicates=replicates)
+        except StatisticError as error:
+            refused[f"quantile {probability:g}"] = str(error)
+            continue
+        result["quantiles"][f"{probability:.2f}"] = {
+            "value": found.value, "low": _finite(found.low), "high": _finite(found.high)
+        }  # fmt: skip
+    result["modality"] = None
+    if modes:
+        try:
+            result["modality"] = _modality(modality(sample, seed))
+        except StatisticError as error:
+            refused["modality"] = str(error)
+    return {**result, "refused": refused}
+
+
+def summary_of_derived(derived: Derived) -> dict:
+    """The same of an exact distribution: intervals have no width, and modes are those of the density."""
+    refused, result = {}, {}
+    for name in MOMENTS:
+        try:
+            value = float(getattr(derived, name))
+            result[name], result[f"{name}_interval"] = value, [value, value]
+        except StatisticError as error:
+            result[name], result[f"{name}_interval"] = None, None
+            refused[name] = str(error)
+    values = {f"{p:.2f}": float(derived.quantile(p)) for p in PROBABILITIES}
+    result["quantiles"] = {name: {"value": value, "low": value, "high": value} for name, value in values.items()}
+    low, high = derived.quantile(0.0005), derived.quantile(0.9995)
+    number = int(mode_numbers(derived.pdf(np.linspace(low, high, GRID))))
+    result["modality"] = {"modes": number, "p_value": None}
+    return {**result, "refused": refused}
+
+
+def _modality(found: Modality) -> dict:
+    return {"modes": found.modes, "p_value": found.p_value, "positions": list(found.positions)}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,140 @@
+"""Points of the unit cube to sample at: the same points however they are cut into chunks and whoever draws them.
+
+| method | error of a mean after n points | interval from |
+|---|---|---|
+| random | n^-1/2 | the sample itself |
+| latin_hypercube | n^-1/2, less the part that is a sum over the inputs | the sample, then too wide (conservative) |
+| sobol | near n^-1 to n^-3/2 for smooth functions of few inputs | REPLICATES independent randomisations |
+
+Points of one Sobol sequence depend on each other, so their own scatter says nothing about the error. Therefore `sobol`
+interleaves REPLICATES independently scrambled sequences: point i belongs to replicate i % REPLICATES, and
+`statistics` takes the scatter between the replicates. Sizes are REPLICATES times a power of two.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import qmc
+
+from bearing_twin.errors import StudyError
+from bearing_twin.parameters import Limits, echo, read_number, unknown
+from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT
+
+BLOCK = 1024  # points of `random` that share a seed
+REPLICATES = 8  # independent scramblings of `sobol`
+GREATEST_SAMPLES = 2**30
+GREATEST_SEED = 2**53 - 1  # what JSON and doubles hold
+
+
+class Sampler(NamedTuple):
+    """A row of SAMPLERS: `chunk(points, start, count)` -> (count, dimension); `replicates` of the design."""
+
+    chunk: Callable
+    replicates: int
+    help: str
+
+
+def _random(points, start, count):
+    """Blocks of BLOCK points, each with a generator of its own, spawned from the seed by the block's number."""
+    first, last = start // BLOCK, (start + count - 1) // BLOCK
+    blocks = [_generator(points.seed, block).random((BLOCK, points.dimension)) for block in range(first, last + 1)]
+    return np.concatenate(blocks)[start - first * BLOCK :][:count]
+
+
+def _latin_hypercube(points, start, count):
+    return _hypercube(points.dimension, points.seed, points.samples)[start : start + count]
+
+
+@lru_cache(maxsize=2)
+def _hypercube(dimension, seed, samples):
+    """All points (samples, dimension); kept because chunks are drawn one after the other."""
+    return qmc.LatinHypercube(dimension, seed=_generator(seed, 0)).random(samples)
+
+
+def _sobol(points, start, count):
+    """Interleaved replicates; each is moved on to its first point that the chunk wants."""
+    replicates = points.replicates
+    first, last = start // replicates, (start + count - 1) // replicates
+    rows = np.empty((last - first + 1, replicates, points.dimension))
+    for replicate in range(replicates):
+        sequence = qmc.Sobol(points.dimension, scramble=True, seed=_generator(points.seed, replicate))
+        if first:
+            sequence.fast_forward(first)
+        # a whole power of two: SciPy warns of anything else at the start of a sequence
+        drawn = sequence.random(1 << (last - first).bit_length())
+        rows[:, replicate] = drawn[: last - first + 1]
+        rows[:, replicate] += 2.0 ** -(sequence.bits + 1)  # the middle of the cell, never 0
+    return rows.reshape(-1, points.dimension)[start - first * replicates :][:count]
+
+
+SAMPLERS = {
+    "random": Sampler(_random, 1, "independent points"),
+    "latin_hypercube": Sampler(_latin_hypercube, 1, "one point in each of n slices of every input"),
+    "sobol": Sampler(_sobol, REPLICATES, f"scrambled Sobol sequences, {REPLICATES} of them interleaved"),
+}
+
+
+@dataclass(frozen=True)
+class UnitPoints:
+    """The points of one study in the open unit cube, `chunk` by chunk.
+
+    `samples` is the number in all, rounded up by `sobol` (then `note` says so). A latin hypercube exists only as a
+    whole: with another `samples` all its points change. The first points of the other two stay the same, so these
+    studies can be continued. Raises StudyError for an unknown method, no dimension or an impossible number.
+    """
+
+    method: str
+    dimension: int
+    seed: int
+    samples: int
+    asked: int = field(init=False, default=0)
+
+    def __post_init__(self):
+        if self.method not in SAMPLERS:
+            raise StudyError(f"{echo(self.method)} is no sampler; {unknown(self.method, SAMPLERS)}")
+        for name, limits in (
+            ("dimension", Limits(at_least=1, at_most=qmc.Sobol.MAXDIM)),
+            ("seed", Limits(at_least=0, at_most=GREATEST_SEED)),
+            ("samples", Limits(at_least=1, at_most=GREATEST_SAMPLES)),
+        ):
+            given = getattr(self, name)
+            value, problem = read_number(given, "", limits, integer=True)
+            if problem:
+                raise StudyError(f"{name} = {echo(given)} {problem}")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "asked", self.samples)
+        if self.method == "sobol":
+            object.__setattr__(self, "samples", rounded(self.method, self.samples))
+
+    @property
+    def replicates(self) -> int:
+        """Independent randomisations in the design, interleaved; 1 = the points are one sample."""
+        return SAMPLERS[self.method].replicates
+
+    @property
+    def note(self) -> str:
+        """A sentence when the number of samples was rounded, else nothing."""
+        if self.samples == self.asked:
+            return ""
+        return f"{self.asked} samples became {self.samples}: sobol wants {REPLICATES} times a power of two"
+
+    def chunk(self, start: int, count: int):
+        """Points (count, dimension) from number `start` on, all inside (0, 1); raises ValueError outside `samples`."""
+        if not (start >= 0 and count >= 1 and start + count <= self.samples):
+            raise ValueError(f"points {start} to {start + count} are not among the {self.samples} samples")
+        return np.clip(SAMPLERS[self.method].chunk(self, start, count), LEAST_UNIT, GREATEST_UNIT)
+
+
+def rounded(method: str, samples: int) -> int:
+    """The least legal number of samples that is not below `samples`."""
+    if method != "sobol":
+        return samples
+    return REPLICATES * 2 ** max(0, (-(-samples // REPLICATES) - 1).bit_length())
+
+
+def _generator(seed, part):
+    """The generator of one part of a design; parts and seeds are independent of each other."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(part,))))

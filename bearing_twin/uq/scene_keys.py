@@ -1,0 +1,75 @@
+"""The numbers of a scene by key path, such as `geometry.radial_clearance` or `drive.offset[1]`: what may be uncertain.
+
+A path is split into words; a whole number is the place in a tuple. Values are put into the plain data of a scene
+(one realisation, read and checked like any scene) or into its dataclass (arrays, for closed forms).
+"""
+
+import dataclasses
+import functools
+import re
+
+from bearing_twin.errors import StudyError
+from bearing_twin.parameters import Parameter, describe, echo, unknown
+from bearing_twin.scene import KINDS
+
+_PLACE = re.compile(r"(.+)\[(\d+)\]")
+
+
+@functools.cache
+def numeric_keys(kind: str) -> dict[str, Parameter]:
+    """Every number of a kind of scene by its key path; tuples give one key a place."""
+    found = {}
+    for row in describe(KINDS[kind].parameters):
+        if row.type in ("number", "integer"):
+            found[row.key] = row
+        elif row.type.endswith(" numbers"):
+            found |= {f"{row.key}[{place}]": row for place in range(len(row.default))}
+    return found
+
+
+def checked_key(kind: str, key) -> str:
+    """The key itself if it is a number of that kind of scene; raises StudyError with the nearest one."""
+    known = numeric_keys(kind)
+    if key in known:
+        return key
+    raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {unknown(key, known)}")
+
+
+def words_of(key: str) -> tuple[str | int, ...]:
+    """`drive.offset[1]` as ("drive", "offset", 1)."""
+    place = _PLACE.fullmatch(key)
+    words = (place.group(1) if place else key).split(".")
+    return (*words, int(place.group(2))) if place else tuple(words)
+
+
+def put(mapping: dict, key: str, value) -> dict:
+    """A copy of a scene's plain data, shared but for the changed path, with the value at that key."""
+    return _put(mapping, words_of(key), value)
+
+
+def replaced(parameters, key: str, value):
+    """A scene's dataclass with the value (a number or an array) at that key; nothing is checked."""
+    return _replaced(parameters, words_of(key), value)
+
+
+def value_at(mapping, key: str):
+    """The value in a scene's plain data at that key."""
+    for word in words_of(key):
+        mapping = mapping[word]
+    return mapping
+
+
+def _put(holder, words, value):
+    if not words:
+        return value
+    changed = holder.copy()
+    changed[words[0]] = _put(holder[words[0]], words[1:], value)
+    return changed
+
+
+def _replaced(holder, words, value):
+    if not words:
+        return value
+    if isinstance(holder, tuple):
+        return (*holder[: words[0]], value, *holder[words[0] + 1 :])
+    return dataclasses.replace(holder, **{words[0]: _replaced(getattr(holder, words[0]), words[1:], value)})

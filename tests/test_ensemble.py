@@ -1,0 +1,494 @@
+"""Ensembles: the same numbers by any workers, cancel, no process left behind, failures counted, studies continued."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bearing_twin.uq.realise
+from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
+from bearing_twin.log.mcap_log import content_digest
+from bearing_twin.log.study_log import read_study, write_study
+from bearing_twin.reference import impact
+from bearing_twin.uq.ensemble import Ensemble
+from bearing_twin.uq.propagation import task_of
+from bearing_twin.uq.realise import NEVER_MEET, realise
+from bearing_twin.uq.run import memory_needed, run_study
+from bearing_twin.uq.statistics import estimate
+from bearing_twin.uq.study_file import load_study, parse_study
+
+ROOT = Path(__file__).resolve().parent.parent
+ALPHA = "contact.measured_alpha"
+GAMMA = {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5}
+SPHERES = {"scene": "two_spheres", "inputs": {ALPHA: GAMMA}, "quantities": ["contact_duration", "peak_force"]}
+ENSEMBLE = {**SPHERES, "method": "ensemble", "modality": "no", "samples": 400}
+METHODS = ("ensemble", "change_of_variable")
+LOSSY = {**ENSEMBLE, "set": ["contact.restitution=0.9"], "samples": 40}
+LONG_RUN = {
+    "scene": "bearing_6203_loose",
+    "set": ["run.duration=2000"],
+    "inputs": {"geometry.radial_clearance": {"distribution": "uniform", "low": 6e-6, "high": 14e-6}},
+    "quantities": ["cage_speed"],
+    "samples": 8,
+    "workers": 1,
+}
+
+
+def run(mapping, overrides=(), **more):
+    return run_study(parse_study(mapping, "s", overrides), **more)
+
+
+def digest(result, folder, name):
+    path = folder / f"{name}.mcap"
+    write_study(result, path, run_record=False)
+    return path.read_bytes()
+
+
+def test_closed_forms_and_simulations_give_the_same_realisations():
+    study = parse_study(SPHERES, "s")
+    closed, values = task_of(study), np.array([[0.9e-4], [1.1e-4], [1.6e-4]])
+    assert closed.closed
+    by_form, by_run = realise(closed, values), realise(closed._replace(closed=False), values)
+    np.testing.assert_allclose(by_form.quantities, by_run.quantities, rtol=1e-12)
+    np.testing.assert_allclose(by_form.quantities[:, 0], values[:, 0] * 20.0**-0.2, rtol=1e-12)
+    assert all(any("yield" in doubt for doubt in doubts) for doubts in by_run.doubts.values())
+
+
+@pytest.mark.parametrize("name", ["discs_small_10", "discs_small_100"])
+def test_discs_by_closed_form_are_those_of_the_scene(name):
+    task = task_of(load_study(name))
+    values = np.array([[4e9], [5e9], [7e9]])
+    by_form, by_run = realise(task, values), realise(task._replace(closed=False), values)
+    np.testing.assert_allclose(by_form.quantities, by_run.quantities, rtol=1e-10)
+
+
+def test_histories_by_closed_form_are_those_of_the_scene():
+    study = parse_study({**SPHERES, "histories": ["normal_load"], "history_points": 50}, "s")
+    task, values = task_of(study), np.array([[1.0e-4], [1.3e-4]])
+    by_form, by_run = realise(task, values), realise(task._replace(closed=False), values)
+    assert by_form.histories.shape == (2, 1, 50)
+    np.testing.assert_allclose(by_form.histories, by_run.histories, atol=1e-6 * by_form.histories.max())
+    coefficient = impact.coefficient_of_alpha(1.0e-4, 0.1129)
+    np.testing.assert_array_equal(
+        by_form.histories[0, 0], impact.force_history(task.instants, coefficient, 0.1129, 20.0)
+    )
+
+
+def test_every_realisation_takes_the_stepper_of_the_median_inputs():
+    bearing = parse_study(LONG_RUN, "s")
+    assert bearing.scene["solver"]["stepper"] == "auto"
+    assert task_of(bearing).scene["solver"]["stepper"] == "rodas4"
+    assert task_of(parse_study(LONG_RUN, "s", ["solver.stepper=rk4"])).scene["solver"]["stepper"] == "rk4"
+    assert task_of(parse_study(LOSSY, "s")).scene["solver"]["stepper"] == "closed_form"
+    history = {**LOSSY, "histories": ["normal_load"]}
+    assert task_of(parse_study(history, "s")).scene["solver"]["stepper"] == "dop853"
+    assert task_of(parse_study(SPHERES, "s")).scene["solver"]["stepper"] == "auto"
+
+
+def test_a_measured_alpha_gives_the_published_contact_time():
+    result = run({**ENSEMBLE, "samples": 16384, "sampler": "sobol"})
+    found = result.as_dict()["quantities"]["contact_duration"]
+    assert found["mean"] == pytest.approx(6.25080949e-5, rel=1e-5)
+    assert found["std"] == pytest.approx(1.09856054e-5, rel=1e-3)
+    for name, value in (("0.05", 4.56005791e-5), ("0.50", 6.18657240e-5), ("0.95", 8.16071442e-5)):
+        quantile = found["quantiles"][name]
+        assert quantile["value"] == pytest.approx(value, rel=1e-3)
+        assert quantile["low"] <= quantile["value"] <= quantile["high"]
+    assert found["at_mean_inputs"] == pytest.approx(6.250809491e-5, rel=1e-9)
+
+
+def test_one_input_and_closed_forms_need_no_samples():
+    result = run(SPHERES, ["sweep={motion.first_velocity: [1.0, 20.0, 100.0]}"])
+    found = result.as_dict()
+    assert found["samples"] == 0
+    assert {one["method"] for one in found["quantities"].values()} == {"change_of_variable"}
+    exact = found["quantities"]["contact_duration"]
+    assert exact["mean"] == pytest.approx(6.25080949e-5, rel=1e-8)
+    assert exact["quantiles"]["0.95"]["value"] == pytest.approx(8.16071442e-5, rel=1e-8)
+    assert exact["skewness"] == pytest.approx(0.35149, rel=1e-4)
+    assert exact["modality"] == {"modes": 1, "p_value": None}
+    for one in found["sweep"]["studies"]:
+        value = one["quantities"]["contact_duration"]["quantiles"]["0.50"]["value"]
+        assert value == pytest.approx(6.18657240e-5 * (one["value"] / 20.0) ** -0.2, rel=1e-8)
+
+
+@pytest.mark.parametrize("speed", [10.0, 100.0])
+def test_the_discs_of_section_5_1(speed):
+    found = run_study(load_study(f"discs_small_{speed:g}", ["method=auto"])).as_dict()["quantities"]["contact_duration"]
+    assert found["at_mean_inputs"] == pytest.approx({10.0: 6.4857259957e-3, 100.0: 5.5677528716e-3}[speed], rel=1e-9)
+    if speed == 10.0:
+        assert found["mean"] == pytest.approx(6.5773670e-3, rel=1e-7)
+        assert found["std"] == pytest.approx(6.3424330e-4, rel=1e-6)
+
+
+def test_two_thousand_random_samples_agree_with_the_change_of_variable():
+    name = "contact_duration"
+    for std in ("2e-5", "4e-5", "6e-5"):
+        study = f"spheres_alpha_{std}", ["histories=[]", "modality=no", "sweep="]
+        sampled, exact = (run_study(load_study(study[0], [*study[1], f"method={method}"])) for method in METHODS)
+        for statistic in ("mean", "std"):
+            a, b = (found.as_dict()["quantities"][name] for found in (sampled, exact))
+            low, high = a[f"{statistic}_interval"]
+            assert abs(a[statistic] - b[statistic]) < 1.7 * 0.5 * (high - low)  # 3.3 standard errors
+
+
+def test_a_sweep_is_a_study_at_each_value():
+    told = []
+    study = load_study("spheres_alpha_6e-5", ["histories=[]", "modality=no"])
+    found = run_study(study, lambda one: told.append(one.done / one.total)).as_dict()
+    assert [one["value"] for one in found["sweep"]["studies"]] == [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    medians = [one["quantities"]["contact_duration"]["quantiles"]["0.50"] for one in found["sweep"]["studies"]]
+    assert medians[4] == found["quantities"]["contact_duration"]["quantiles"]["0.50"]
+    # the quantiles scale exactly as v^(-1/5), and every value is drawn with the same seed
+    assert medians[0]["value"] == pytest.approx(medians[4]["value"] * 20.0**0.2, rel=1e-12)
+
+
+def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path):
+    one, two = run(LOSSY, ["workers=1"]), run(LOSSY, ["workers=2"])
+    again = run(LOSSY, ["workers=2"], start=run(LOSSY, ["samples=13", "workers=1"]))
+    assert np.array_equal(one.quantities, two.quantities)
+    assert digest(one, tmp_path, "one") == digest(two, tmp_path, "two") == digest(again, tmp_path, "continued")
+
+
+@pytest.mark.parametrize("sampler", ["random", "sobol"])
+def test_a_continued_study_is_one_study(sampler):
+    whole = run(ENSEMBLE, [f"sampler={sampler}", "samples=1024"])
+    part = run(ENSEMBLE, [f"sampler={sampler}", "samples=256"])
+    rest = run(ENSEMBLE, [f"sampler={sampler}", "samples=1024"], start=part)
+    assert np.array_equal(whole.values, rest.values)
+    assert np.array_equal(whole.quantities, rest.quantities)
+    dropped = {"seconds"}
+    assert {k: v for k, v in whole.summary.items() if k not in dropped} == {
+        k: v for k, v in rest.summary.items() if k not in dropped
+    }
+
+
+def test_another_study_is_not_continued():
+    part = run(ENSEMBLE)
+    for override in ("seed=2", f"inputs.{ALPHA}.std=3e-5", "motion.first_velocity=30", "quantities=[peak_force]"):
+        with pytest.raises(StudyError, match="run this one from the beginning"):
+            run(ENSEMBLE, ["samples=500", override], start=part)
+    cube = run(ENSEMBLE, ["sampler=latin_hypercube"])
+    with pytest.raises(StudyError, match="cannot be continued"):
+        run(ENSEMBLE, ["sampler=latin_hypercube", "samples=500"], start=cube)
+
+
+def test_the_stop_rule_wants_two_narrow_intervals_in_a_row():
+    rule = ["stop.quantity=contact_duration", "stop.statistic=std", "stop.relative_tolerance=0.05", "samples=100000"]
+    result = run(ENSEMBLE, rule)
+    path = result.summary["convergence"]
+    half, value = np.array(path["half_width"]), np.array(path["estimate"])
+    narrow = half <= 0.05 * value
+    assert narrow[-2:].all()
+    assert not (narrow[:-2] & narrow[1:-1]).any()
+    assert path["samples"][-1] == result.summary["samples"] == len(result.status) < 10000
+    assert result.summary["stopped_because"].startswith("the half width of the 95 % interval of the std")
+    assert half[-1] == result.summary["quantities"]["contact_duration"]["half_width"]
+    again = estimate(result.sample("contact_duration")[: path["samples"][-2]], "std")
+    assert (again.value, again.half_width) == (value[-2], half[-2])
+
+
+def test_without_a_tolerance_all_samples_are_taken():
+    result = run(ENSEMBLE)
+    assert result.summary["stopped_because"] == "all 400 samples are done"
+    assert result.summary["convergence"]["samples"] == [200, 300, 400]
+
+
+def test_realisations_that_fail_are_counted_with_their_reason():
+    speeds = {"motion.first_velocity": {"distribution": "normal", "mean": 1.0, "std": 1.0}}
+    for lossy in ([], ["contact.restitution=0.9", "samples=24", "workers=1"]):
+        result = run({**ENSEMBLE, "inputs": speeds}, lossy)
+        summary, never = result.as_dict(), result.values[:, 0] <= 0.0
+        assert sum(summary["failed"].values()) == never.sum() > 0
+        assert len(summary["failed"]) == 1
+        assert "never meet" in next(iter(summary["failed"]))
+        assert np.array_equal(result.status > 0, never)
+        assert np.array_equal(np.isnan(result.quantities).all(axis=1), never)
+        assert any("failed; the statistics are those of the others" in doubt for doubt in result.doubts)
+    assert NEVER_MEET in next(iter(summary["failed"]))
+
+
+def test_a_law_that_cannot_store_the_energy_fails_by_name():
+    told = {"distribution": "uniform", "low": 1e4, "high": 1e6}
+    soft = {**ENSEMBLE, "scene": "two_discs", "inputs": {"disc.material.young_modulus": told}}
+    result = run(soft, ["motion.first_velocity=30"])
+    (reason,) = result.as_dict()["failed"]
+    assert "cannot store the energy" in reason
+    failed = result.status > 0
+    assert result.values[failed, 0].max() < result.values[~failed, 0].min()
+
+
+def test_moments_that_do_not_exist_are_refused_and_their_reason_is_said():
+    wide = {"first.material.young_modulus": {"distribution": "gamma", "mean": 2.1e11, "std": 4e11,
+                                            "also": ["second.material.young_modulus"]}}  # fmt: skip
+    for method in ("auto", "ensemble"):
+        found = run({**ENSEMBLE, "inputs": wide, "quantities": ["contact_duration"], "method": method})
+        one = found.as_dict()["quantities"]["contact_duration"]
+        assert one["mean"] is one["std"] is one["mean_interval"] is None
+        assert "does not exist" in one["refused"]["mean"]
+        assert one["quantiles"]["0.50"]["value"] > 0.0
+
+
+def test_a_study_too_large_is_refused_with_the_estimate():
+    study = parse_study({**ENSEMBLE, "histories": ["normal_load"]}, "s", ["samples=10000000"])
+    assert memory_needed(study) > 1.6e10
+    with pytest.raises(
+        StudyError, match=r"would need 3\.\d+e\+10 B for 10000000 samples, more than its memory = 2e\+09 B"
+    ):
+        run_study(study)
+    with pytest.raises(StudyError, match="raise memory"):
+        run(ENSEMBLE, ["memory=1e3"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"set": ["contact.restitution=0.9"]}, "one uncertain input and quantities with a closed form"),
+        ({"inputs": {ALPHA: GAMMA, "motion.first_velocity": {"distribution": "uniform", "low": 1, "high": 2}}}, "one"),
+        ({"inputs": {ALPHA: {"distribution": "empirical", "values": [1e-4, 2e-4]}}}, "no density"),
+    ],
+)
+def test_a_change_of_variable_that_does_not_fit_is_refused(changes, words):
+    with pytest.raises(StudyError, match=words):
+        run({**SPHERES, **changes, "method": "change_of_variable"})
+
+
+def test_progress_tells_the_estimate_and_the_seconds_left():
+    told = []
+    run(ENSEMBLE, ["samples=1000"], progress=told.append)
+    done = [one.done for one in told]
+    assert done == sorted(done)
+    assert done[-1] == told[-1].total == 1000
+    assert told[-1].seconds_left == 0.0
+    assert told[-1].half_width < told[len(told) // 2].half_width or np.isnan(told[0].half_width)
+    assert all(one.seconds_left >= 0.0 for one in told)
+
+
+def test_a_cancelled_study_keeps_what_is_done():
+    event, told = threading.Event(), []
+
+    def watch(one):
+        told.append(one)
+        if one.done >= 300:
+            event.set()
+
+    result = run(ENSEMBLE, ["samples=100000"], progress=watch, cancelled=event)
+    assert result.summary["stopped_because"] == "cancelled"
+    assert 300 <= result.summary["samples"] < 1000
+    assert result.as_dict()["quantities"]["contact_duration"]["mean"] > 0.0
+
+
+def test_cancel_ends_workers_in_the_middle_of_a_realisation():
+    cancelled = []
+    began = time.monotonic()
+    asked_at = []
+
+    def asked():
+        if not asked_at and children() and time.monotonic() - began > 3.0:
+            asked_at.append(time.monotonic())
+        return bool(asked_at)
+
+    result = run(LONG_RUN, cancelled=asked)
+    latency = time.monotonic() - asked_at[0]
+    assert result.summary["samples"] == 0
+    assert result.summary["stopped_because"] == "cancelled"
+    assert latency < 1.0  # half a second on a machine of its own
+    assert children() == cancelled
+
+
+def test_an_exception_in_between_leaves_no_process():
+    told = []
+
+    def tell(_):
+        told.append(children())
+        raise ZeroDivisionError
+
+    short = parse_study(LONG_RUN, "s", ["set=[run.duration=0.01]"])
+    with pytest.raises(ZeroDivisionError), Ensemble(task_of(short), 1, "processes", lambda: False) as ensemble:
+        ensemble.evaluate(np.full((8, 1), 1e-5), tell)
+    assert len(told[0]) == 1
+    assert children() == []
+
+
+def test_a_worker_that_dies_ends_the_study_with_what_is_done():
+    killed = []
+
+    def watch(one):
+        if one.done >= 8 and not killed:
+            killed.extend(children())
+            os.kill(killed[0], signal.SIGKILL)
+
+    quick = ["set=[run.duration=0.01, run.output_rate=1000]", "samples=64", "batch=8", "stop.minimum=8"]
+    result = run(LONG_RUN, quick, progress=watch)
+    assert len(killed) == 1
+    assert 8 <= result.summary["samples"] < 64
+    assert result.summary["stopped_because"].startswith("failed: a worker process died")
+    assert any("a worker process died" in doubt for doubt in result.doubts)
+    assert children() == []
+
+
+def test_a_script_that_guards_nothing_is_told_so(tmp_path):
+    script = tmp_path / "naked.py"
+    lines = (
+        f"mapping = {LOSSY!r}",
+        "from bearing_twin import parse_study, run_study",
+        "run_study(parse_study(mapping, 's'))",
+    )
+    script.write_text("\n".join(lines), encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, script], env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 1
+    assert 'behind `if __name__ == "__main__":`' in done.stderr
+
+
+def test_an_error_nobody_foresaw_is_the_failure_of_one_realisation(monkeypatch):
+    task = task_of(parse_study(LOSSY, "s"))
+    calls = []
+
+    def simulate(scene):
+        calls.append(scene)
+        if len(calls) == 2:
+            raise ZeroDivisionError("float division by zero")
+        return from_the_library(scene)
+
+    from_the_library = bearing_twin.uq.realise.simulate
+    monkeypatch.setattr("bearing_twin.uq.realise.simulate", simulate)
+    found = realise(task, np.full((3, 1), 1e-4))
+    assert found.failures == {1: "ZeroDivisionError: float division by zero"}
+    assert np.isfinite(found.quantities).all(axis=1).tolist() == [True, False, True]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_process_outlives_a_signal(number, tmp_path):
+    path = tmp_path / "long.yaml"
+    path.write_text(json.dumps(LONG_RUN), encoding="utf-8")
+    command = [sys.executable, "-m", "bearing_twin", "study", str(path), "--json"]
+    process = subprocess.Popen(
+        command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    workers = wait_for(lambda: [pid for pid in children(process.pid) if "spawn_main" in command_of(pid)], 30.0)
+    time.sleep(0.5)
+    process.send_signal(number)
+    _, error = process.communicate(timeout=20)
+    wait_for(lambda: not any(alive(pid) for pid in workers), 5.0)
+    expected = {signal.SIGINT: 130, signal.SIGTERM: 128 + signal.SIGTERM, signal.SIGKILL: -signal.SIGKILL}
+    assert process.returncode == expected[number], error
+    if number == signal.SIGINT:
+        assert b"stopped by Ctrl-C with 0 of 8 samples done" in error
+    assert b"Traceback" not in error
+
+
+def test_a_log_gives_the_study_back(tmp_path):
+    speeds = {"motion.first_velocity": {"distribution": "normal", "mean": 3.0, "std": 2.0}, ALPHA: GAMMA}
+    mapping = {**ENSEMBLE, "inputs": speeds, "histories": ["normal_load", "approach"], "history_points": 30}
+    result = run(mapping, ["history_duration=1e-4"])
+    path = write_study(result, tmp_path / "study.mcap")
+    again = read_study(path)
+    assert again.study == result.study
+    for name in ("values", "quantities", "histories", "status"):
+        assert np.array_equal(getattr(again, name), getattr(result, name), equal_nan=True), name
+    assert again.status.dtype == result.status.dtype
+    assert again.reasons == result.reasons
+    assert again.as_dict() == result.as_dict()
+    assert run(mapping, ["history_duration=1e-4"], start=again).summary["samples"] == 400
+    with pytest.raises(LogError, match="exists"):
+        write_study(result, path)
+    other = write_study(run(mapping, ["history_duration=1e-4"]), tmp_path / "again.mcap")
+    assert content_digest(path) == content_digest(other)
+
+
+def test_a_study_without_samples_comes_back_from_its_log(tmp_path):
+    result = run(SPHERES)
+    again = read_study(write_study(result, tmp_path / "exact.mcap"))
+    assert again.as_dict() == result.as_dict()
+    assert again.values.shape == (0, 1)
+
+
+def test_a_log_of_something_else_is_no_study(tmp_path):
+    from bearing_twin.log.mcap_log import write_log
+    from bearing_twin.simulation import simulate
+
+    path = tmp_path / "run.mcap"
+    write_log(simulate("two_spheres"), path)
+    with pytest.raises(LogError, match="holds no study"):
+        read_study(path)
+
+
+def test_dask_says_what_is_missing_or_wrong():
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        with pytest.raises(StudyError, match="needs the package distributed"):
+            run(LOSSY, ["executor=dask://localhost:1"])
+    else:
+        with pytest.raises(StudyError, match="no Dask scheduler"):
+            run(LOSSY, ["executor=dask://localhost:1"])
+
+
+def test_dask_workers_give_the_same_numbers():
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        address = cluster.scheduler_address.removeprefix("tcp://")
+        result = run(LOSSY, [f"executor=dask://{address}"])
+    assert np.array_equal(result.quantities, run(LOSSY).quantities)
+
+
+def test_statistics_of_too_few_samples_are_refused_not_raised():
+    found = run(ENSEMBLE, ["samples=1"]).as_dict()["quantities"]["peak_force"]
+    assert found["mean"] is None
+    assert "needs" in found["refused"]["mean"]
+    assert found["half_width"] is None
+
+
+def test_errors_are_one_family():
+    assert issubclass(StudyError, BearingTwinError)
+    assert issubclass(StatisticError, BearingTwinError)
+
+
+def children(parent=None) -> list[int]:
+    """Pids of living children of a process; not the tracker that multiprocessing keeps for its whole life."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            status = entry.joinpath("stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        except OSError:
+            continue
+        mine = int(status[1]) == (parent or os.getpid()) and status[0] != "Z"
+        if mine and "resource_tracker" not in command_of(int(entry.name)):
+            found.append(int(entry.name))
+    return found
+
+
+def command_of(pid) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8")
+    except OSError:
+        return ""
+
+
+def alive(pid) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+
+
+def wait_for(condition, seconds):
+    until = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < until, "it did not come about"
+        time.sleep(0.05)
+    return found

@@ -1,0 +1,292 @@
+"""Studies on request without ROS: their queue, their answers, what they may use, their logs."""
+
+import json
+import threading
+
+import pytest
+
+from bearing_twin.cli import main
+from bearing_twin.errors import BearingTwinError, LogError, StudyError
+from bearing_twin.log.study_log import read_study
+from bearing_twin.nodes.study_goal import (
+    ABORTED,
+    CANCELLED,
+    LONGEST_OVERRIDE,
+    LONGEST_TEXT,
+    SUCCEEDED,
+    Goal,
+    Request,
+    study_of,
+)
+from bearing_twin.nodes.studying import PROGRESS_PERIOD_NS, QUEUE, Studies, free_path
+from bearing_twin.uq.drawing import Progress
+from bearing_twin.uq.run import run_study
+
+QUICK = Goal("spheres_alpha_4e-5", ("sweep=", "histories=[]", "modality=no"), 500, 7)
+YAML = """
+scene: two_spheres
+inputs: {motion.first_velocity: {distribution: uniform, low: 10.0, high: 30.0}}
+quantities: [peak_force]
+method: change_of_variable
+"""
+
+
+def asked(studies, goal=QUICK, **options):
+    """A request that waits and has been read."""
+    request = Request(goal, **options)
+    studies.add(request)
+    studies.read(0, request)
+    return request
+
+
+def answered(studies, goal=QUICK, **options):
+    """The answer to a goal, once everything that waits has run."""
+    request = asked(studies, goal, **options)
+    while studies.turn(0) is not None:
+        pass
+    assert request.finished.is_set()
+    return request.answer
+
+
+def figures(studies):
+    return studies.status()[2]
+
+
+def test_an_answer_is_what_the_command_prints(capsys, tmp_path):
+    answer = answered(Studies(str(tmp_path / "logs")))
+    words = [word for override in QUICK.overrides for word in ("--set", override)]
+    assert main(["study", QUICK.study, *words, "--samples", "500", "--seed", "7", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    summary = json.loads(answer.summary)
+    assert summary.pop("log") == answer.log
+    assert summary.pop("seconds") > 0.0
+    del printed["seconds"]
+    assert summary == printed
+    assert (answer.state, answer.problem) == (SUCCEEDED, "")
+    assert answer.stopped_because == "all 500 samples are done"
+    assert answer.message.startswith("500 samples, 0 failed, ")
+    stored = read_study(answer.log)
+    assert stored.summary["quantities"] == printed["quantities"]
+    assert len(stored.values) == 500
+
+
+def test_a_goal_names_a_study_or_a_file_or_is_one(tmp_path):
+    path = tmp_path / "speeds.yaml"
+    path.write_text(YAML)
+    assert study_of(Goal(str(path))).name == "speeds"
+    assert study_of(Goal(YAML)).quantities == ("peak_force",)
+    line = "{scene: two_spheres, inputs: {motion.first_velocity: {distribution: uniform, low: 1, high: 3}}, "
+    assert study_of(Goal(line + "quantities: [impulse]}", ("",), 30, 5)).settings.samples == 30
+    assert study_of(Goal(" spheres_alpha_4e-5 ")).settings.seed == 1
+    assert study_of(Goal("spheres_alpha_4e-5", ("seed=0",))).settings.seed == 0
+    answer = answered(Studies(), Goal(YAML))
+    assert json.loads(answer.summary)["quantities"]["peak_force"]["method"] == "change_of_variable"
+
+
+@pytest.mark.parametrize(
+    ("goal", "sentence"),
+    [
+        (Goal(""), "which study? give a name"),
+        (Goal("spheres_alfa"), "did you mean spheres_alpha"),
+        (Goal("no/such/file.yaml"), "there is no study file"),
+        (Goal("scene: [\ninputs: {"), "is not the YAML of a study"),
+        (Goal("{scene: two_spheres}"), "inputs must map keys"),
+        (Goal("scene: a\0b\nx: 1"), "is not the YAML of a study"),
+        (Goal("x" * (LONGEST_TEXT + 1)), "put it into a file"),
+        (QUICK._replace(overrides=("quantities=[contact_time]",)), "did you mean contact_duration?"),
+        (QUICK._replace(overrides=("inputs.contact.measured_alfa.std=1",)), "is no number of the scene"),
+        (QUICK._replace(overrides=("inputs.contact.measured_alpha.std=.nan",)), "nan"),
+        (QUICK._replace(overrides=("inputs.contact.measured_alpha.mean=-1e-4",)), "mean"),
+        (QUICK._replace(overrides=("samples=0",), samples=0), "samples = 0 is out of range"),
+        (QUICK._replace(overrides=("samples",)), "must look like"),
+        (QUICK._replace(overrides=("x" * (LONGEST_OVERRIDE + 1),)), "characters at most"),
+        (QUICK._replace(overrides=("",) * 1001), "overrides must be at most 1000"),
+        (QUICK._replace(samples=-5), "samples = -5 is out of range"),
+        (QUICK._replace(samples=10**12), "is out of range"),
+        (QUICK._replace(seed=-1), "seed = -1 is out of range"),
+        (QUICK._replace(overrides=("memory=1e3",)), "more than its memory"),
+        (QUICK._replace(overrides=("memory=1e15",), samples=5_000_000), "more than the node's parameter memory"),
+    ],
+)
+def test_what_makes_no_study_is_aborted_before_its_turn_and_the_next_runs(goal, sentence):
+    begun, studies = [], Studies(memory=1e8, run=lambda *_: pytest.fail("it ran"))
+    request = asked(studies, goal, begin=lambda: begun.append(goal))
+    assert begun == [goal]
+    assert request.answer.state == ABORTED
+    assert sentence in request.answer.message
+    assert request.answer.summary == ""
+    assert studies.turn(0) is None
+    doing, problem, values = studies.status()
+    assert (doing, problem, values["waiting"], values[ABORTED]) == ("idle", request.answer.message, 0, 1)
+
+
+def test_no_study_starts_more_workers_than_the_node_allows():
+    used = []
+    studies = Studies(workers=3, run=lambda study, *_: used.append(study.settings.workers) or 1 / 0)
+    for workers in (0, 2, 512):
+        answered(studies, QUICK._replace(overrides=(f"workers={workers}",)))
+    assert used == [3, 2, 3]
+
+
+def test_one_runs_four_wait_and_more_are_refused():
+    order, requests = [], []
+
+    def run(study, progress, cancelled):
+        if not order:  # while the first runs, four find room and the fifth does not
+            for seed in range(2, 2 + QUEUE):
+                assert studies.refusal() == ""
+                requests.append(asked(studies, QUICK._replace(seed=seed)))
+            assert "there is no room" in studies.refusal()
+            late = asked(studies)
+            assert (late.answer.state, "there is no room" in late.answer.message) == (ABORTED, True)
+            assert (figures(studies)["waiting"], figures(studies)["refused"]) == (QUEUE, 1)
+            assert studies.status()[0] == "running spheres_alpha_4e-5"
+        order.append(study.settings.seed)
+        return run_study(study, progress, cancelled)
+
+    studies = Studies(run=run)
+    assert answered(studies, QUICK._replace(seed=1)).state == SUCCEEDED
+    assert order == [1, 2, 3, 4, 5]
+    assert [request.answer.state for request in requests] == [SUCCEEDED] * QUEUE
+    assert studies.status()[:2] == ("idle", "")
+    assert (figures(studies)[SUCCEEDED], figures(studies)["waiting"]) == (5, 0)
+    assert "there is no room" in figures(studies)["last_error"]
+    assert studies.refusal() == ""
+
+
+def test_the_first_to_ask_runs_first_even_if_it_is_read_late():
+    studies, done = Studies(), []
+    first, second = (Request(QUICK._replace(seed=seed), begin=lambda seed=seed: done.append(seed)) for seed in (1, 2))
+    studies.add(first)
+    studies.add(second)
+    studies.read(0, second)
+    assert studies.turn(0) is None
+    studies.read(0, first)
+    while studies.turn(0) is not None:
+        pass
+    assert done == [1, 2]
+
+
+def test_a_waiting_study_that_is_called_off_never_runs():
+    studies, called_off = Studies(run=lambda *_: pytest.fail("it ran")), threading.Event()
+    one, other = asked(studies, called_off=called_off.is_set), asked(studies)
+    studies.look(0)
+    assert not one.finished.is_set()
+    called_off.set()
+    studies.look(0)
+    assert (one.answer.state, one.answer.message) == (CANCELLED, "cancelled while it waited")
+    assert not other.finished.is_set()
+    last = asked(studies, called_off=lambda: True)  # not noticed before its turn
+    studies.close()
+    assert (other.answer.state, last.answer.state) == (ABORTED, ABORTED)
+    assert studies.turn(0) is None
+    assert "ending" in studies.refusal()
+
+
+def test_a_running_study_that_is_called_off_keeps_what_is_done(tmp_path):
+    called_off = threading.Event()
+    studies = Studies(str(tmp_path))
+    answer = answered(
+        studies,
+        QUICK._replace(samples=100_000, overrides=(*QUICK.overrides, "batch=500", "stop.minimum=500")),
+        called_off=called_off.is_set,
+        tell=lambda progress, quantity: called_off.set(),
+    )
+    assert (answer.state, answer.stopped_because) == (CANCELLED, "cancelled")
+    summary = json.loads(answer.summary)
+    assert 0 < summary["samples"] < 100_000
+    assert len(read_study(answer.log).values) == summary["samples"]
+    assert answered(studies).state == SUCCEEDED
+
+
+def test_the_end_of_the_node_ends_a_study_with_its_log(tmp_path):
+    studies = Studies(str(tmp_path))
+    answer = answered(
+        studies,
+        QUICK._replace(samples=100_000, overrides=(*QUICK.overrides, "batch=500", "stop.minimum=500")),
+        tell=lambda progress, quantity: studies.close(),
+    )
+    assert (answer.state, answer.stopped_because) == (ABORTED, "the node was ended")
+    assert len(read_study(answer.log).values) == json.loads(answer.summary)["samples"] > 0
+
+
+def test_whoever_waits_for_a_study_that_does_not_end_is_answered():
+    def run(study, progress, cancelled):
+        studies.close()
+        studies.abandon()
+        assert request.answer.state == ABORTED
+        return run_study(study, progress, cancelled)
+
+    studies = Studies(run=run)
+    request = asked(studies)
+    studies.turn(0)
+    assert "did not wait" in request.answer.message
+    assert figures(studies)[ABORTED] == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [(StudyError("a worker died"), "a worker died"), (MemoryError("too much"), "MemoryError: too much")],
+)
+def test_whatever_happens_in_a_study_the_next_is_served(error, sentence):
+    def run(study, progress, cancelled):
+        if study.settings.seed == 13:
+            raise error
+        return run_study(study, progress, cancelled)
+
+    told = []
+    studies = Studies(run=run, ended=lambda answer: told.append(answer.state))
+    answer = answered(studies, QUICK._replace(seed=13))
+    assert (answer.state, answer.message, answer.stopped_because) == (ABORTED, sentence, f"failed: {sentence}")
+    assert studies.status()[1] == sentence
+    assert answered(studies).state == SUCCEEDED
+    assert studies.status()[1] == ""
+    assert told == [ABORTED, SUCCEEDED]
+
+
+def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
+    def full(result, path):
+        raise LogError("the disk is full")
+
+    blocked = tmp_path / "file"
+    studies = Studies(str(blocked / "logs"), write=full)
+    blocked.write_text("")
+    for sentence in ("Not a directory", "the disk is full"):
+        answer = answered(studies)
+        assert (answer.state, answer.log) == (SUCCEEDED, "")
+        assert sentence in answer.message
+        assert sentence in answer.problem
+        assert "log" not in json.loads(answer.summary)
+        assert studies.status()[1] == answer.problem
+        if blocked.is_file():
+            blocked.unlink()
+    with pytest.raises(BearingTwinError, match="is a file"):
+        Studies(__file__)
+
+
+def test_progress_is_told_ten_times_a_second_at_most():
+    now, told = [0], []
+
+    def run(study, progress, cancelled):
+        for done in range(100):
+            progress(Progress(done, 100, 1.0, 0.1, 5.0))
+            now[0] += PROGRESS_PERIOD_NS // 10
+        assert (figures(studies)["done"], figures(studies)["total"]) == (99, 100)
+        studies.look(now[0] - 1)  # too early
+        assert told[-1] == (90, "contact_duration")
+        studies.look(now[0])
+        studies.look(now[0] + PROGRESS_PERIOD_NS)  # nothing new
+        assert told[-2:] == [(90, "contact_duration"), (99, "contact_duration")]
+        return run_study(study)
+
+    studies = Studies(run=run, clock=lambda: now[0])
+    answered(studies, tell=lambda progress, quantity: told.append((progress.done, quantity)))
+    assert told == [(done, "contact_duration") for done in (*range(0, 100, 10), 99)]
+
+
+def test_a_log_has_a_name_of_its_own_inside_the_folder(tmp_path):
+    first = free_path(tmp_path, "../a study/of: mine", "20260101_000000")
+    assert first.name == "_a_study_of_mine_20260101_000000.mcap"
+    assert first.parent == tmp_path
+    first.write_bytes(b"")
+    assert free_path(tmp_path, "../a study/of: mine", "20260101_000000").name == first.stem + "_2.mcap"

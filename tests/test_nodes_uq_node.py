@@ -1,0 +1,282 @@
+"""uq_node on the wire: goals, feedback, cancels, refusals, the latched result, diagnostics, and its end by signals."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+from ros import (
+    ActionClient,
+    DiagnosticArray,
+    DiagnosticStatus,
+    GoalStatus,
+    RunStudy,
+    String,
+    plain_node,
+    qos_profile,
+    rclpy,
+    ros_executor,
+    spin_until,
+    started,
+)
+
+from bearing_twin.cli import main
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.study_log import read_study
+from bearing_twin.nodes.node_parameters import ParameterError, checked
+from bearing_twin.nodes.studying import QUEUE
+from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
+from bearing_twin.paths import share_path
+
+ACTION = "/bearing/run_study"
+QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
+# It goes on for minutes in worker processes, unless it is ended.
+LONG = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=10.0", "workers=1"]}
+# It goes on in the node itself, for longer than any test takes.
+ENDLESS = QUICK | {"samples": 15_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
+STATES = {
+    GoalStatus.STATUS_SUCCEEDED: "succeeded",
+    GoalStatus.STATUS_ABORTED: "aborted",
+    GoalStatus.STATUS_CANCELED: "cancelled",
+}
+
+
+def client_of(executor):
+    """A client of the action, in a node of its own."""
+    client = ActionClient(plain_node(executor, "asker"), RunStudy, ACTION)
+    spin_until(executor, client.server_is_ready, "discovery of the action")
+    return client
+
+
+def sent(executor, client, feedback=None, **goal):
+    """The handle of a goal that has been accepted or refused."""
+    heard = None if feedback is None else lambda message: feedback.append((time.monotonic(), message.feedback))
+    future = client.send_goal_async(RunStudy.Goal(**goal), feedback_callback=heard)
+    spin_until(executor, future.done, "answer to the goal")
+    return future.result()
+
+
+def outcome(executor, handle):
+    """(state, result) of an accepted goal."""
+    future = handle.get_result_async()
+    spin_until(executor, future.done, "result")
+    return STATES[future.result().status], future.result().result
+
+
+def ran(executor, client, **goal):
+    return outcome(executor, sent(executor, client, **goal))
+
+
+def with_mark(mark):
+    """Processes whose environment holds this mark: a node and all it has started."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            running = "Z" not in (folder / "stat").read_text().rpartition(")")[2].split()[0]
+            if running and mark.encode() in (folder / "environ").read_bytes():
+                found.append(int(folder.name))
+        except OSError:
+            continue
+    return found
+
+
+def words(process):
+    """The command line of a process, empty where it has ended."""
+    try:
+        return Path(f"/proc/{process}/cmdline").read_text().replace("\0", " ")
+    except OSError:
+        return ""
+
+
+def wait_until_gone(mark):
+    """Waits until no process has the mark; the tracker of multiprocessing ends a moment after its parent."""
+    end = time.monotonic() + 5.0
+    while with_mark(mark):
+        assert time.monotonic() < end, "a process was left behind"
+        time.sleep(0.05)
+
+
+def test_a_study_by_goal_equals_the_command_and_reaches_whoever_comes_late(tmp_path, capsys):
+    feedback = []
+    with ros_executor(threads=3) as executor:
+        started(executor, UqNode, log_folder=str(tmp_path / "logs"))
+        client = client_of(executor)
+        state, result = outcome(executor, sent(executor, client, feedback, **QUICK, seed=7))
+        assert (state, result.success) == ("succeeded", True)
+        late, seen = plain_node(executor, "late"), []
+        late.create_subscription(String, "/bearing/study_result", seen.append, qos_profile(LATCHED))
+        spin_until(executor, lambda: seen, "the latched result")
+    assert seen[0].data == result.summary
+    overrides = [word for override in QUICK["overrides"] for word in ("--set", override)]
+    assert main(["study", QUICK["study"], *overrides, "--samples", "500", "--seed", "7", "--json"]) == 0
+    printed, summary = json.loads(capsys.readouterr().out), json.loads(result.summary)
+    assert (summary.pop("log"), result.stopped_because) == (result.log, "all 500 samples are done")
+    assert summary.pop("seconds") > 0.0
+    del printed["seconds"]
+    assert summary == printed
+    assert len(read_study(result.log).values) == 500
+    first = feedback[0][1]
+    assert 0 < first.done <= first.total == 500
+    assert first.quantity == "contact_duration"
+    assert first.seconds_left >= 0.0
+
+
+def test_feedback_tells_the_interval_ten_times_a_second_at_most():
+    feedback = []
+    goal = QUICK | {"samples": 2_000_000, "overrides": [*QUICK["overrides"], "stop.tolerance=1e-12", "batch=2000"]}
+    with ros_executor(threads=3) as executor:
+        started(executor, UqNode, log_folder="")
+        client = client_of(executor)
+        handle = sent(executor, client, feedback, **goal)
+        spin_until(executor, lambda: len(feedback) >= 6, "feedback")
+        spin_until(executor, handle.cancel_goal_async().done, "cancel")
+        state, result = outcome(executor, handle)
+    assert (state, result.log) == ("cancelled", "")
+    steps = [message for _, message in feedback]
+    assert [one.done for one in steps] == sorted(one.done for one in steps)
+    assert all(one.total == 2_000_000 for one in steps)
+    last = steps[-1]
+    assert 0.0 < last.half_width < last.estimate < 1e-4
+    assert math.isfinite(last.seconds_left)
+    assert feedback[-1][0] - feedback[0][0] > 0.08 * (len(feedback) - 1)
+
+
+def test_a_cancel_ends_worker_processes_at_once_and_the_next_study_is_served(tmp_path):
+    mark = f"BEARING_TWIN_TEST={tmp_path}"
+    with ros_executor(threads=3) as executor:
+        started(executor, UqNode, log_folder=str(tmp_path), workers=1)
+        client = client_of(executor)
+        os.environ["BEARING_TWIN_TEST"] = str(tmp_path)
+        try:
+            handle = sent(executor, client, **LONG)
+            spin_until(executor, lambda: any("spawn_main" in words(one) for one in with_mark(mark)), "a worker")
+        finally:
+            del os.environ["BEARING_TWIN_TEST"]
+        began = time.monotonic()
+        spin_until(executor, handle.cancel_goal_async().done, "cancel")
+        spin_until(executor, lambda: not any("spawn_main" in words(one) for one in with_mark(mark)), "end of workers")
+        assert time.monotonic() - began < 5.0  # 0.5 s on a machine that has nothing else to do
+        state, result = outcome(executor, handle)
+        assert (state, result.stopped_because, result.success) == ("cancelled", "cancelled", False)
+        assert ran(executor, client, **QUICK)[0] == "succeeded"
+
+
+def test_bad_goals_are_answered_while_a_study_runs_and_the_next_is_served():
+    with ros_executor(threads=3) as executor:
+        node = started(executor, UqNode, log_folder="")
+        client = client_of(executor)
+        long = sent(executor, client, **ENDLESS)
+        for goal, sentence in [
+            ({"study": "spheres_alfa"}, "did you mean spheres_alpha"),
+            ({"study": "scene: [\n  }"}, "is not the YAML of a study"),
+            (QUICK | {"samples": -1}, "samples = -1 is out of range"),
+            (QUICK | {"overrides": ["inputs.contact.measured_alpha.std=.inf"]}, "inf"),
+            (QUICK | {"overrides": ["memory=1e5"], "samples": 100_000}, "more than its memory"),
+        ]:
+            state, result = ran(executor, client, **goal)
+            assert (state, result.success, result.summary) == ("aborted", False, "")
+            assert sentence in result.message
+        assert node.studies.status()[0] == "running spheres_alpha_4e-5"
+        spin_until(executor, long.cancel_goal_async().done, "cancel")
+        assert outcome(executor, long)[0] == "cancelled"
+        assert ran(executor, client, **QUICK)[0] == "succeeded"
+
+
+def test_one_runs_four_wait_in_order_and_the_next_is_refused():
+    with ros_executor(threads=3) as executor:
+        node = started(executor, UqNode, log_folder="")
+        client, seen = client_of(executor), []
+        watcher = plain_node(executor)
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        running = sent(executor, client, **ENDLESS)
+        waiting = [sent(executor, client, **QUICK, seed=seed) for seed in range(1, 1 + QUEUE)]
+        assert running.accepted
+        assert all(handle.accepted for handle in waiting)
+        assert not sent(executor, client, **QUICK).accepted
+        spin_until(executor, lambda: any(s.level == DiagnosticStatus.WARN for s in seen), "a warning")
+        warning = next(status for status in seen if status.level == DiagnosticStatus.WARN)
+        values = {pair.key: pair.value for pair in warning.values}
+        assert "there is no room" in warning.message
+        assert (values["waiting"], values["refused"], values["doing"]) == ("4", "1", "running spheres_alpha_4e-5")
+        spin_until(executor, waiting[2].cancel_goal_async().done, "cancel of one that waits")
+        state, result = outcome(executor, waiting.pop(2))
+        assert (state, result.message) == ("cancelled", "cancelled while it waited")
+        spin_until(executor, running.cancel_goal_async().done, "cancel of the one that runs")
+        results = [outcome(executor, handle) for handle in waiting]
+        assert [json.loads(result.summary)["seed"] for _, result in results] == [1, 2, 4]
+        assert {state for state, _ in results} == {"succeeded"}
+        spin_until(executor, lambda: seen[-1].level == DiagnosticStatus.OK, "all is well again")
+        assert node.studies.status()[0] == "idle"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_path, number):
+    with ros_executor() as executor:
+        domain = executor.context.get_domain_id()
+        node = subprocess.Popen(
+            [
+                *(sys.executable, "-m", "bearing_twin.nodes.entry", "uq_node", "--ros-args"),
+                *("-p", f"log_folder:={tmp_path}", "-p", "workers:=1"),
+            ],
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain), "BEARING_TWIN_TEST": str(tmp_path)},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            client, feedback = client_of(executor), []
+            short_runs = LONG | {"overrides": ["run.duration=0.01", "workers=1"], "samples": 10_000}
+            assert sent(executor, client, feedback, **short_runs).accepted
+            assert sent(executor, client, **QUICK).accepted
+            spin_until(executor, lambda: feedback, "the first realisations", 180.0)  # kernels may have to be compiled
+            assert len(with_mark(f"BEARING_TWIN_TEST={tmp_path}")) >= 2
+            node.send_signal(number)
+            said = node.communicate(timeout=30)[1]
+        finally:
+            if node.poll() is None:
+                node.kill()
+                node.wait()
+    assert node.returncode == 0, said
+    assert "Traceback" not in said
+    wait_until_gone(f"BEARING_TWIN_TEST={tmp_path}")
+    [log] = tmp_path.glob("*.mcap")
+    assert 0 < len(read_study(log).values) < 10_000
+
+
+def test_the_action_and_its_topics_are_where_they_should_be():
+    with ros_executor(threads=2) as executor:
+        node = started(executor, UqNode, log_folder="")
+        services = dict(node.get_service_names_and_types())
+        assert services[f"{ACTION}/_action/send_goal"] == ["bearing_twin_msgs/action/RunStudy_SendGoal"]
+        [publisher] = node.get_publishers_info_by_topic("/bearing/study_result")
+        assert publisher.topic_type == "std_msgs/msg/String"
+        assert publisher.qos_profile.durability == rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL
+        described = node.describe_parameter("memory")
+        assert described.read_only
+        assert "[B]" in described.description
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "sentence"),
+    [
+        ({"log_foldr": "x"}, ParameterError, "did you mean log_folder?"),
+        ({"workers": -1}, ParameterError, "workers = -1 must lie between 0 and 512"),
+        ({"log_folder": __file__}, BearingTwinError, "is a file"),
+    ],
+)
+def test_parameters_it_cannot_use_are_refused(parameters, error, sentence):
+    with ros_executor() as executor, pytest.raises(error) as refused:
+        started(executor, UqNode, **parameters)
+    assert sentence in str(refused.value)
+
+
+def test_the_parameter_file_gives_the_defaults():
+    text = share_path("config", "uq_node.yaml").read_text(encoding="utf-8")
+    given = yaml.safe_load(text)["/**/uq_node"]["ros__parameters"]
+    given["memory"] = float(given["memory"])  # 2.0e9 is a number to ROS, a text to PyYAML
+    assert checked(PARAMETERS, given) == given == checked(PARAMETERS, {})

@@ -1,0 +1,266 @@
+"""Study files: what they hold, what their overrides change, what is refused and in which words."""
+
+import itertools
+import math
+
+import pytest
+import yaml
+
+from bearing_twin.errors import BearingTwinError, SceneError, StudyError
+from bearing_twin.scene import KINDS, load_scene, scene_names
+from bearing_twin.simulation import simulate
+from bearing_twin.uq.quantities import CLOSED_FORMS, QUANTITIES, has_closed_form
+from bearing_twin.uq.realise import without_numbers
+from bearing_twin.uq.result import Tally
+from bearing_twin.uq.scene_keys import numeric_keys, put, replaced, value_at
+from bearing_twin.uq.stopping import Rule, looks
+from bearing_twin.uq.study_file import load_study, parse_study, study_names
+
+ALPHA = "contact.measured_alpha"
+GAMMA = {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5}
+QUICK_SCENES = {
+    "bearing_6203": ["run.duration=0.01"],
+    "ellipsoid_tumbling": [],
+    "sphere_on_beam": [],
+    "two_discs": [],
+    "two_spheres": [],
+}
+PLAIN = {"scene": "two_spheres", "inputs": {ALPHA: GAMMA}, "quantities": ["contact_duration"]}
+
+
+def refusal(changes=None, overrides=()):
+    with pytest.raises(StudyError) as caught:
+        parse_study({**PLAIN, **(changes or {})}, "s", overrides)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", study_names())
+def test_every_study_reads_back_from_its_resolved_dump(name):
+    study = load_study(name)
+    assert study.description
+    assert study.name == name
+    assert parse_study(study.resolved(), "elsewhere") == study
+    assert parse_study(yaml.safe_dump(study.resolved()), "elsewhere") == study
+    assert set(study.resolved()["scene"]) == {"name", "kind", "description", *vars(KINDS[study.kind].parameters())}
+
+
+def test_the_studies_of_paper_3_and_one_of_the_bearing_are_there():
+    stds = [load_study(f"spheres_alpha_{std}").inputs[0].std for std in ("2e-5", "4e-5", "6e-5")]
+    assert stds == pytest.approx([2e-5, 4e-5, 6e-5], rel=1e-12)
+    speeds = [load_study(name).scene["motion"]["first_velocity"] for name in ("discs_small_10", "discs_small_100")]
+    assert speeds == [10.0, 100.0]
+    assert load_study("bearing_6203_tolerances").kind == "bearing"
+
+
+def test_overrides_reach_the_study_its_inputs_and_its_scene():
+    study = load_study(
+        "spheres_alpha_2e-5",
+        ["samples=10", "stop.relative_tolerance=1e-2", f"inputs.{ALPHA}.std=4e-5", "motion.first_velocity=50"],
+    )
+    assert study.settings.samples == 10
+    assert study.settings.stop.relative_tolerance == 0.01
+    assert study.inputs[0].std == pytest.approx(4e-5)
+    assert study.scene["motion"]["first_velocity"] == 50
+    whole = parse_study(PLAIN, "s", [f"inputs.{ALPHA}={{distribution: uniform, low: 1e-4, high: 2e-4}}"])
+    assert (whole.inputs[0].low, whole.inputs[0].high) == (1e-4, 2e-4)
+
+
+def test_another_scene_by_override_is_read_before_its_keys_are():
+    study = parse_study(
+        {**PLAIN, "inputs": {"sphere.radius": {"distribution": "uniform", "low": 0.009, "high": 0.011}}},
+        "s",
+        ["scene=sphere_on_beam", "blow.point=0.4"],
+    )
+    assert (study.kind, study.scene["blow"]["point"]) == ("sphere_on_beam", 0.4)
+
+
+def test_keys_that_follow_an_input_take_its_value():
+    study = load_study("bearing_6203_tolerances")
+    scene = study.scene_at([one.mean * 1.01 if "modulus" in one.key else one.mean for one in study.inputs])
+    materials = scene.parameters.materials
+    assert materials.ball.young_modulus == pytest.approx(1.01 * 2.075e11)
+    assert materials.ball == materials.inner_ring == materials.outer_ring
+
+
+@pytest.mark.parametrize(
+    ("changes", "overrides", "words"),
+    [
+        ({}, ["samples=0"], "samples = 0 is out of range; must be a whole number, at least 1"),
+        ({}, ["samples=many"], "must be a whole number"),
+        ({}, ["sample=10"], "'sample' is no key of the study or its scene; did you mean samples?"),
+        ({}, ["samples"], "must look like samples=500"),
+        ({}, ["motion.first_velocity=-1"], "the bodies never meet"),
+        ({}, [f"inputs.{ALPHA}x.std=1e-5"], "did you mean contact.measured_alpha?"),
+        ({"quantities": ["contact_durtion"]}, [], "did you mean contact_duration?"),
+        ({"quantities": []}, [], "quantities"),
+        ({"quantities": ["peak_force", "peak_force"]}, [], "names something twice"),
+        ({"methd": "auto"}, [], "'methd' is not a key of a study; did you mean method?"),
+        ({"method": "guess"}, [], "'guess' is not known"),
+        ({"inputs": {}}, [], "one at least"),
+        ({"inputs": {"first.radus": 0.01}}, [], "did you mean first.radius?"),
+        ({"inputs": {"contact.normal": 1.0}}, [], "is no number of a scene of kind two_spheres"),
+        ({"scene": "two_sphere"}, [], "did you mean two_spheres?"),
+        ({"scene": 3}, [], "must be the name of a scene"),
+        ({"set": "motion.first_velocity=3"}, [], "must be a list of texts"),
+        ({"stop": {"quantity": "peak_force"}}, [], "'peak_force' is not among the study's quantities"),
+        ({"stop": {"tolerance": 1e-6, "relative_tolerance": 0.1}}, [], "keep one"),
+        ({"executor": "threads"}, [], "must be processes, or dask://"),
+        ({"histories": ["velocity"]}, [], "is no channel of one number"),
+        ({"sweep": {"motion.first_velocity": []}}, [], "a list of 1 to"),
+        ({"sweep": {"motion.first_velocity": [10.0, -10.0]}}, [], "the bodies never meet"),
+        ({"sweep": {ALPHA: [1e-4]}}, [], "is an uncertain input already"),
+        ({"correlation": [[ALPHA, "first.radius", 0.5]]}, [], "is no input"),
+        ({"correlation": [[ALPHA, 0.5]]}, [], "must be [key, key, value]"),
+    ],
+)
+def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, words):
+    assert words in refusal(changes, overrides)
+
+
+@pytest.mark.parametrize(
+    ("key", "told", "words"),
+    [
+        (ALPHA, {"distribution": "gamma", "mean": -1e-4, "std": 2e-5}, "mean"),
+        (ALPHA, {"distribution": "gamma", "mean": 1e-4, "std": math.nan}, "not finite"),
+        (ALPHA, {"distribution": "normal", "mean": 1e-4, "std": 1e-5}, "takes values from -inf to inf"),
+        ("first.material.poisson_ratio", {"distribution": "uniform", "low": 0.2, "high": 0.6}, "below 0.5"),
+        ("first.material.poisson_ratio", 0.5, "below 0.5"),
+        ("contact.restitution", {"distribution": "empirical", "values": [0.5, 1.1]}, "at most 1"),
+        (ALPHA, {"distribution": "gama", "mean": 1e-4, "std": 1e-5}, "did you mean gamma?"),
+        (
+            ALPHA,
+            {"distribution": "uniform", "low": 1e-4, "high": 2e-4, "also": ["first.mas"]},
+            "did you mean first.mass?",
+        ),
+        (ALPHA, {"distribution": "uniform", "low": 1e-4, "high": 2e-4, "also": [ALPHA]}, "already follows"),
+    ],
+)
+def test_distributions_must_stay_inside_the_limits_of_the_scene(key, told, words):
+    message = refusal({"inputs": {key: told}})
+    assert words in message
+    assert key in message
+
+
+def test_a_forbidden_bound_may_be_the_end_of_a_density_but_no_value():
+    told = {"distribution": "uniform", "low": 0.0, "high": 0.5}
+    study = parse_study({**PLAIN, "inputs": {"first.material.poisson_ratio": told}}, "s")
+    assert study.inputs[0].high == 0.5
+
+
+def test_whole_numbers_take_only_whole_values():
+    bearing = {**PLAIN, "scene": "bearing_6203", "quantities": ["cage_speed"]}
+    told = {"distribution": "empirical", "values": [7, 8, 9]}
+    assert (
+        parse_study({**bearing, "inputs": {"geometry.balls": told}}, "s").scene_at([9]).parameters.geometry.balls == 9
+    )
+    for wrong in ({"distribution": "uniform", "low": 7, "high": 9}, {"distribution": "empirical", "values": [7.5]}):
+        assert "whole numbers" in refusal({**bearing, "inputs": {"geometry.balls": wrong}})
+
+
+def test_all_problems_of_a_file_come_together():
+    message = refusal({"quantities": ["peak"], "method": "x", "inputs": {"first.radus": 1.0}, "colour": "red"})
+    assert "4 problems" in message
+    assert all(word in message for word in ("'peak'", "'x'", "'first.radus'", "'colour'"))
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", "scene: [", "samples: 3", "scene: {kind: bearing, x: 1}"])
+def test_texts_that_are_no_study_are_refused_in_words(text):
+    with pytest.raises((StudyError, SceneError)) as caught:
+        parse_study(text, "s")
+    assert "s" in str(caught.value)
+
+
+def test_an_unknown_study_names_the_nearest():
+    with pytest.raises(BearingTwinError, match="did you mean spheres_alpha_2e-5"):
+        load_study("sphere_alpha_2e-5")
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_every_number_of_a_scene_can_be_put_and_replaced(kind):
+    parameters = KINDS[kind].parameters()
+    plain = {"kind": kind, **yaml.safe_load(yaml.safe_dump(_plain(parameters)))}
+    for key, row in numeric_keys(kind).items():
+        assert row.unit
+        assert value_at(put(plain, key, 0.125), key) == 0.125
+        changed = replaced(parameters, key, 0.125)
+        assert value_at(_plain(changed), key) == 0.125
+        assert changed != parameters or value_at(plain, key) == 0.125
+
+
+def _plain(parameters):
+    from bearing_twin.parameters import plain
+
+    return plain(parameters)
+
+
+def test_put_leaves_the_original_alone():
+    plain = {"drive": {"offset": [0.0, 0.0, 0.0], "speed": 1.0}}
+    put(plain, "drive.offset[1]", 3.0)
+    put(plain, "drive.speed", 3.0)
+    assert plain == {"drive": {"offset": [0.0, 0.0, 0.0], "speed": 1.0}}
+
+
+def test_every_quantity_has_a_unit_and_closed_forms_belong_to_known_kinds():
+    assert set(QUANTITIES) == set(KINDS)
+    assert set(CLOSED_FORMS) <= set(KINDS)
+    assert all(row.unit and row.meaning for table in QUANTITIES.values() for row in table.values())
+
+
+def test_closed_forms_are_used_only_where_they_describe_the_scene():
+    def closed(overrides, names=("contact_duration",), varied=()):
+        study = parse_study(PLAIN, "s", overrides)
+        return has_closed_form("two_spheres", study.scene_at([1e-4]).parameters, names, varied=varied)
+
+    assert closed([])
+    assert not closed(["contact.restitution=0.9"])
+    assert not closed(["solver.stepper=rk4"])
+    assert not closed([], ("restitution",))
+    assert not closed([], varied=("contact.restitution",))
+
+
+def test_reasons_are_counted_without_their_numbers():
+    assert without_numbers("speed = -1.5e-3 m/s, s (m/s)^0.2") == "speed = … m/s, s (m/s)^0.2"
+    tally = Tally()
+    assert tally.codes(4, {0: "a = 1 b", 2: "c", 3: "a = 2 b"}).tolist() == [1, 0, 2, 1]
+    assert tally.sentences == ["a = 1 b", "c"]
+    assert tally.bits(2, {1: ("c", "a = 5 b", "d")}).tolist() == [0, 0b111]
+    for number in range(100):
+        tally.place("x" * number)
+    assert len(tally.sentences) == 48
+
+
+def test_looks_grow_and_end_with_all_samples():
+    sizes = list(looks(100_000, 100, 200, "random"))
+    assert sizes[0] == 200
+    assert sizes[-1] == 100_000
+    steps = [b - a for a, b in itertools.pairwise(sizes)]
+    assert min(steps[:-1]) == 100
+    assert all(step <= 0.3 * size for step, size in zip(steps[5:], sizes[5:], strict=False))
+    assert len(sizes) < 60
+    assert list(looks(100, 100, 200, "random")) == [100]
+    assert list(looks(4096, 100, 200, "sobol")) == [256, 512, 1024, 2048, 4096]
+    assert list(looks(4096, 100, 200, "latin_hypercube")) == [4096]
+
+
+def test_a_rule_wants_a_narrow_interval_and_never_takes_a_nan():
+    rule = Rule("q", "mean", 0.5, 0.1, 0.0)
+    assert rule.bounds
+    assert rule.satisfied(3.0, 0.1)
+    assert not rule.satisfied(3.0, 0.11)
+    assert not rule.satisfied(math.nan, math.nan)
+    assert Rule("q", "mean", 0.5, 0.0, 0.1).satisfied(-3.0, 0.3)
+    assert not Rule("q", "mean", 0.5, 0.0, 0.0).bounds
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_quantity_of_every_scene_is_a_number_of_its_report(name):
+    """Of the scenes that take no time; their kinds are all."""
+    scene = load_scene(name)
+    if name not in QUICK_SCENES:
+        assert scene.kind in {load_scene(quick).kind for quick in QUICK_SCENES}
+        return
+    run = simulate(load_scene(name, QUICK_SCENES[name]))
+    for _ in run.blocks():
+        pass
+    for quantity, row in QUANTITIES[scene.kind].items():
+        assert math.isfinite(row.figure(run.report.figures)), quantity

@@ -1,0 +1,169 @@
+"""`bearing_twin study`: the JSON its readers rely on, what is refused and how, logs to go on from, the picture."""
+
+import json
+import re
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from bearing_twin.charts.study_picture import plot_study
+from bearing_twin.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.study_log import read_study
+from bearing_twin.uq.quantities import QUANTITIES
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import load_study, parse_study, study_names
+
+QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
+
+
+def asked(capsys, *words):
+    assert main(["study", *map(str, words), "--json"]) == DONE
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    return json.loads(out)
+
+
+def refused(capsys, *words):
+    assert main(["study", *map(str, words), "--json"]) == BAD_INPUT
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("bearing_twin: ")
+    assert "Traceback" not in err
+    return err
+
+
+def test_the_json_is_what_its_readers_rely_on(capsys):
+    found = asked(capsys, *QUICK, "--samples", 1000, "--seed", 7)
+    assert (found["samples"], found["seed"], found["failed"]) == (1000, 7, {})
+    assert found["seconds"] > 0.0
+    assert found["stopped_because"] == "all 1000 samples are done"
+    assert set(found["quantities"]) == {"contact_duration", "peak_force"}
+    one = found["quantities"]["contact_duration"]
+    assert {"method", "mean", "std", "skewness", "quantiles", "half_width", "modality"} <= set(one)
+    assert one["method"] == "ensemble"
+    assert set(one["quantiles"]["0.05"]) == {"value", "low", "high"}
+    assert {"modes", "p_value"} <= set(one["modality"])
+    assert 0.0 < one["half_width"] < one["std"]
+    assert asked(capsys, *QUICK, "--samples", 1000, "--seed", 7)["quantities"] == found["quantities"]
+    assert asked(capsys, *QUICK, "--samples", 1000, "--seed", 8)["quantities"] != found["quantities"]
+
+
+def test_an_input_is_changed_from_the_command_line(capsys):
+    key = "inputs.contact.measured_alpha"
+    found = asked(capsys, *QUICK, "--set", f"{key}.std=2e-5", "--set", "method=change_of_variable")
+    assert found["quantities"]["contact_duration"]["std"] == pytest.approx(1.09856054e-5, rel=1e-8)
+    assert "std 2e-05" in found["inputs"]["contact.measured_alpha"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "which study?"),
+        (["spheres_alfa"], "did you mean spheres_alpha"),
+        ([*QUICK, "--samples", "0"], "samples = 0 is out of range"),
+        ([*QUICK, "--samples", "ten"], "must be a whole number"),
+        ([*QUICK, "--workers", "-1"], "workers = -1 is out of range"),
+        ([*QUICK, "--set", "quantities=[contact_time]"], "did you mean contact_duration?"),
+        ([*QUICK, "--set", "inputs.contact.measured_alpha.std=-1e-5"], "std"),
+        ([*QUICK, "--set", "memory=1e4"], "more than its memory"),
+        ([*QUICK, "--plot", "x.pdf"], "give one that ends in .png"),
+        ([*QUICK, "--out", "nowhere/x.mcap"], "does not exist"),
+        ([*QUICK, "--resume", "nowhere.mcap"], "nowhere.mcap"),
+        ([*QUICK, "--sampels", "3"], "did you mean --samples?"),
+    ],
+)
+def test_bad_input_ends_with_one_sentence(words, sentence, capsys):
+    assert sentence in refused(capsys, *words)
+
+
+def test_doubts_make_three_with_strict(capsys):
+    assert main(["study", *QUICK, "--samples", "50", "--strict"]) == DOUBTFUL
+    assert "doubtful: at the mean inputs peak pressure" in capsys.readouterr().err
+
+
+def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
+    words = ["--set", "stop.relative_tolerance=0.05", "--samples", "100000", "--set", "sensitivity=32"]
+    assert main(["study", *QUICK, *words]) == DONE
+    err = capsys.readouterr().err
+    assert re.search(r"contact_duration +mean +6\.\d+e-05 \[\S+, \S+\] +s", err)
+    assert "0.95 quantile" in err
+    assert "contact_duration: " in err
+    assert "at 2 looks in a row" in err
+    assert re.search(r"contact_duration +contact.measured_alpha", err)
+
+
+def test_a_study_goes_on_from_its_log(capsys, tmp_path):
+    first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
+    asked(capsys, *QUICK, "--samples", 500, "--out", first)
+    found = asked(capsys, *QUICK, "--samples", 1500, "--resume", first, "--out", second)
+    assert found["log"] == str(second)
+    whole = asked(capsys, *QUICK, "--samples", 1500)
+    assert found["quantities"] == whole["quantities"]
+    assert np.array_equal(read_study(second).values[:500], read_study(first).values)
+    assert "exists" in refused(capsys, *QUICK, "--out", second)
+
+
+def test_the_list_names_every_study_and_quantity(capsys):
+    found = asked(capsys, "--list")
+    assert [one["name"] for one in found["studies"]] == study_names()
+    assert {(one["kind"], one["quantity"]) for one in found["quantities"]} == {
+        (kind, name) for kind, table in QUANTITIES.items() for name in table
+    }
+    assert main(["study", "--list"]) == DONE
+    assert "greatest_ball_load" in capsys.readouterr().err
+
+
+def test_polynomial_chaos_and_sobol_indices_agree(capsys):
+    key = "inputs.motion.first_velocity={distribution: uniform, low: 10, high: 30}"
+    two = [*QUICK, "--set", key]
+    chaos = asked(capsys, *two, "--set", "method=chaos")["quantities"]["contact_duration"]
+    drawn = asked(capsys, *two, "--set", "sensitivity=2048", "--set", "sampler=sobol")["quantities"]["contact_duration"]
+    assert (chaos["method"], drawn["method"]) == ("chaos", "ensemble")
+    assert chaos["validation_error"] < 1e-3
+    assert chaos["mean"] == pytest.approx(drawn["mean"], rel=1e-3)
+    assert chaos["std"] == pytest.approx(drawn["std"], rel=1e-2)
+    for name in ("contact.measured_alpha", "motion.first_velocity"):
+        for order in ("first", "total"):
+            found = drawn["sobol"][name][order]
+            assert found["low"] < found["value"] < found["high"]
+            assert found["value"] == pytest.approx(chaos["sobol"][name][order]["value"], abs=0.02)
+
+
+def test_the_picture_has_ink_and_its_title(tmp_path, capsys):
+    path = tmp_path / "study.png"
+    found = asked(capsys, "spheres_alpha_4e-5", "--set", "sweep=", "--plot", path)
+    assert found["plot"] == str(path)
+    pixels = matplotlib.image.imread(path)[..., :3]
+    assert pixels.shape[1] == 1600
+    assert 0.005 < np.mean(pixels.mean(axis=2) < 0.8) < 0.4
+
+
+def test_a_distribution_without_samples_has_a_picture(tmp_path, capsys):
+    path = tmp_path / "exact.png"
+    asked(capsys, *QUICK, "--set", "method=change_of_variable", "--plot", path)
+    assert path.stat().st_size > 20_000
+
+
+def test_pictures_of_little_and_of_nothing(tmp_path):
+    speeds = {"motion.first_velocity": {"distribution": "uniform", "low": -3.0, "high": 6.0}}
+    mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": ["peak_force", "impulse"], "modality": "no"}
+    few = run_study(parse_study({**mapping, "method": "ensemble", "samples": 3}, "few"))
+    assert plot_study(few, tmp_path / "few.png").stat().st_size > 10_000
+    with pytest.raises(BearingTwinError):
+        plot_study(few, tmp_path / "nowhere" / "few.png")
+
+
+@pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])
+def test_a_bearing_is_studied_by_worker_processes(name):
+    result = run_study(load_study(name, ["samples=6", "workers=2", "stop.minimum=4", "run.duration=0.01", "batch=2"]))
+    summary = result.as_dict()
+    assert summary["failed"] == {}
+    assert summary["convergence"]["samples"] == [4, 6]
+    load = result.sample("greatest_ball_load")
+    assert 0.0 < load.min() < load.max() < 500.0
+    # the tighter the clearance, the greater the load
+    assert np.corrcoef(result.values[:, 1], load)[0, 1] < -0.8
+    theory = 0.5 * 183.26 * (1.0 - 6.746 / 28.5)
+    assert result.sample("cage_speed") == pytest.approx(theory, rel=0.2)

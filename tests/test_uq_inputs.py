@@ -1,0 +1,315 @@
+"""Uncertain inputs: distributions by parameters and by knowledge, refusals, and the Gaussian copula."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import integrate, stats
+from scipy.special import digamma
+
+from bearing_twin.errors import StatisticError, StudyError
+from bearing_twin.uq.inputs import DISTRIBUTIONS, GREATEST_UNIT, LEAST_UNIT, Joint, read_input
+from bearing_twin.uq.knowledge import greatest_entropy
+
+EXAMPLES = {
+    "gamma": {"mean": 1.138e-4, "std": 2e-5},
+    "uniform": {"low": 0.1, "high": 0.4},
+    "normal": {"mean": -3.0, "std": 2.0},
+    "truncated_normal": {"mean": 1.0, "std": 2.0, "low": 0.0, "high": 4.0},
+    "lognormal": {"mean": 5e9, "std": 1e9},
+    "beta": {"low": 0.0, "high": 0.5, "mean": 0.3, "std": 0.05},
+    "exponential": {"mean": 7.0},
+    "truncated_exponential": {"low": 1.0, "high": 3.0, "mean": 1.6},
+    "fixed": {"value": 2.1e11},
+    "empirical": {"values": [3.0, 1.0, 2.0, 2.0]},
+}
+
+
+GAUSS = np.polynomial.legendre.leggauss(200)
+
+
+def an_input(name, key="first.radius"):
+    return read_input(key, {"distribution": name, **EXAMPLES[name]})
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(-1e3, 1e3), st.floats(1e-3, 1e3), st.sampled_from(["uniform", "truncated_normal", "beta"]))
+def test_no_value_steps_over_a_bound_by_rounding(low, width, name):
+    more = {"uniform": {}, "truncated_normal": {"mean": low, "std": 0.1 * width}, "beta": {"a": 0.5, "b": 0.5}}[name]
+    one = read_input("x", {"distribution": name, "low": low, "high": low + width, **more})
+    ends = one.ppf(np.array([LEAST_UNIT, GREATEST_UNIT]))
+    assert (one.low, one.high) == (low, low + width)
+    assert low <= ends[0] < ends[1] <= low + width
+
+
+def test_there_is_an_example_of_every_distribution():
+    assert set(EXAMPLES) == set(DISTRIBUTIONS)
+
+
+@pytest.mark.parametrize("name", sorted(EXAMPLES))
+def test_an_input_has_its_mean_and_deviation_and_inverts_itself(name):
+    one = an_input(name)
+    u = np.linspace(0.0005, 0.9995, 1000)
+    x = one.ppf(u)
+    assert np.all(np.diff(x) >= 0.0)
+    assert np.all((x >= one.low) & (x <= one.high))
+    if name == "fixed":
+        assert (one.mean, one.std) == (2.1e11, 0.0)
+    elif name == "empirical":
+        assert (one.mean, one.std) == (2.0, math.sqrt(0.5))
+        assert one.cdf([0.9, 1.0, 2.0, 3.0]).tolist() == [0.0, 0.25, 0.75, 1.0]
+        assert one.ppf([1e-9, 0.25, 0.2501, 0.75, 0.7501, 1.0]).tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
+    else:
+        assert one.cdf(x) == pytest.approx(u, abs=1e-12)
+        assert one.isf(1.0 - u) == pytest.approx(x, rel=1e-9)
+        # Gauss-Legendre in the normal score: the moments of what is sampled are those that are claimed
+        z, weight = GAUSS
+        z, weight = 8.0 * z, 8.0 * weight * stats.norm.pdf(8.0 * z)
+        x = np.where(z < 0.0, one.ppf(stats.norm.cdf(z)), one.isf(stats.norm.sf(z)))
+        assert weight @ x == pytest.approx(one.mean, rel=1e-10)
+        assert math.sqrt(weight @ (x - one.mean) ** 2) == pytest.approx(one.std, rel=1e-9)
+        for word in ("mean", "std"):
+            if word in EXAMPLES[name] and name != "truncated_normal":
+                assert getattr(one, word) == pytest.approx(EXAMPLES[name][word], rel=1e-10)
+        middle = one.ppf(0.3)
+        step = 1e-5 * one.std
+        slope = (one.cdf(middle + step) - one.cdf(middle - step)) / (2.0 * step)
+        assert one.pdf(middle) == pytest.approx(slope, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", sorted(EXAMPLES))
+def test_inputs_travel_to_other_processes_and_say_what_they_are(name):
+    one = an_input(name)
+    other = pickle.loads(pickle.dumps(one))
+    assert other == one
+    assert other.ppf(0.3) == one.ppf(0.3)
+    text = one.describe()
+    assert text.startswith("first.radius: " + name.replace("_", " "))
+    assert "nan" not in text
+
+
+def test_the_same_distribution_by_other_parameters():
+    def same(one, other):
+        one, other = (read_input("x", {"distribution": name, **given}) for name, given in (one, other))
+        u = np.array([1e-6, 0.3, 0.999])
+        assert one.ppf(u) == pytest.approx(other.ppf(u), rel=1e-12)
+
+    shape, scale = (1.138e-4 / 2e-5) ** 2, 4e-10 / 1.138e-4
+    assert shape == pytest.approx(32.3761)
+    same(("gamma", {"shape": shape, "scale": scale}), ("gamma", {"mean": "1.138e-4", "std": "2e-5"}))
+    log_std = math.sqrt(math.log(1.25))
+    same(
+        ("lognormal", {"mean": 1.0, "std": 0.5}),
+        ("lognormal", {"mean_log": -0.5 * log_std**2, "std_log": log_std}),
+    )
+    same(
+        ("beta", {"low": 1.0, "high": 3.0, "a": 2.0, "b": 2.0}),
+        ("beta", {"low": 1.0, "high": 3.0, "mean": 2.0, "std": math.sqrt(0.2)}),
+    )
+    same(("truncated_normal", {"mean": 0.0, "std": 1.0, "low": 0.0}), ("truncated_normal", _half_normal()))
+
+
+def _half_normal():
+    name, parameters = greatest_entropy(
+        {"positive": True, "mean": math.sqrt(2.0 / math.pi), "std": math.sqrt(1.0 - 2.0 / math.pi)}
+    )
+    assert name == "truncated_normal"
+    assert parameters["mean"] == pytest.approx(0.0, abs=1e-10)
+    assert parameters["std"] == pytest.approx(1.0, rel=1e-10)
+    return parameters
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(1e-3, 0.995), st.sampled_from([1.0, 1e-12, 3e11]))
+def test_positive_with_mean_and_deviation_is_a_truncated_normal(variation, mean):
+    one = read_input("x", {"know": {"positive": True, "mean": mean, "std": variation * mean}})
+    assert one.distribution_name == "truncated_normal"
+    assert one.low == 0.0
+    assert one.mean == pytest.approx(mean, rel=1e-9)
+    scale = one.parameters["std"]
+    # of the density itself, not of SciPy's moments
+    points, weights = GAUSS
+    center = max(one.parameters["mean"], 0.0)
+    low, high = max(0.0, center - 14.0 * scale), center + 14.0 * scale
+    high = min(high, low + 60.0 * mean)
+    x = low + 0.5 * (points + 1.0) * (high - low)
+    density = weights * np.exp(-0.5 * ((x - one.parameters["mean"]) / scale) ** 2 + 0.5 * _height(one))
+    total, first = density.sum(), (density @ x) / density.sum()
+    assert first == pytest.approx(mean, rel=1e-10)
+    assert math.sqrt(density @ (x - first) ** 2 / total) == pytest.approx(variation * mean, rel=1e-10)
+
+
+def _height(one):
+    """The exponent where the density is greatest, so that nothing underflows."""
+    return (min(one.parameters["mean"], 0.0) / one.parameters["std"]) ** 2
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0.02, 0.98), st.floats(0.01, 0.95))
+def test_bounds_with_mean_and_deviation_are_a_truncated_normal(share, part):
+    """Up to the deviation of the truncated exponential, beyond which the density would rise towards the bounds."""
+    exponential = read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share}})
+    std = part * exponential.std
+    one = read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": std}})
+    assert one.distribution_name == "truncated_normal"
+    assert (one.low, one.high) == (0.0, 0.5)
+    assert one.mean == pytest.approx(0.5 * share, rel=1e-9)
+    assert one.std == pytest.approx(std, rel=1e-8)
+    with pytest.raises(StudyError, match=r"smaller std|so great a std"):
+        read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": 1.02 * exponential.std}})
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(1e-3, 1e5), st.sampled_from([1.0, 1e-4, 2.1e11]))
+def test_positive_with_mean_and_mean_log_is_the_gamma_distribution(shape, mean):
+    mean_log = digamma(shape) + math.log(mean / shape)
+    name, parameters = greatest_entropy({"positive": True, "mean": mean, "mean_log": mean_log})
+    assert name == "gamma"
+    assert parameters["shape"] * parameters["scale"] == pytest.approx(mean, rel=1e-12)
+    found = digamma(parameters["shape"]) + math.log(parameters["scale"])
+    assert found == pytest.approx(mean_log, abs=1e-10)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0.004, 0.996))
+def test_bounds_with_a_mean_are_a_truncated_exponential(share):
+    one = read_input("x", {"know": {"low": -2.0, "high": 3.0, "mean": -2.0 + 5.0 * share}})
+    assert one.distribution_name == ("uniform" if share == 0.5 else "truncated_exponential")
+    assert one.mean == pytest.approx(-2.0 + 5.0 * share, abs=1e-9)
+    u = np.array([1e-8, 0.2, 0.5, 0.9])
+    assert one.cdf(one.ppf(u)) == pytest.approx(u, rel=1e-6)
+    points, weights = np.polynomial.legendre.leggauss(60)
+    edges = one.ppf(np.linspace(0.0, 1.0, 41))
+    x = edges[:-1, None] + 0.5 * (points + 1.0) * np.diff(edges)[:, None]
+    mass = 0.5 * np.diff(edges)[:, None] * weights * one.pdf(x)
+    assert np.sum(mass) == pytest.approx(1.0, rel=1e-10)
+    assert np.sum(mass * x) == pytest.approx(one.mean, abs=1e-9)
+    assert math.sqrt(np.sum(mass * (x - one.mean) ** 2)) == pytest.approx(one.std, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("known", "name"),
+    [
+        ({"low": 0.0, "high": 0.5}, "uniform"),
+        ({"low": 0.0, "high": 0.5, "mean": 0.25}, "uniform"),
+        ({"mean": 1.0, "std": 0.1}, "normal"),
+        ({"positive": False, "mean": 1.0, "std": 0.1}, "normal"),
+        ({"positive": True, "mean": 3.0}, "exponential"),
+        ({"positive": True, "mean": 3.0, "std": 3.0}, "exponential"),
+        ({"positive": True, "mean_log": 0.0, "std_log": 0.2}, "lognormal"),
+    ],
+)
+def test_knowledge_is_named_rightly(known, name):
+    one = read_input("x", {"know": known})
+    assert (one.distribution_name, one.stated) == (name, "knowledge")
+    assert "greatest entropy" in one.describe()
+
+
+def test_greatest_entropy_beats_the_gamma_distribution_of_the_same_mean_and_deviation():
+    """What paper 3 takes for the distribution of greatest entropy has less than the truncated normal."""
+    for variation in (0.1, 0.5, 0.9):
+        known = read_input("x", {"know": {"positive": True, "mean": 1.0, "std": variation}})
+        gamma = read_input("x", {"distribution": "gamma", "mean": 1.0, "std": variation})
+        entropy = [
+            integrate.quad(lambda u, one=one: -np.log(one.pdf(one.ppf(u))), 0.0, 1.0, limit=200)[0]
+            for one in (known, gamma)
+        ]
+        assert entropy[0] > entropy[1] + 1e-4
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"distribution": "gama", "mean": 1.0, "std": 1.0}, "did you mean gamma?"),
+        ({"distribution": "gamma", "mean": 1.0, "sdt": 1.0}, "did you mean std?"),
+        ({"distribution": "gamma", "mean": 1.0}, "takes mean, std or shape, scale, not mean"),
+        ({"distribution": "gamma", "mean": 1.0, "std": 0.1, "shape": 3.0}, "takes mean, std or shape"),
+        ({"distribution": "gamma", "mean": -1.0, "std": 0.1}, "mean of a gamma distribution is above 0"),
+        ({"distribution": "gamma", "mean": 1.0, "std": -0.1}, "std = -0.1 is out of range"),
+        ({"distribution": "normal", "mean": math.nan, "std": 0.1}, "mean = nan is not finite"),
+        ({"distribution": "normal", "mean": "much", "std": 0.1}, "mean = 'much' must be a number"),
+        ({"distribution": "uniform", "low": 2.0, "high": 1.0}, "low must be below high"),
+        ({"distribution": "beta", "low": 0.0, "high": 1.0, "mean": 0.5, "std": 0.6}, "so great a std"),
+        ({"distribution": "truncated_normal", "mean": 0.0, "std": 1.0, "low": 50.0}, "nothing is left"),
+        ({"distribution": "truncated_exponential", "low": 0.0, "high": 1.0, "mean": 2.0}, "between low and high"),
+        ({"distribution": "empirical", "values": []}, "one number at least"),
+        ({"distribution": "empirical", "values": [1.0, math.inf]}, "values = inf is not finite"),
+        ({"distribution": "fixed", "value": True}, "must be a number"),
+        ({"mean": 1.0, "std": 1.0}, "say distribution"),
+        ({"know": {"mean": 1.0, "deviation": 1.0}}, "'deviation' is nothing that can be known"),
+        ({"know": {"positive": True}}, "state one of these"),
+        ({"know": {"positive": "yes", "mean": 1.0}}, "true or false"),
+        ({"know": {"positive": True, "mean": 1.0, "std": 1.5}}, "no distribution of greatest entropy exists"),
+        ({"know": {"positive": True, "mean": 1.0, "std": 0.9995}}, "state the mean alone"),
+        ({"know": {"positive": True, "mean": 1.0, "mean_log": 0.1}}, "must be below ln(mean)"),
+        ({"know": {"positive": True, "mean": -1.0, "mean_log": 0.1}}, "is above 0"),
+        ({"know": {"low": 0.0, "high": 1.0, "mean": 1.0}}, "must lie between"),
+        ({"know": {"low": 0.0, "high": 1.0, "mean": 0.5, "std": 0.5}}, "so great a std"),
+        ({"know": {"low": 0.0, "high": 1.0, "mean": 0.01, "std": 0.002}}, "one of them says nothing"),
+        ({"know": {"mean": 1.0, "std": 0.0}}, "is fixed"),
+        ({"know": {"mean": 1.0, "std": 1.0}, "std": 2.0}, "does not go with know"),
+        ({"know": 3.0}, "must hold keys and values"),
+    ],
+)
+def test_bad_inputs_are_refused_with_one_sentence(given, words):
+    with pytest.raises(StudyError) as caught:
+        read_input("first.radius", given)
+    assert words in str(caught.value)
+    assert str(caught.value).startswith("input first.radius: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_number_is_a_fixed_input_and_has_no_density():
+    one = read_input("first.radius", "1.5e-2")
+    assert (one.distribution_name, one.mean, one.std) == ("fixed", 0.015, 0.0)
+    assert not one.has_density
+    with pytest.raises(StatisticError, match="no density"):
+        one.pdf(0.015)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(-0.95, 0.95))
+def test_the_copula_has_its_rank_correlation_and_leaves_the_inputs_alone(rho):
+    joint = Joint([an_input("gamma"), an_input("normal", "other")], {("first.radius", "other"): rho})
+    unit = np.random.default_rng(5).random((20000, 2))
+    values = joint.values(unit)
+    ranks = stats.spearmanr(values).statistic
+    assert ranks == pytest.approx(6.0 / math.pi * math.asin(0.5 * rho), abs=0.03)
+    for one, column in zip(joint.inputs, values.T, strict=True):
+        assert stats.kstest(column, one.cdf).pvalue > 1e-7
+    same = Joint(joint.inputs, np.array([[1.0, rho], [rho, 1.0]]))
+    assert np.array_equal(same.values(unit), values)
+    assert np.array_equal(values[:100], joint.values(unit[:100]))
+
+
+def test_independent_inputs_take_one_coordinate_each():
+    joint = Joint([an_input("uniform"), an_input("fixed", "other")])
+    unit = np.array([[0.5, 0.1], [0.25, 0.9]])
+    assert joint.values(unit) == pytest.approx(np.array([[0.25, 2.1e11], [0.175, 2.1e11]]))
+    assert joint.independent
+    with pytest.raises(ValueError, match="shape"):
+        joint.values(unit[:, :1])
+
+
+@pytest.mark.parametrize(
+    ("correlation", "words"),
+    [
+        ({("a", "b"): 0.9, ("b", "c"): 0.9, ("a", "c"): -0.9}, "not positive definite"),
+        ({("a", "z"): 0.9}, "'z' is no input; legal: a, b, c"),
+        ({("a", "b"): 1.0}, "out of range"),
+        ({("a", "b"): math.nan}, "not finite"),
+        ({("a", "a"): 0.5}, "two different inputs"),
+        ({"a": 0.5}, "two different inputs"),
+        (np.eye(2), "3 by 3"),
+        (2.0 * np.eye(3), "ones on its diagonal"),
+    ],
+)
+def test_correlations_that_cannot_be_are_refused(correlation, words):
+    inputs = [an_input("normal", key) for key in "abc"]
+    with pytest.raises(StudyError, match=words):
+        Joint(inputs, correlation)
+    with pytest.raises(StudyError, match="input a is given twice"):
+        Joint([inputs[0], inputs[0]])

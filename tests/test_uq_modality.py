@@ -1,0 +1,98 @@
+"""Number of modes: none invented in one-mode samples, clear ones found, the critical bandwidth is critical."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bearing_twin.errors import StatisticError
+from bearing_twin.uq.modality import critical_bandwidth, modality, mode_numbers, mode_places
+from bearing_twin.uq.statistics import binned, silverman_bandwidth, smoothed
+
+ONE_MODE = {
+    "gamma": lambda rng, n: rng.gamma(32.4, 1.0, n),
+    "exponential": lambda rng, n: rng.exponential(1.0, n),
+    "lognormal": lambda rng, n: rng.lognormal(0.0, 0.8, n),
+    "normal": lambda rng, n: rng.normal(size=n),
+    "uniform": lambda rng, n: rng.random(n),
+    "student": lambda rng, n: rng.standard_t(3, n),
+}
+
+
+@pytest.mark.parametrize("name", sorted(ONE_MODE))
+def test_one_mode_samples_are_not_taken_for_two(name):
+    found = [modality(ONE_MODE[name](np.random.default_rng(seed), 1000), seed, 100) for seed in range(24)]
+    assert sum(one.modes > 1 for one in found) <= 3
+
+
+@pytest.mark.parametrize("name", ["gamma", "exponential", "lognormal"])
+def test_a_quarter_of_the_usual_bandwidth_shows_modes_that_are_not_there(name):
+    false = 0
+    for seed in range(40):
+        sample = ONE_MODE[name](np.random.default_rng(seed), 1000)
+        low, high = sample.min() - sample.std(), sample.max() + sample.std()
+        bandwidth = 0.25 * silverman_bandwidth(sample) * 2048 / (high - low)
+        false += mode_numbers(smoothed(binned(sample, low, high, 2048), bandwidth)) > 1
+    assert false > 13
+
+
+@pytest.mark.parametrize(("centers", "share"), [((-2.0, 2.0), 0.5), ((-2.0, 2.0), 0.3), ((-4.0, 0.0, 4.0), 1 / 3)])
+def test_clear_mixtures_show_their_modes(centers, share):
+    found = []
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        chance = [share, 1.0 - share] if len(centers) == 2 else None
+        sample = rng.choice(centers, 2000, p=chance) + rng.normal(size=2000)
+        found.append(modality(sample, seed, 100))
+    right = [one for one in found if one.modes == len(centers)]
+    assert len(right) >= 4
+    for one in right:
+        assert one.p_value < 0.05 < one.p_values[-1]
+        assert len(one.p_values) == len(centers)
+        assert one.positions == pytest.approx(centers, abs=0.6)
+
+
+def test_the_count_does_not_depend_on_unit_or_repetition():
+    rng = np.random.default_rng(5)
+    sample = rng.choice([-2.0, 2.0], 1000) + rng.normal(size=1000)
+    found = modality(sample, 7, 100)
+    assert found == modality(np.append(sample, np.nan), 7, 100)
+    scaled = modality(1e-5 * (sample + 10.0), 7, 100)
+    assert (scaled.modes, scaled.p_values) == (found.modes, found.p_values)
+    assert scaled.bandwidth == pytest.approx(1e-5 * found.bandwidth)
+
+
+def test_a_stray_value_hides_no_modes_and_a_heap_of_equal_values_is_one():
+    rng = np.random.default_rng(5)
+    sample = np.append(rng.choice([-2.0, 2.0], 1000) + rng.normal(size=1000), [1e6, -1e9])
+    assert modality(sample, 7, 100).modes == 2
+    parted = np.append(np.zeros(200), rng.normal(5.0, 1.0, 800))
+    found = modality(parted, 7, 100)
+    assert found.positions == pytest.approx([0.0, 5.0], abs=0.5)
+
+
+def test_the_critical_bandwidth_is_where_a_mode_disappears():
+    sample = np.random.default_rng(1).gamma(3.0, 1.0, 500)
+    counts = binned(sample, 0.0, sample.max() + 1.0, 2048)
+    for modes in (1, 2, 3):
+        critical = critical_bandwidth(counts, modes)
+        assert mode_numbers(smoothed(counts, critical)) <= modes
+        assert mode_numbers(smoothed(counts, 0.999 * critical)) > modes
+    # two equal normals of deviation s, 2 d apart: one mode once s^2 + h^2 >= d^2
+    x = np.arange(2048) - 1023.5
+    pair = np.exp(-0.5 * ((x - 200.0) / 50.0) ** 2) + np.exp(-0.5 * ((x + 200.0) / 50.0) ** 2)
+    assert critical_bandwidth(pair, 1) == pytest.approx(math.sqrt(200.0**2 - 50.0**2), rel=2e-3)
+
+
+def test_modes_of_plain_shapes():
+    assert mode_numbers(np.array([[0.0, 1.0, 0.0, 1.0, 0.0], [1.0, 0.5, 0.2, 0.1, 0.0]])).tolist() == [2, 1]
+    assert mode_numbers(np.array([0.0, 1.0, 1.0, 1.0, 0.0])) == 1
+    assert mode_numbers(np.array([0.0, 1.0, 1.0, 2.0, 2.0])) == 1
+    assert mode_numbers(np.ones(5)) == 1
+    assert mode_places(np.array([0.0, 1.0, 0.0, 1.0, 1.0])).tolist() == [1, 4]
+
+
+def test_equal_values_are_one_mode_and_few_are_refused():
+    assert modality([3.0] * 30)[:2] == (1, 1.0)
+    with pytest.raises(StatisticError, match="needs 20 samples at least; there are 19"):
+        modality([*range(19), np.nan])

@@ -1,0 +1,324 @@
+"""From uncertain inputs to quantities: change of variable, moments that exist, polynomial chaos, Sobol indices."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate, optimize, stats
+from scipy.special import gammaln
+
+from bearing_twin.contact.line import line_law
+from bearing_twin.errors import StatisticError, StudyError
+from bearing_twin.reference import disc_impact, impact
+from bearing_twin.uq.change_of_variable import derive
+from bearing_twin.uq.chaos import expand
+from bearing_twin.uq.inputs import Joint, read_input
+from bearing_twin.uq.sampling import UnitPoints
+from bearing_twin.uq.sensitivity import sensitivity_points, sobol_indices
+from bearing_twin.uq.tails import refuse_missing_moments, tails
+
+STEEL_BALL = 0.2258  # kg, paper 3
+
+
+def alpha_of(std):
+    return read_input("alpha", {"distribution": "gamma", "mean": 1.138e-4, "std": std})
+
+
+def duration_of_alpha(alpha, speed=20.0):
+    return impact.contact_time(impact.coefficient_of_alpha(alpha, 0.5 * STEEL_BALL), 0.5 * STEEL_BALL, speed)
+
+
+def peak_of_alpha(alpha):
+    return impact.peak_force(impact.coefficient_of_alpha(alpha, 0.5 * STEEL_BALL), 0.5 * STEEL_BALL, 20.0)
+
+
+def disc_duration(young_modulus, speed=10.0):
+    return disc_impact.contact_time(line_law("line", 1.0, 2.0, young_modulus, 0.3), 2500.0 * math.pi, speed)
+
+
+def a_modulus(variation, name="E"):
+    return read_input(name, {"distribution": "gamma", "mean": 2.1e11, "std": variation * 2.1e11})
+
+
+def test_contact_time_of_the_steel_balls_has_the_published_distribution():
+    tau = derive(alpha_of(2e-5), duration_of_alpha)
+    assert tau.rising
+    assert tau.source.distribution.args[0] == pytest.approx(32.3761, rel=1e-6)
+    assert tau.mean == pytest.approx(6.25080949e-5, rel=1e-9)
+    assert tau.std == pytest.approx(1.09856054e-5, rel=1e-8)
+    assert tau.skewness == pytest.approx(0.35149, abs=5e-6)
+    assert tau.quantile([0.05, 0.5, 0.95]) == pytest.approx([4.56005791e-5, 6.18657240e-5, 8.16071442e-5], rel=1e-8)
+    mode = optimize.minimize_scalar(
+        lambda y: -tau.pdf(1e-5 * y), bounds=(5.0, 7.0), method="bounded", options={"xatol": 1e-9}
+    )
+    assert mode.x == pytest.approx(6.05774085, rel=1e-6)
+
+
+def test_density_and_distribution_are_those_of_equations_10_and_11():
+    source = alpha_of(4e-5)
+    tau = derive(source, duration_of_alpha)
+    y = np.linspace(1e-5, 2.5e-4, 400)
+    scale = 20.0**-0.2
+    assert tau.pdf(y) == pytest.approx(source.pdf(y / scale) / scale, rel=1e-9)
+    assert tau.cdf(y) == pytest.approx(source.cdf(y / scale), abs=1e-13)
+    assert tau.cdf(tau.quantile(0.3)) == pytest.approx(0.3, abs=1e-13)
+    assert np.shape(tau.pdf(5e-5)) == np.shape(tau.cdf(5e-5)) == np.shape(tau.quantile(0.5)) == ()
+    assert (tau.pdf(-1.0), tau.cdf(-1.0), tau.cdf(1.0)) == (0.0, 0.0, 1.0)
+
+
+def test_quantiles_of_the_force_are_mirrored_and_scale_with_the_speed():
+    source = alpha_of(4e-5)
+    tau, force = derive(source, duration_of_alpha), derive(source, peak_of_alpha)
+    assert tau.quantile([0.05, 0.5, 0.95]) == pytest.approx([3.12558467e-5, 5.99535507e-5, 1.02479596e-4], rel=1e-8)
+    assert not force.rising
+    assert force.quantile([0.95, 0.5, 0.05]) == pytest.approx([265786.89, 138563.84, 81063.885], rel=1e-7)
+    for speed in (1.0, 100.0):
+        slow = derive(source, lambda alpha, speed=speed: duration_of_alpha(alpha, speed))
+        ratio = slow.quantile([0.05, 0.5, 0.95]) / tau.quantile([0.05, 0.5, 0.95])
+        assert ratio == pytest.approx((speed / 20.0) ** -0.2, rel=1e-12)
+
+
+def test_discs_of_section_5_1():
+    source = read_input("E", {"distribution": "gamma", "mean": 5e9, "std": 1e9})
+    tau = derive(source, disc_duration)
+    assert tau.mean == pytest.approx(6.5773670e-3, rel=1e-7)
+    assert tau.std == pytest.approx(6.3424330e-4, rel=1e-7)
+    assert not tau.rising
+    mass, _ = integrate.quad(tau.pdf, tau.quantile(1e-9), tau.quantile(1.0 - 1e-9), epsabs=1e-9, limit=200)
+    assert mass == pytest.approx(1.0, abs=1e-7)
+
+
+def test_change_of_variable_agrees_with_random_samples():
+    """Kolmogorov-Smirnov p > 0.01 in at least 97 of 100 seeds, 2000 samples each (paper 3, section 4)."""
+    source = alpha_of(6e-5)
+    tau = derive(source, duration_of_alpha)
+    passed = 0
+    for seed in range(100):
+        sample = duration_of_alpha(source.ppf(UnitPoints("random", 1, seed, 2000).chunk(0, 2000)[:, 0]))
+        passed += stats.kstest(sample, tau.cdf).pvalue > 0.01
+    assert passed >= 97
+
+
+@pytest.mark.parametrize("variation", [0.2, 1.0, 1.11, 1.117])
+def test_moments_of_the_contact_time_by_gamma_modulus(variation):
+    """E[E^(-2k/5)] = scale^(-2k/5) Gamma(a - 2k/5)/Gamma(a); close to the edge of existence digits are lost."""
+    tau = derive(a_modulus(variation), lambda modulus: modulus**-0.4)
+    shape, scale = variation**-2, 2.1e11 * variation**2
+    first, second = (
+        math.exp(-0.4 * k * math.log(scale) + gammaln(shape - 0.4 * k) - gammaln(shape)) for k in (1.0, 2.0)
+    )
+    assert tau.mean == pytest.approx(first, rel=1e-10)
+    assert tau.std == pytest.approx(math.sqrt(second - first**2), rel={1.11: 1e-7, 1.117: 1e-4}.get(variation, 1e-9))
+    assert tau.found.lower == pytest.approx(0.4 / shape, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("variation", "exist"),
+    [(0.85, ("mean", "std", "skewness")), (1.1, ("mean", "std")), (1.13, ("mean",)), (1.57, ("mean",)), (1.59, ())],
+)
+def test_moments_that_do_not_exist_are_refused_with_the_reason(variation, exist):
+    tau = derive(a_modulus(variation), lambda modulus: modulus**-0.4)
+    for statistic in ("mean", "std", "skewness"):
+        if statistic in exist:
+            assert math.isfinite(getattr(tau, statistic))
+        else:
+            with pytest.raises(StatisticError, match=f"the {statistic} does not exist: towards small E"):
+                getattr(tau, statistic)
+    assert tau.quantile(0.5) == pytest.approx(tau.source.ppf(0.5) ** -0.4)
+
+
+@pytest.mark.parametrize(
+    ("given", "function", "exponents"),
+    [
+        ({"distribution": "exponential", "mean": 1.0}, lambda x: x**-0.4, (0.4, 0.0)),
+        ({"distribution": "exponential", "mean": 1.0}, lambda x: np.exp(0.7 * x), (0.0, 0.7)),
+        ({"distribution": "uniform", "low": 1.0, "high": 2.0}, lambda x: (x - 1.0) ** -0.3, (0.3, 0.0)),
+        ({"distribution": "uniform", "low": 1.0, "high": 2.0}, lambda x: (2.0 - x) ** -0.3, (0.0, 0.3)),
+        ({"distribution": "lognormal", "mean": 1.0, "std": 5.0}, lambda x: x**3, (0.0, 0.0)),
+        ({"distribution": "normal", "mean": 0.0, "std": 1.0}, lambda x: np.exp(0.2 * x * np.abs(x)), (0.0, 0.4)),
+        ({"know": {"positive": True, "mean": 1.0, "std": 0.9}}, lambda x: x**-0.4, (0.4, 0.0)),
+        ({"distribution": "beta", "low": 0.0, "high": 1.0, "a": 2.0, "b": 3.0}, lambda x: 1.0 / x, (0.5, 0.0)),
+    ],
+)
+def test_tail_exponents(given, function, exponents):
+    found = tails(read_input("x", given), function)
+    assert (found.lower, found.upper) == pytest.approx(exponents, abs=0.02 if "normal" in str(given) else 1e-3)
+
+
+def test_moments_of_several_inputs_are_refused_too():
+    def contact_time(values):
+        return (1.0 / values[:, 0] + 1.0 / values[:, 1]) ** 0.4
+
+    narrow, wide = a_modulus(0.2, "first"), a_modulus(1.2, "second")
+    refuse_missing_moments(Joint([narrow, read_input("second", 2.1e11)]), contact_time, "std")
+    refuse_missing_moments(Joint([narrow, wide]), contact_time, "mean")
+    with pytest.raises(StatisticError, match="towards small second"):
+        refuse_missing_moments(Joint([narrow, wide]), contact_time, "std")
+
+
+def test_truncated_normal_moments_reach_into_the_tail():
+    tau = derive(read_input("x", {"know": {"positive": True, "mean": 1.0, "std": 0.9}}), np.exp)
+    center, scale = (tau.source.parameters[name] for name in ("mean", "std"))
+    moment = [
+        integrate.quad(lambda x, k=k: np.exp(k * x - 0.5 * ((x - center) / scale) ** 2), 0.0, 80.0, points=[5.0, 20.0])[
+            0
+        ]
+        for k in (0, 1, 2)
+    ]
+    mean = moment[1] / moment[0]
+    assert tau.mean == pytest.approx(mean, rel=1e-9)
+    assert tau.std == pytest.approx(math.sqrt(moment[2] / moment[0] - mean**2), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("given", "function", "words"),
+    [
+        ({"distribution": "normal", "mean": 0.0, "std": 1.0}, lambda x: x**2, "not a monotone function of x"),
+        ({"distribution": "normal", "mean": 0.0, "std": 1.0}, lambda x: np.maximum(x, 0.0), "does not change over"),
+        ({"distribution": "normal", "mean": 0.0, "std": 1.0}, lambda x: 0.0 * x, "not a monotone"),
+        ({"distribution": "normal", "mean": 0.0, "std": 1.0}, lambda x: x**0.5, "not finite at x = -4"),
+        ({"distribution": "empirical", "values": [1.0, 2.0]}, lambda x: x, "has no density; choose"),
+    ],
+)
+def test_change_of_variable_says_when_it_does_not_apply(given, function, words):
+    with pytest.raises(StudyError, match=words):
+        derive(read_input("x", given), function)
+
+
+def two_balls(values):
+    """Contact time [s] of two steel balls at 20 m/s over the Young's moduli of both."""
+    modulus = 1.0 / np.sum((1.0 - 0.3**2) / values, axis=1)
+    return impact.contact_time(4.0 / 3.0 * modulus * math.sqrt(0.5 * 0.01905), 0.5 * STEEL_BALL, 20.0)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"distribution": "gamma", "mean": 2.1e11, "std": 2.1e10},
+        {"distribution": "uniform", "low": 1.5e11, "high": 2.5e11},
+        {"distribution": "beta", "low": 1.5e11, "high": 2.5e11, "mean": 2.1e11, "std": 1e10},
+    ],
+)
+def test_polynomial_chaos_converges_to_the_closed_form(given):
+    source = read_input("E", given)
+    exact = derive(source, lambda modulus: modulus**-0.4)
+    found = [expand(Joint([source]), lambda values: values[:, 0] ** -0.4, degree) for degree in (1, 2, 3, 4, 6)]
+    errors = np.array([one.error for one in found])
+    assert np.all(errors[1:] < 0.5 * errors[:-1])
+    assert errors[-1] < 1e-4
+    assert found[-1].mean == pytest.approx(exact.mean, rel=1e-9)
+    assert found[-1].std == pytest.approx(exact.std, rel=1e-6)
+    assert found[-1].runs == 7 + 128
+    assert (found[-1].first, found[-1].total) == (pytest.approx([1.0]), pytest.approx([1.0]))
+
+
+def test_polynomial_chaos_of_two_balls_agrees_with_quadrature_and_sampling():
+    joint = Joint([a_modulus(0.1, "first"), read_input("mass", 0.2258), a_modulus(0.2, "second")])
+
+    def duration(values):
+        return two_balls(values[:, [0, 2]])
+
+    found = expand(joint, duration, tolerance=1e-5)
+    assert found.error < 1e-5
+    assert found.runs < 400
+    nodes, weights = np.polynomial.hermite_e.hermegauss(20)
+    unit = stats.norm.cdf(np.stack(np.meshgrid(nodes, [0.0], nodes, indexing="ij"), axis=-1).reshape(-1, 3))
+    weight = np.outer(weights, weights).ravel() / weights.sum() ** 2
+    values = duration(joint.values(unit))
+    mean = weight @ values
+    assert found.mean == pytest.approx(mean, rel=1e-9)
+    assert found.std == pytest.approx(math.sqrt(weight @ (values - mean) ** 2), rel=1e-6)
+    points = UnitPoints("sobol", 6, 1, 4096)
+    every = sensitivity_points(joint, points.chunk(0, points.samples))
+    sampled = sobol_indices(duration(joint.values(every.reshape(-1, 3))).reshape(-1, 5), resamples=50)
+    assert found.first == pytest.approx(sampled.first, abs=0.02)
+    assert found.total == pytest.approx(sampled.total, abs=0.02)
+    assert found.total[1] == 0.0
+    assert found.first.sum() < 1.0 < found.total.sum() + 1e-12
+    assert np.all(found.total >= found.first)
+
+
+def test_polynomial_chaos_with_a_copula():
+    """E[x y] of two normals with rank-bound scores, rho = 0.6: mean 1 x 2 + rho."""
+    inputs = [
+        read_input(key, {"distribution": "normal", "mean": at, "std": 1.0}) for key, at in (("x", 1.0), ("y", 2.0))
+    ]
+    found = expand(Joint(inputs, {("x", "y"): 0.6}), lambda values: values[:, 0] * values[:, 1], 2)
+    assert found.mean == pytest.approx(2.6, rel=1e-12)
+    assert found.std == pytest.approx(math.sqrt(1.0 + 4.0 + 4.0 * 0.6 + 1.0 + 0.36), rel=1e-9)
+    assert found.error < 1e-10
+    with pytest.raises(StudyError, match="leave the correlation out"):
+        found.total  # noqa: B018
+
+
+def test_polynomial_chaos_says_when_it_is_not_smooth_or_not_possible():
+    x = read_input("x", {"distribution": "normal", "mean": 0.0, "std": 1.0})
+    assert expand(Joint([x]), lambda values: np.sign(values[:, 0])).error > 0.05
+    with pytest.raises(StudyError, match="not finite at x ="):
+        expand(Joint([x]), lambda values: np.where(values[:, 0] > 0.0, 1.0, np.nan), 3)
+    many = [read_input(f"x{index}", {"distribution": "normal", "mean": 0.0, "std": 1.0}) for index in range(5)]
+    with pytest.raises(StudyError, match="1 to 4 uncertain inputs, not 5"):
+        expand(Joint(many), lambda values: values[:, 0])
+    with pytest.raises(StudyError, match="not 0"):
+        expand(Joint([read_input("x", 1.0)]), lambda values: values[:, 0])
+    with pytest.raises(StudyError, match="is empirical"):
+        expand(Joint([read_input("x", {"distribution": "empirical", "values": [1.0]})]), lambda values: values[:, 0])
+
+
+def ishigami(values):
+    """sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1 over (-pi, pi)^3, whose indices are known."""
+    return np.sin(values[:, 0]) + 7.0 * np.sin(values[:, 1]) ** 2 + 0.1 * values[:, 2] ** 4 * np.sin(values[:, 0])
+
+
+ISHIGAMI_FIRST, ISHIGAMI_TOTAL = np.array([0.31390519, 0.44241114, 0.0]), np.array([0.55758886, 0.44241114, 0.24368366])
+
+
+def an_ishigami_joint():
+    given = {"distribution": "uniform", "low": -math.pi, "high": math.pi}
+    return Joint([read_input(key, given) for key in ("x1", "x2", "x3")])
+
+
+def test_sobol_indices_of_the_ishigami_function():
+    joint = an_ishigami_joint()
+    for method, samples, tolerance in (("random", 16384, 0.03), ("sobol", 8192, 0.01)):
+        points = sensitivity_points(joint, UnitPoints(method, 6, 3, samples).chunk(0, samples))
+        found = sobol_indices(ishigami(joint.values(points.reshape(-1, 3))).reshape(-1, 5), resamples=200)
+        assert found.first == pytest.approx(ISHIGAMI_FIRST, abs=tolerance)
+        assert found.total == pytest.approx(ISHIGAMI_TOTAL, abs=tolerance)
+        assert np.all((found.first_interval[:, 0] <= found.first) & (found.first <= found.first_interval[:, 1]))
+        assert found.rows == samples
+    assert expand(joint, ishigami, 11).total == pytest.approx(ISHIGAMI_TOTAL, abs=5e-3)
+
+
+def test_bootstrap_intervals_of_sobol_indices_cover():
+    joint, covered = an_ishigami_joint(), []
+    for seed in range(40):
+        points = sensitivity_points(joint, UnitPoints("random", 6, seed, 512).chunk(0, 512))
+        found = sobol_indices(ishigami(joint.values(points.reshape(-1, 3))).reshape(-1, 5), seed=seed, resamples=200)
+        for interval, truth in ((found.first_interval, ISHIGAMI_FIRST), (found.total_interval, ISHIGAMI_TOTAL)):
+            covered += ((interval[:, 0] <= truth) & (truth <= interval[:, 1])).tolist()
+    assert 0.88 < np.mean(covered) < 1.0
+
+
+def test_sobol_indices_agree_with_scipy_and_leave_failures_out():
+    joint = an_ishigami_joint()
+    points = sensitivity_points(joint, UnitPoints("sobol", 6, 3, 1024).chunk(0, 1024))
+    values = ishigami(joint.values(points.reshape(-1, 3))).reshape(-1, 5)
+    ours = sobol_indices(values, resamples=20)
+    columns = values.T.copy()  # SciPy 1.11 writes into what it is given
+    theirs = stats.sobol_indices(
+        func={"f_A": columns[None, 0], "f_B": columns[None, 1], "f_AB": columns[2:, None, :]}, n=1024
+    )
+    assert ours.first == pytest.approx(theirs.first_order.ravel(), abs=1e-12)
+    assert ours.total == pytest.approx(theirs.total_order.ravel(), abs=1e-12)
+    again = sobol_indices(values, resamples=20)
+    assert np.array_equal(ours.first_interval, again.first_interval)
+    values[::7, 2] = np.nan
+    assert sobol_indices(values, resamples=20).rows == 1024 - 147
+    with pytest.raises(StatisticError, match="16 complete rows"):
+        sobol_indices(values[:10])
+    with pytest.raises(StatisticError, match="does not vary"):
+        sobol_indices(np.ones((64, 5)))
+    pair = {("x1", "x2"): 0.3}
+    with pytest.raises(StudyError, match="independent inputs"):
+        sensitivity_points(Joint(joint.inputs, pair), np.full((4, 6), 0.5))

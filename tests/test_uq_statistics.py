@@ -1,0 +1,174 @@
+"""Statistics with intervals: coverage, published standard errors, quantiles, densities within their bounds."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bearing_twin.errors import StatisticError
+from bearing_twin.uq.change_of_variable import derive
+from bearing_twin.uq.inputs import read_input
+from bearing_twin.uq.sampling import REPLICATES, UnitPoints
+from bearing_twin.uq.statistics import density, estimate, half_width, histogram, smoothed
+
+ALPHA = read_input("alpha", {"distribution": "gamma", "mean": 1.138e-4, "std": 6e-5})
+TAU = derive(ALPHA, lambda alpha: alpha * 20.0**-0.2)
+TRUTH = {"mean": TAU.mean, "std": TAU.std, "skewness": TAU.skewness, **{p: TAU.quantile(p) for p in (0.05, 0.5, 0.95)}}
+
+
+def samples(method, seed, count):
+    points = UnitPoints(method, 1, seed, count)
+    return ALPHA.ppf(points.chunk(0, points.samples)[:, 0]) * 20.0**-0.2
+
+
+def test_statistics_of_a_few_numbers():
+    sample = [1.0, 2.0, 3.0, 4.0, 10.0, 2.0, 3.0, np.nan, 5.0]
+    kept = np.array(sample)[[0, 1, 2, 3, 4, 5, 6, 8]]
+    assert estimate(sample, "mean").value == np.mean(kept)
+    assert estimate(sample, "std").value == pytest.approx(np.std(kept, ddof=1))
+    assert estimate(sample, "skewness").value == pytest.approx(stats.skew(kept))
+    assert estimate(sample, 0.5).value == pytest.approx(3.0)
+    interval = stats.t.interval(0.95, 7, np.mean(kept), np.std(kept) / math.sqrt(8.0))
+    assert estimate(sample, "mean")[1:3] == pytest.approx(interval)
+    assert half_width(sample, "mean") == pytest.approx(0.5 * (interval[1] - interval[0]))
+
+
+@pytest.mark.parametrize(("count", "share"), [(700, 0.0362), (2000, 0.0214)])
+def test_the_deviation_has_the_published_standard_error(count, share):
+    """sqrt((kurtosis - 1)/(4 n)) with kurtosis 4.668 at sigma = 6e-5: "matches after 700" is one lucky path."""
+    kurtosis = 3.0 + 6.0 / (1.138 / 0.6) ** 2
+    assert kurtosis == pytest.approx(4.668, abs=5e-4)
+    assert math.sqrt((kurtosis - 1.0) / (4.0 * count)) == pytest.approx(share, abs=5e-5)
+    found = [estimate(samples("random", seed, count), "std") for seed in range(300)]
+    assert np.std([one.value for one in found]) / TAU.std == pytest.approx(share, rel=0.15)
+    errors = [one.half_width / stats.t.ppf(0.975, count - 1) / TAU.std for one in found]
+    assert np.mean(errors) == pytest.approx(share, rel=0.05)
+
+
+@pytest.mark.parametrize("statistic", ["mean", "std", "skewness", 0.05, 0.5, 0.95])
+def test_intervals_cover_the_truth(statistic):
+    found = [estimate(samples("random", seed, 1000), statistic) for seed in range(200)]
+    covered = np.mean([one.low <= TRUTH[statistic] <= one.high for one in found])
+    # a skewness of 1000 heavy-tailed samples is known less well than it thinks
+    assert (0.85 if statistic == "skewness" else 0.91) <= covered <= 0.995
+    assert {one.basis for one in found} == {"order statistics" if statistic in (0.05, 0.5, 0.95) else "moments"}
+
+
+@pytest.mark.parametrize("statistic", ["mean", "std", 0.05, 0.5])
+def test_sobol_intervals_come_from_replicates_cover_and_are_narrow(statistic):
+    count = REPLICATES * 128
+    found = [estimate(samples("sobol", seed, count), statistic, replicates=REPLICATES) for seed in range(100)]
+    assert {one.basis for one in found} == {"replicates"}
+    assert np.mean([one.low <= TRUTH[statistic] <= one.high for one in found]) >= 0.88
+    own = np.mean([estimate(samples("sobol", seed, count), statistic).half_width for seed in range(10)])
+    assert np.mean([one.half_width for one in found]) < 0.35 * own
+
+
+def test_a_quantile_beyond_the_replicates_falls_back_to_order_statistics():
+    sample = samples("sobol", 1, REPLICATES * 8)
+    found = estimate(sample, 0.05, replicates=REPLICATES)
+    assert found == estimate(sample, 0.05)
+    assert found.low <= TRUTH[0.05] <= found.high
+
+
+def test_latin_hypercube_intervals_are_conservative():
+    found = [estimate(samples("latin_hypercube", seed, 500), "mean") for seed in range(50)]
+    assert np.std([one.value for one in found]) < 0.1 * np.mean([one.half_width for one in found])
+
+
+def test_quantile_intervals_are_order_statistics_and_open_where_samples_lack():
+    sample = np.random.default_rng(0).permutation(np.arange(1.0, 101.0))
+    found = estimate(sample, 0.5)
+    assert (found.low, found.high) == (40.0, 61.0)  # the table's ranks for n = 100
+    assert estimate(sample, 0.01).low == -math.inf
+    assert estimate(sample, 0.99).high == math.inf
+    assert half_width(sample, 0.999) == math.inf
+    assert estimate(sample[:1], 0.5)[1:3] == (-math.inf, math.inf)
+
+
+def test_half_widths_halve_with_four_times_the_samples():
+    for statistic in ("mean", "std", 0.5):
+        widths = [np.mean([half_width(samples("random", s, n), statistic) for s in range(20)]) for n in (500, 2000)]
+        assert widths[0] / widths[1] == pytest.approx(2.0, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("sample", "statistic", "words"),
+    [
+        ([1.0], "mean", "needs 2 samples at least, not 1"),
+        ([np.nan] * 9, "std", "needs 4 samples at least, not 0"),
+        ([1.0] * 9, "skewness", "all samples are equal"),
+        ([1.0] * 9, "meen", "did you mean mean?"),
+        ([1.0] * 9, 1.0, "a probability between 0 and 1"),
+        ([1.0] * 9, math.nan, "a probability between 0 and 1"),
+    ],
+)
+def test_statistics_that_cannot_be_had_are_refused(sample, statistic, words):
+    with pytest.raises(StatisticError) as caught:
+        estimate(sample, statistic)
+    assert words in str(caught.value)
+
+
+def test_half_width_without_an_interval_is_infinite_but_a_wrong_name_is_an_error():
+    assert half_width([1.0], "mean") == math.inf
+    assert half_width([1.0] * 9, "std") == 0.0
+    with pytest.raises(StatisticError, match="is no statistic"):
+        half_width([1.0], "meen")
+    with pytest.raises(StatisticError, match="needs 16 samples"):
+        estimate([1.0] * 9, "mean", replicates=8)
+
+
+def test_the_histogram_is_a_density():
+    sample = samples("random", 1, 2000)
+    edges, height = histogram(sample)
+    assert len(edges) == len(height) + 1
+    assert height @ np.diff(edges) == pytest.approx(1.0)
+    assert 10 < len(height) < 100
+    assert len(histogram([*range(1000), 1e9])[1]) == 400
+    assert len(histogram(sample, bins=7)[1]) == 7
+
+
+@pytest.mark.parametrize("kind", ["reflection", "log"])
+def test_densities_keep_their_mass_inside_the_bounds(kind):
+    """At a coefficient of variation of 1 a plain normal kernel puts 8 % of the mass below 0."""
+    errors = {500: [], 8000: []}
+    for count, seed in itertools.product(errors, range(5)):
+        found = density(np.random.default_rng(seed).exponential(1.0, count), low=0.0, kind=kind)
+        assert found.x[0] > 0.0
+        width = np.gradient(found.x)
+        assert width @ found.density == pytest.approx(1.0, abs=1e-3)
+        errors[count].append(width @ np.abs(found.density - np.exp(-found.x)))
+    assert np.mean(errors[8000]) < 0.5 * np.mean(errors[500]) < 0.07
+    if kind == "reflection":
+        plain = stats.gaussian_kde(np.random.default_rng(2).exponential(1.0, 500)).integrate_box(-9.0, 0.0)
+        assert plain > 0.04
+        assert width @ found.density == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_density_of_the_contact_time_is_that_of_the_change_of_variable():
+    found = density(samples("random", 3, 20000), low=0.0)
+    assert np.max(np.abs(found.density - TAU.pdf(found.x))) < 0.06 * np.max(TAU.pdf(found.x))
+    with pytest.raises(StatisticError, match="outside the bounds"):
+        density([1.0, 2.0], low=1.5)
+    with pytest.raises(StatisticError, match="all samples are equal"):
+        density([1.0] * 5)
+    with pytest.raises(StatisticError, match="needs a lower bound"):
+        density([1.0, 2.0], kind="log")
+    with pytest.raises(StatisticError, match="did you mean reflection"):
+        density([1.0, 2.0], kind="reflexion")
+
+
+def test_smoothing_is_a_normal_kernel_with_reflection_and_keeps_the_sum():
+    counts = np.zeros(256)
+    counts[128] = 3.0
+    away = np.arange(256) - 128.0
+    normal = stats.norm.pdf(away, scale=7.0)
+    assert smoothed(counts, 7.0) == pytest.approx(3.0 * normal, abs=1e-12)
+    counts = np.zeros(256)
+    counts[3] = 1.0
+    x = np.arange(256)
+    both = stats.norm.pdf(x - 3.0, scale=7.0) + stats.norm.pdf(x + 4.0, scale=7.0)
+    assert smoothed(counts, 7.0) == pytest.approx(both, abs=1e-12)
+    assert smoothed(np.stack([counts, counts]), 30.0).sum(axis=1) == pytest.approx([1.0, 1.0])
