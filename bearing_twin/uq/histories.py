@@ -114,7 +114,10 @@ class Histories:
         result = np.empty((len(self.times), levels))
         for index, column in enumerate(kept.T):
             spread = float(np.ptp(column))
-            bandwidth = silverman_bandwidth(column) if spread > 1e-9 * (top - bottom) else 0.0
+            # Runs whose bodies are apart all have the same force, none: the spread of the others is what counts.
+            others = column[column > column.min()]
+            measured = others if len(others) > 1 and np.ptp(others) > 0.0 else column
+            bandwidth = silverman_bandwidth(measured) if spread > 1e-9 * (top - bottom) else 0.0
             result[index] = np.maximum(smoothed(binned(column, bottom, top, levels), bandwidth / width), 0.0)
         result /= result.sum(axis=1, keepdims=True) * width
         return bottom + (np.arange(levels) + 0.5) * width, result
