@@ -197,7 +197,7 @@ def test_the_report_names_drilling_that_smoothing_hides_and_what_helps():
 
 
 def test_every_stepper_agrees_with_radau():
-    """Load and friction torque within 1e-3 of SciPy's Radau from rest through sliding, drilling, small there, in 3e-3."""
+    """Load and friction torque within 1e-3 of SciPy's Radau from rest through sliding; drilling, small there, 3e-3."""
     reference = run(SPOT, *TURNED_REST, stepper="radau", count=3)[1]
     for stepper in sorted(set(STEPPERS) - {"radau"}):
         out = run(SPOT, *TURNED_REST, stepper=stepper, count=3)[1]
