@@ -1,5 +1,6 @@
 """The command line from outside: exit codes, one JSON object, one sentence for each mistake, nothing overwritten."""
 
+import functools
 import json
 import os
 import signal
@@ -197,7 +198,10 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     long = ["bearing_6203", "--duration", "86400", "--set", "run.output_rate=100"]
     words = [*COMMAND, "simulate", *long, "--out", str(path)]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as process:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    # A suite that runs in the background of a shell has SIGINT ignored, and hands that down.
+    heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(words, **pipes, env=environment, preexec_fn=heard) as process:
         deadline = time.monotonic() + 120.0
         while not (path.exists() and path.stat().st_size > 100_000) and time.monotonic() < deadline:
             time.sleep(0.05)

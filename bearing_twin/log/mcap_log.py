@@ -13,7 +13,7 @@ import yaml
 from mcap.opcode import Opcode
 
 import bearing_twin
-from bearing_twin.errors import LogError
+from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.channels import MessageStream, Topic, topics
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
@@ -160,7 +160,10 @@ class LogStream:
             raise advice(path, error) from error
         self._topic = _chosen(path, found, topic)
         stored = self.metadata.get(SCENE_RECORD, {}).get("scene")
-        self.scene: Scene | None = parse_scene(stored, f"the scene in {self.path.name}") if stored else None
+        try:
+            self.scene: Scene | None = parse_scene(stored, f"the scene in {self.path.name}") if stored else None
+        except SceneError as error:
+            raise LogError(f"{error}; the log is damaged, or was written by another version") from error
         self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else _channels(self.scene, first)

@@ -212,6 +212,14 @@ def lane_vector(lanes, row, k):
 
 
 @inlined
+def set_lane_vector(lanes, row, k, vector):
+    """Writes a vector into three consecutive rows of lane k."""
+    lanes[row * LANES + k] = vector[0]
+    lanes[(row + 1) * LANES + k] = vector[1]
+    lanes[(row + 2) * LANES + k] = vector[2]
+
+
+@inlined
 def ball_position(state, k):
     """Centre of ball k in its own frame [m]."""
     return (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])

@@ -25,6 +25,7 @@ from bearing_twin.scenes.bearing import (
     SPIN,
     VELOCITY,
     lane_vector,
+    set_lane_vector,
 )
 from bearing_twin.scenes.bearing_gradient import CURVATURE_STEP, contact_gradient, plus
 from bearing_twin.scenes.bearing_rates import lane_rates
@@ -38,15 +39,15 @@ JACOBIAN_END = JACOBIAN + COLUMNS * MOTION
 
 @inlined
 def _store(lanes, row, column, block, factor, k):
-    for i in range(3):
-        for j in range(3):
-            lanes[(JACOBIAN + (row + i) * MOTION + column + j) * LANES + k] = factor * block[i][j]
+    first = JACOBIAN + row * MOTION + column
+    set_lane_vector(lanes, first, k, scaled(factor, block[0]))
+    set_lane_vector(lanes, first + MOTION, k, scaled(factor, block[1]))
+    set_lane_vector(lanes, first + 2 * MOTION, k, scaled(factor, block[2]))
 
 
 @inlined
 def _store_row(lanes, row, column, values, k):
-    for j in range(3):
-        lanes[(JACOBIAN + row * MOTION + column + j) * LANES + k] = values[j]
+    set_lane_vector(lanes, JACOBIAN + row * MOTION + column, k, values)
 
 
 @inlined

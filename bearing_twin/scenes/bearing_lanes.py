@@ -20,6 +20,7 @@ from bearing_twin.scenes.bearing import (
     SPIN,
     VELOCITY,
     lane_vector,
+    set_lane_vector,
 )
 from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
 from bearing_twin.scenes.bearing_rates import lane_rates
@@ -69,9 +70,9 @@ def _linear(lanes, k):
 
 @inlined
 def _keep(block, lanes, row, k):
-    for i in range(3):
-        for j in range(3):
-            lanes[(row + 3 * i + j) * LANES + k] = block[i][j]
+    set_lane_vector(lanes, row, k, block[0])
+    set_lane_vector(lanes, row + 3, k, block[1])
+    set_lane_vector(lanes, row + 6, k, block[2])
 
 
 @inlined
@@ -123,10 +124,10 @@ def _solve(lanes):
             lane_vector(lanes, RIGHT + 3, k),
             lane_vector(lanes, RIGHT + 6, k),
         )
+        set_lane_vector(lanes, SOLUTION, k, position)
+        set_lane_vector(lanes, SOLUTION + 3, k, velocity)
+        set_lane_vector(lanes, SOLUTION + 6, k, spin)
         for i in range(3):
-            lanes[(SOLUTION + i) * LANES + k] = position[i]
-            lanes[(SOLUTION + 3 + i) * LANES + k] = velocity[i]
-            lanes[(SOLUTION + 6 + i) * LANES + k] = spin[i]
             listened = lanes[(RIGHT + MOTION + i) * LANES + k] + _answer(lanes, MOTION + i, position, velocity, spin, k)
             lanes[(SOLUTION + MOTION + i) * LANES + k] = g * listened
 

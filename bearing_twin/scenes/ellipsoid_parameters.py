@@ -9,7 +9,6 @@ import numpy as np
 
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.normal import LAWS, load_coefficient
-from bearing_twin.contact.validity import YIELD_ONSET
 from bearing_twin.materials import MATERIALS, Material, effective_modulus
 from bearing_twin.motion.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.parameters import choice, quantity, section
@@ -217,8 +216,3 @@ def resolve(parameters: EllipsoidOnPlaneScene) -> EllipsoidOnPlaneScene:
     return dataclasses.replace(
         parameters, run=dataclasses.replace(run, publish_rate=run.publish_rate or run.output_rate)
     )
-
-
-def yield_strength(contact: EllipsoidContact) -> float:
-    """Strength [Pa] whose first yield is at the scene's yield pressure."""
-    return contact.yield_pressure / YIELD_ONSET

@@ -20,7 +20,7 @@ from bearing_twin.scenes.ellipsoid_chunk import (
     SPEED_IN,
     SPEED_OUT,
 )
-from bearing_twin.scenes.ellipsoid_parameters import EllipsoidOnPlaneScene, yield_strength
+from bearing_twin.scenes.ellipsoid_parameters import EllipsoidOnPlaneScene
 from bearing_twin.scenes.impact import ENERGY_GAIN
 
 LISTED = 200  # contacts named one by one in a report
@@ -96,7 +96,7 @@ def contact_flags(bounces: list[Bounce], parameters: EllipsoidOnPlaneScene, law:
     heavy = NOTABLE * max(one.peak_load for one in loaded)
     shortest = min((one.duration for one in loaded if not one.open and one.peak_load > heavy), default=math.inf)
     return gathered(
-        pressure_doubt(_ellipse(hardest, modulus).peak_pressure, yield_strength(parameters.contact)),
+        pressure_doubt(_ellipse(hardest, modulus).peak_pressure, parameters.contact.yield_pressure),
         width_doubt(wide.semi_major, 0.5 / deepest.small),
         width_doubt(wide.semi_minor, 0.5 / deepest.large),
         law_doubt(law, _law_error(worst, modulus), spot.semi_minor / spot.semi_major),
