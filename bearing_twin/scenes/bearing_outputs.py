@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.materials import effective_modulus
 from bearing_twin.rotation import about_z, add, cross, dot, minus, quaternion_product, scaled
@@ -118,13 +118,13 @@ def empty_outputs(parameters: BearingScene, count: int) -> Outputs:
     return Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(parameters)))
 
 
-@kernel
+@inlined
 def _store(array, row, k, side, vector):
     for axis in range(3):
         array[row, k, side, axis] = vector[axis]
 
 
-@kernel
+@inlined
 def _write_contact(out, row, k, side, contact, position, cosine, sine):
     out.approach[row, k, side] = contact.approach
     out.normal_load[row, k, side] = contact.normal_load
@@ -140,7 +140,7 @@ def _write_contact(out, row, k, side, contact, position, cosine, sine):
     _store(out.slip, row, k, side, about_z(cosine, sine, contact.slip))
 
 
-@kernel
+@inlined
 def _react(force_sum, torque_sum, row, centre, point, force, drilling):
     """Adds the reaction to `force` at `point` and torque `drilling` on a ball to a ring's, about its centre."""
     torque = add(cross(minus(point, centre), force), drilling)
@@ -149,7 +149,7 @@ def _react(force_sum, torque_sum, row, centre, point, force, drilling):
         torque_sum[row, axis] -= torque[axis]
 
 
-@kernel
+@inlined
 def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation, out, row):
     """Writes ball k and its two contacts; adds its share of energies and ring reactions."""
     local, centre = ball_position(state, k), in_ball_frame(state, k, inner_centre)
