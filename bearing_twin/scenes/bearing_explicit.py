@@ -203,7 +203,7 @@ def explicit_chunk(
             if not error <= 1.0:
                 if not adaptive:
                     _from_lanes(room.trial, state)
-                    return check_all(bearing, drive, time + h, state, results.failure)
+                    return check_all(bearing, time + h, state, results.failure)
                 counts[REJECTIONS] += balls
                 wanted = next_step(h, error, method.order)
                 if wanted < LEAST_STEP:
@@ -222,7 +222,7 @@ def explicit_chunk(
                 turned_at = time
             if done % CHECK_EVERY == 0 or time == goal:
                 _from_lanes(room.y, state)
-                status = check_all(bearing, drive, time, state, results.failure)
+                status = check_all(bearing, time, state, results.failure)
                 if status != OK:
                     return status
         if instant < len(times):

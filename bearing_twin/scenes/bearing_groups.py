@@ -245,7 +245,7 @@ def _accept(method, bearing, drive, time, h, group, room, orientation, failure):
         _interpolate(method, 0.5, room.start[ball], room.trial[ball], room.k, i, room.middle)
         turn(orientation[ball], room.start[ball], room.middle, room.trial[ball], h, orientation[ball])
         room.start[ball] = room.trial[ball]
-        status = check_ball(bearing, drive, time, room.start, ball)
+        status = check_ball(bearing, room.start, ball)
         if status != OK:
             failure[0], failure[1] = time + h, ball
             return status

@@ -179,7 +179,7 @@ def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orie
             counts[JACOBIANS] += balls
             if step % CHECK_EVERY == CHECK_EVERY - 1 or step == steps - 1:
                 _unload(blocks, state, orientation)
-                status = check_all(bearing, drive, time, state, results.failure)
+                status = check_all(bearing, time, state, results.failure)
                 if status != OK:
                     return status
         if instant < len(times):

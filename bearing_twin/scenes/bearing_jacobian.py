@@ -25,7 +25,6 @@ from bearing_twin.scenes.bearing import (
     SPIN,
     VELOCITY,
     lane_vector,
-    set_lane_vector,
 )
 from bearing_twin.scenes.bearing_gradient import CURVATURE_STEP, contact_gradient, plus
 from bearing_twin.scenes.bearing_rates import lane_rates
@@ -37,46 +36,45 @@ JACOBIAN = LANE_ROWS + 2
 JACOBIAN_END = JACOBIAN + COLUMNS * MOTION
 
 
-@inlined
-def _store(lanes, row, column, block, factor, k):
-    first = JACOBIAN + row * MOTION + column
-    set_lane_vector(lanes, first, k, scaled(factor, block[0]))
-    set_lane_vector(lanes, first + MOTION, k, scaled(factor, block[1]))
-    set_lane_vector(lanes, first + 2 * MOTION, k, scaled(factor, block[2]))
+# `at` is where entry (0, 0) of a lane's Jacobian stands. Sums, not literal rows and columns, are handed to functions:
+# numba compiles a function anew for every literal.
+ROW = MOTION * LANES
 
 
 @inlined
-def _store_row(lanes, row, column, values, k):
-    set_lane_vector(lanes, JACOBIAN + row * MOTION + column, k, values)
+def _store_row(lanes, at, values):
+    lanes[at], lanes[at + LANES], lanes[at + 2 * LANES] = values[0], values[1], values[2]
 
 
 @inlined
-def _add(lanes, row, column, value, k):
-    lanes[(JACOBIAN + row * MOTION + column) * LANES + k] += value
+def _store(lanes, at, block, factor):
+    _store_row(lanes, at, scaled(factor, block[0]))
+    _store_row(lanes, at + ROW, scaled(factor, block[1]))
+    _store_row(lanes, at + 2 * ROW, scaled(factor, block[2]))
 
 
 @inlined
-def _add_frame(lanes, position, velocity, spin, gravity, k):
+def _add_frame(lanes, at, position, velocity, spin, gravity):
     """Adds what the frame that turns with the ball does, and gravity in it."""
     inverse = 1.0 / position[0]
     rate = velocity[1] * inverse
-    _add(lanes, 0, 3, 1.0, k)
-    _add(lanes, 1, 0, -rate * inverse, k)
-    _add(lanes, 1, 4, inverse, k)
-    _add(lanes, 2, 5, 1.0, k)
-    _add(lanes, 3, 0, -rate * rate, k)
-    _add(lanes, 3, 1, gravity[1], k)
-    _add(lanes, 3, 4, 2.0 * rate, k)
-    _add(lanes, 4, 0, rate * velocity[0] * inverse, k)
-    _add(lanes, 4, 1, -gravity[0], k)
-    _add(lanes, 4, 3, -rate, k)
-    _add(lanes, 4, 4, -velocity[0] * inverse, k)
-    _add(lanes, 6, 0, -rate * spin[1] * inverse, k)
-    _add(lanes, 6, 4, spin[1] * inverse, k)
-    _add(lanes, 6, 7, rate, k)
-    _add(lanes, 7, 0, rate * spin[0] * inverse, k)
-    _add(lanes, 7, 4, -spin[0] * inverse, k)
-    _add(lanes, 7, 6, -rate, k)
+    lanes[at + 0 * ROW + 3 * LANES] += 1.0
+    lanes[at + 1 * ROW + 0 * LANES] += -rate * inverse
+    lanes[at + 1 * ROW + 4 * LANES] += inverse
+    lanes[at + 2 * ROW + 5 * LANES] += 1.0
+    lanes[at + 3 * ROW + 0 * LANES] += -rate * rate
+    lanes[at + 3 * ROW + 1 * LANES] += gravity[1]
+    lanes[at + 3 * ROW + 4 * LANES] += 2.0 * rate
+    lanes[at + 4 * ROW + 0 * LANES] += rate * velocity[0] * inverse
+    lanes[at + 4 * ROW + 1 * LANES] += -gravity[0]
+    lanes[at + 4 * ROW + 3 * LANES] += -rate
+    lanes[at + 4 * ROW + 4 * LANES] += -velocity[0] * inverse
+    lanes[at + 6 * ROW + 0 * LANES] += -rate * spin[1] * inverse
+    lanes[at + 6 * ROW + 4 * LANES] += spin[1] * inverse
+    lanes[at + 6 * ROW + 7 * LANES] += rate
+    lanes[at + 7 * ROW + 0 * LANES] += rate * spin[0] * inverse
+    lanes[at + 7 * ROW + 4 * LANES] += -spin[0] * inverse
+    lanes[at + 7 * ROW + 6 * LANES] += -rate
 
 
 @kernel
@@ -137,26 +135,27 @@ def _fill(bearing, lanes):
             velocity,
             spin,
         )
+        at = JACOBIAN * LANES + k
         for i in range(3 * MOTION):
-            lanes[(JACOBIAN + i) * LANES + k] = 0.0
-        _store(lanes, VELOCITY, 0, plus(inner.force_p, outer.force_p), inverse_mass, k)
-        _store(lanes, VELOCITY, VELOCITY, plus(inner.force_v, outer.force_v), inverse_mass, k)
-        _store(lanes, VELOCITY, SPIN, plus(inner.force_s, outer.force_s), inverse_mass, k)
-        _store(lanes, SPIN, 0, plus(inner.torque_p, outer.torque_p), inverse_inertia, k)
-        _store(lanes, SPIN, VELOCITY, plus(inner.torque_v, outer.torque_v), inverse_inertia, k)
-        _store(lanes, SPIN, SPIN, plus(inner.torque_s, outer.torque_s), inverse_inertia, k)
-        _store_row(lanes, MOTION, 0, inner.power_p, k)
-        _store_row(lanes, MOTION, VELOCITY, inner.power_v, k)
-        _store_row(lanes, MOTION, SPIN, inner.power_s, k)
-        _store_row(lanes, MOTION + 1, 0, add(inner.loss_p, outer.loss_p), k)
-        _store_row(lanes, MOTION + 1, VELOCITY, add(inner.loss_v, outer.loss_v), k)
-        _store_row(lanes, MOTION + 1, SPIN, add(inner.loss_s, outer.loss_s), k)
+            lanes[at + i * LANES] = 0.0
+        _store(lanes, at + VELOCITY * ROW + 0 * LANES, plus(inner.force_p, outer.force_p), inverse_mass)
+        _store(lanes, at + VELOCITY * ROW + VELOCITY * LANES, plus(inner.force_v, outer.force_v), inverse_mass)
+        _store(lanes, at + VELOCITY * ROW + SPIN * LANES, plus(inner.force_s, outer.force_s), inverse_mass)
+        _store(lanes, at + SPIN * ROW + 0 * LANES, plus(inner.torque_p, outer.torque_p), inverse_inertia)
+        _store(lanes, at + SPIN * ROW + VELOCITY * LANES, plus(inner.torque_v, outer.torque_v), inverse_inertia)
+        _store(lanes, at + SPIN * ROW + SPIN * LANES, plus(inner.torque_s, outer.torque_s), inverse_inertia)
+        _store_row(lanes, at + MOTION * ROW + 0 * LANES, inner.power_p)
+        _store_row(lanes, at + MOTION * ROW + VELOCITY * LANES, inner.power_v)
+        _store_row(lanes, at + MOTION * ROW + SPIN * LANES, inner.power_s)
+        _store_row(lanes, at + (MOTION + 1) * ROW + 0 * LANES, add(inner.loss_p, outer.loss_p))
+        _store_row(lanes, at + (MOTION + 1) * ROW + VELOCITY * LANES, add(inner.loss_v, outer.loss_v))
+        _store_row(lanes, at + (MOTION + 1) * ROW + SPIN * LANES, add(inner.loss_s, outer.loss_s))
         sign = math.copysign(1.0, contact.drive_power)
-        _store_row(lanes, MOTION + 2, 0, scaled(sign, inner.power_p), k)
-        _store_row(lanes, MOTION + 2, VELOCITY, scaled(sign, inner.power_v), k)
-        _store_row(lanes, MOTION + 2, SPIN, scaled(sign, inner.power_s), k)
+        _store_row(lanes, at + (MOTION + 2) * ROW + 0 * LANES, scaled(sign, inner.power_p))
+        _store_row(lanes, at + (MOTION + 2) * ROW + VELOCITY * LANES, scaled(sign, inner.power_v))
+        _store_row(lanes, at + (MOTION + 2) * ROW + SPIN * LANES, scaled(sign, inner.power_s))
 
-        _add_frame(lanes, position, velocity, spin, gravity, k)
+        _add_frame(lanes, at, position, velocity, spin, gravity)
 
 
 @kernel

@@ -115,7 +115,7 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
     steps[number] = max(lanes[WANTED * LANES + k], proposed)
     from_lane(lanes[START * LANES :], k, state[number])
     from_lane(lanes[ORIENTATION * LANES :], k, orientation[number])
-    status = check_ball(task.bearing, task.drive, task.duration, state, number)
+    status = check_ball(task.bearing, state, number)
     if status != OK:
         results.failure[0], results.failure[1] = task.duration, number
     return status, 0

@@ -20,9 +20,6 @@ from bearing_twin.scenes.bearing import (
     SPIN,
     VELOCITY,
     approaches,
-    in_ball_frame,
-    inner_contact,
-    outer_contact,
 )
 
 OK, NOT_FINITE, TOO_DEEP, STALLED = range(4)
@@ -67,27 +64,25 @@ def changes_contact(bearing, start, end):
 
 
 @kernel
-def check_ball(bearing, drive, time, state, k):
+def check_ball(bearing, state, k):
     """OK, or why the state of ball k cannot be right."""
     total = 0.0
     for column in range(COLUMNS):
         total += abs(state[k, column])
     if not total < math.inf:
         return NOT_FINITE
-    centre = in_ball_frame(state, k, bearing.offset)
-    inner = inner_contact(bearing, centre, drive.speed, state, k)
-    outer = outer_contact(bearing, state, k)
+    inner, outer = approaches(bearing, state[k])
     deepest = DEEPEST * bearing.ball_radius
-    if inner.approach > deepest or outer.approach > deepest:
+    if inner > deepest or outer > deepest:
         return TOO_DEEP
     return OK
 
 
 @kernel
-def check_all(bearing, drive, time, state, failure):
+def check_all(bearing, time, state, failure):
     """`check_ball` for every ball; a failure is noted with its time and ball."""
     for k in range(bearing.balls):
-        status = check_ball(bearing, drive, time, state, k)
+        status = check_ball(bearing, state, k)
         if status != OK:
             failure[0], failure[1] = time, k
             return status
