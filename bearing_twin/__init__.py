@@ -8,10 +8,10 @@ import importlib
 __version__ = "0.1.0"
 
 _HOMES = {
-    "load_scene": "bearing_twin.scene",
-    "parse_scene": "bearing_twin.scene",
-    "scene_names": "bearing_twin.scene",
-    "simulate": "bearing_twin.simulation",
+    "load_scene": "bearing_twin.run.scene",
+    "parse_scene": "bearing_twin.run.scene",
+    "scene_names": "bearing_twin.run.scene",
+    "simulate": "bearing_twin.run.simulation",
     "load_study": "bearing_twin.uq.study_file",
     "parse_study": "bearing_twin.uq.study_file",
     "study_names": "bearing_twin.uq.study_file",

@@ -2,6 +2,6 @@
 
 import sys
 
-from bearing_twin.cli import main
+from bearing_twin.command.cli import main
 
 sys.exit(main())

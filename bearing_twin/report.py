@@ -1,5 +1,7 @@
 """What a run cost, what it found, and how far to trust it: one report for every kind of scene."""
 
+import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,3 +48,21 @@ class Report:
             **self.costs,
             **self.figures,
         }
+
+
+def json_text(result) -> str:
+    """A result as one line of JSON."""
+    return json.dumps(plain_json(result), allow_nan=False)
+
+
+def plain_json(value):
+    """The same in what JSON has: no arrays of numpy and no NaN."""
+    if isinstance(value, dict):
+        return {str(key): plain_json(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain_json(one) for one in value]
+    if hasattr(value, "tolist"):
+        return plain_json(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.bearing_model import BearingMotion
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.run.scene import load_scene
 
 TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
 """A start from rest under a radial and axial offset: sliding, spin and ringing all at once."""

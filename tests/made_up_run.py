@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block
-from bearing_twin.scene import Scene, load_scene
 
 
 def made_up_scene(balls: int = 3, output_rate: float = 1000.0, publish_rate: float = 100.0) -> Scene:

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
-from bearing_twin.motion import beam as beams
-from bearing_twin.motion.beam import (
+from bearing_twin.kinds.beam import modes as beams
+from bearing_twin.kinds.beam.modes import (
     beam_energy,
     deflection_shapes,
     first_frequency,

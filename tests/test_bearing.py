@@ -12,9 +12,7 @@ from bearings import TURNED_REST, motion, run, stored_energy
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from bearing_twin.reference.kinematics import cage_speed, cage_speed_with_slip, frequencies, roll_rate
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.bearing import (
+from bearing_twin.kinds.bearing.equations import (
     AXIS_DISTANCE,
     LANE_ROWS,
     LANES,
@@ -26,9 +24,11 @@ from bearing_twin.scenes.bearing import (
     meeting,
     pair_contact,
 )
-from bearing_twin.scenes.bearing_outputs import channels, contact_details, wrenches
-from bearing_twin.scenes.bearing_rates import bearing_rates
-from bearing_twin.simulation import Simulation, simulate
+from bearing_twin.kinds.bearing.kinematics import cage_speed, cage_speed_with_slip, frequencies, roll_rate
+from bearing_twin.kinds.bearing.outputs import channels, contact_details, wrenches
+from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
 
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
 

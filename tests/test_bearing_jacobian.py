@@ -5,10 +5,10 @@ import pytest
 from bearings import motion
 
 from bearing_twin.contact.normal import LAWS
-from bearing_twin.motion.block_solve import Linear, factorise_body, solve_body
-from bearing_twin.scenes.bearing import COLUMNS, LANE_RATES, LANES, MOTION, RING_SPEED, into_lane
-from bearing_twin.scenes.bearing_jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
-from bearing_twin.scenes.bearing_rates import lane_rates
+from bearing_twin.kinds.bearing.equations import COLUMNS, LANE_RATES, LANES, MOTION, RING_SPEED, into_lane
+from bearing_twin.kinds.bearing.jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
+from bearing_twin.kinds.bearing.rates import lane_rates
+from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
 
 TILTED = ("drive.offset=[4.0e-6, -9.0e-6, 5.0e-6]", "gravity=[3.0, -9.8, 1.0]", "contact.damping=0.3")
 UNITS = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])

@@ -24,11 +24,8 @@ from bearing_twin.contact.ellipse import (
     hertz_coefficient,
     semi_axes,
 )
-from bearing_twin.reference.fit_hertz import fit
-from bearing_twin.rotation import add
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes import bearing_spot
-from bearing_twin.scenes.bearing import (
+from bearing_twin.kinds.bearing import spot as bearing_spot
+from bearing_twin.kinds.bearing.equations import (
     LANE_ROWS,
     LANES,
     MOTION,
@@ -40,11 +37,14 @@ from bearing_twin.scenes.bearing import (
     inner_contact,
     outer_contact,
 )
-from bearing_twin.scenes.bearing_outputs import contact_details
-from bearing_twin.scenes.bearing_parameters import STEPPERS
-from bearing_twin.scenes.bearing_rates import bearing_rates
-from bearing_twin.scenes.bearing_spot import add_spots, over_spots, with_spot
-from bearing_twin.simulation import Simulation
+from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.kinds.bearing.parameters import STEPPERS
+from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.kinds.bearing.spot import add_spots, over_spots, with_spot
+from bearing_twin.numerics.rotation import add
+from bearing_twin.reference.fit_hertz import fit
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
 
 SPOT = "contact.friction=spot"
 MIDDLE = (0.0, 0.0, 0.0)

@@ -21,9 +21,9 @@ from bearing_twin.contact.calculator import (
     solve,
 )
 from bearing_twin.contact.ellipse import curvature_ratio
+from bearing_twin.contact.materials import Material, effective_modulus
 from bearing_twin.contact.stress import axis_stresses, greatest_shear
 from bearing_twin.errors import SceneError
-from bearing_twin.materials import Material, effective_modulus
 
 STEEL = Material(2.1e11, 0.3, 7850.0)
 MODULUS = effective_modulus(STEEL, STEEL)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from made_up_run import cut, made_up_block, made_up_scene
 
+from bearing_twin.kinds.bearing.outputs import contact_details, wrenches
 from bearing_twin.log import cdr
 from bearing_twin.log.channels import LARGEST_BLOCK, NAMESPACE, MessageStream, topics
-from bearing_twin.scenes.bearing_outputs import contact_details, wrenches
 
 
 def stream_of(scene, blocks, **options):

@@ -12,7 +12,7 @@ from scipy.integrate import trapezoid
 from bearing_twin.charts.sheets import Map, rows_of
 from bearing_twin.charts.studies import SHEETS, wanted_sheets
 from bearing_twin.charts.study_samples import draws, known
-from bearing_twin.cli import main
+from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.uq.run import run_study
 

@@ -5,14 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bearing_twin.charts import bounces, ellipsoids
-from bearing_twin.charts.history import GREATEST_COUNT, LoadHistory
-from bearing_twin.charts.runs import plot_ball_loads
-from bearing_twin.charts.summary import summarise
+from bearing_twin.charts import bounces
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
+from bearing_twin.kinds.bearing.picture import plot_ball_loads
+from bearing_twin.kinds.bearing.summary import summarise
+from bearing_twin.kinds.ellipsoid import picture as ellipsoids
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import Block, Channel
-from bearing_twin.scene import load_scene
-from bearing_twin.simulation import simulate
 
 PNG = b"\x89PNG\r\n\x1a\n"
 PITCH, BALL = 28.5e-3, 6.746e-3

@@ -10,11 +10,11 @@ import time
 
 import pytest
 
-from bearing_twin.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
-from bearing_twin.commands import COMMANDS
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
+from bearing_twin.command.commands import COMMANDS
+from bearing_twin.command.terminal import named, progress, show_result
 from bearing_twin.parameters import describe
-from bearing_twin.scene import KINDS, scene_names
-from bearing_twin.terminal import named, progress, show_result
+from bearing_twin.run.scene import KINDS, scene_names
 
 COMMAND = [sys.executable, "-m", "bearing_twin"]
 SHORT = ["bearing_6203", "--duration", "0.02"]
@@ -166,7 +166,7 @@ def test_no_subcommand_shows_the_help(capsys):
 def test_help_is_quick_because_nothing_heavy_is_imported():
     heavy = ("numpy", "numba", "scipy", "matplotlib", "rich", "yaml", "mcap", "rosbags")
     code = (
-        "import sys\nfrom bearing_twin.cli import main\n"
+        "import sys\nfrom bearing_twin.command.cli import main\n"
         "try:\n    main(['--help'])\nexcept SystemExit as end:\n    assert end.code == 0\n"
         f"print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"
     )
@@ -220,7 +220,7 @@ def test_progress_is_shown_only_when_it_takes_long(capsys, monkeypatch):
         update(0.5)
     assert capsys.readouterr().err == ""
     clock = iter([0.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    monkeypatch.setattr("bearing_twin.terminal.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("bearing_twin.command.terminal.time.monotonic", lambda: next(clock))
     with progress("waiting") as update:
         update(0.5)
     err = capsys.readouterr().err

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from bearing_twin.contact_command import add_arguments, run
+from bearing_twin.command.contact_command import add_arguments, run
 from bearing_twin.errors import BearingTwinError, SceneError
 
 KEYS = {

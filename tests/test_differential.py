@@ -15,7 +15,7 @@ from bearing_twin.contact.differential import (
 )
 from bearing_twin.contact.ellipse import axis_ratio, curvature_ratio, hertz_coefficient
 from bearing_twin.errors import SceneError
-from bearing_twin.scene import load_scene
+from bearing_twin.run.scene import load_scene
 
 TURNS = 40
 

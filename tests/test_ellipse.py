@@ -16,7 +16,7 @@ from bearing_twin.contact.ellipse import (
     elliptic_b_d,
     hertz_coefficient,
 )
-from bearing_twin.materials import MATERIALS, Material, effective_modulus
+from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 
 STEEL_2_1 = Material(2.1e11, 0.3, 7850.0)
 

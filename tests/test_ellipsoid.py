@@ -6,21 +6,22 @@ import math
 import numpy as np
 import pytest
 
-from bearing_twin.cli import main
+from bearing_twin.command.cli import main
+from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_number, restitution_of, steady_damping, steady_ratio
 from bearing_twin.contact.differential import shape_of
+from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.contact.normal import LAWS, load_coefficient
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.fidelity import choose
-from bearing_twin.materials import MATERIALS, effective_modulus
-from bearing_twin.reference import bounce, impact
-from bearing_twin.rotation import quaternion_from_vector, quaternion_product, rotation_matrix
-from bearing_twin.scene import load_scene, parse_scene, scene_names
-from bearing_twin.scenes.ellipsoid_on_plane import SHAPE, begin_shape, pose_of, touch_of
-from bearing_twin.scenes.ellipsoid_parameters import ELLIPSOID_LAWS
-from bearing_twin.scenes.ellipsoid_run import EllipsoidMotion
-from bearing_twin.simulation import Simulation, simulate
-from bearing_twin.surfaces import ellipsoid_on_plane
+from bearing_twin.kinds.ellipsoid.equations import SHAPE, begin_shape, pose_of, touch_of
+from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
+from bearing_twin.kinds.ellipsoid.parameters import ELLIPSOID_LAWS
+from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product, rotation_matrix
+from bearing_twin.reference import bounce
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene, parse_scene, scene_names
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.shapes.surfaces import ellipsoid_on_plane
 
 SCENES = [name for name in scene_names() if name.startswith("ellipsoid")]
 GRAVITY = 9.80665

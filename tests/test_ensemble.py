@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import bearing_twin.uq.realise
+from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log.mcap_log import content_digest
 from bearing_twin.log.study_log import read_study, write_study
-from bearing_twin.reference import impact
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.realise import NEVER_MEET, realise
@@ -417,7 +417,7 @@ def test_a_study_without_samples_comes_back_from_its_log(tmp_path):
 
 def test_a_log_of_something_else_is_no_study(tmp_path):
     from bearing_twin.log.mcap_log import write_log
-    from bearing_twin.simulation import simulate
+    from bearing_twin.run.simulation import simulate
 
     path = tmp_path / "run.mcap"
     write_log(simulate("two_spheres"), path)

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from bearing_twin.charts.impacts import ImpactHistory, plot_impact
-from bearing_twin.cli import main
+from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.fidelity import choose
-from bearing_twin.scene import KINDS, load_scene, parse_scene
-from bearing_twin.simulation import MOTIONS, Simulation, simulate
+from bearing_twin.kinds.impact.picture import ImpactHistory, plot_impact
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import KINDS, load_scene, parse_scene
+from bearing_twin.run.simulation import MOTIONS, Simulation, simulate
 
 SCENES = (
     "two_spheres", "two_discs", "sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm",

@@ -18,9 +18,9 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.channels import MessageStream, topics
 from bearing_twin.log.mcap_log import LogWriter, content_digest, raw_messages, read_log, write_log
 from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate, verify
 from bearing_twin.sample import Block
-from bearing_twin.scene import load_scene
-from bearing_twin.simulation import simulate, verify
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 230)

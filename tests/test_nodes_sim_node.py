@@ -35,8 +35,8 @@ from bearing_twin.log.mcap_log import content_digest, read_log, write_log
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recording import sample_range
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.scene import load_scene
-from bearing_twin.simulation import Simulation, simulate
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
 
 SCENE = load_scene("bearing_6203")
 NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]

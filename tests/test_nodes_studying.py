@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from bearing_twin.cli import main
+from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError, LogError, StudyError
 from bearing_twin.log.study_log import read_study
 from bearing_twin.nodes.study_goal import (

@@ -26,7 +26,7 @@ from ros import (
     started,
 )
 
-from bearing_twin.cli import main
+from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.study_log import read_study
 from bearing_twin.nodes.node_parameters import ParameterError, checked

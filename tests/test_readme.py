@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from bearing_twin.commands import COMMANDS
-from bearing_twin.scene import scene_names
+from bearing_twin.command.commands import COMMANDS
+from bearing_twin.run.scene import scene_names
 from bearing_twin.uq.study_file import study_names
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bearing_twin.rotation import (
+from bearing_twin.numerics.rotation import (
     about_z,
     cross,
     dot,

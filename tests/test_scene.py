@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 import yaml
 
+from bearing_twin.contact.materials import MATERIALS
 from bearing_twin.errors import SceneError
-from bearing_twin.materials import MATERIALS
 from bearing_twin.paths import share_path
-from bearing_twin.scene import KINDS, load_scene, parse_scene, scene_names
+from bearing_twin.run.scene import KINDS, load_scene, parse_scene, scene_names
 from bearing_twin.shelf import GREATEST_FILE
 
 

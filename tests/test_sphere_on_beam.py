@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.fidelity import choose
-from bearing_twin.motion import beam_contact, volterra
-from bearing_twin.motion.beam import modes_of
-from bearing_twin.motion.beam_impact import hertz_contact_time, throw
-from bearing_twin.motion.free_flight import gap_and_rate, next_touch
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.beam_parameters import beam_of, thrown_sphere, touch_speed
-from bearing_twin.scenes.sphere_on_beam import solve
+from bearing_twin.kinds.beam import contact as beam_contact
+from bearing_twin.kinds.beam import volterra
+from bearing_twin.kinds.beam.impact import hertz_contact_time, throw
+from bearing_twin.kinds.beam.modes import modes_of
+from bearing_twin.kinds.beam.motion import solve
+from bearing_twin.kinds.beam.parameters import beam_of, thrown_sphere, touch_speed
+from bearing_twin.kinds.ellipsoid.free_flight import gap_and_rate, next_touch
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
 
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
 
@@ -138,7 +139,7 @@ def test_modes_and_steps_follow_from_the_tolerance(tail, tolerance):
 
 def test_stress_under_the_sphere_needs_the_static_tail():
     """During the contact the modal sum alone is short of the cusp under the load, by modes^-1."""
-    from bearing_twin.motion.beam import stress_shapes
+    from bearing_twin.kinds.beam.modes import stress_shapes
 
     middle, times = [0.5 * 0.1535], [7.25e-5]
     stresses = []

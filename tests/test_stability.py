@@ -9,7 +9,7 @@ from bearings import TURNED_REST, motion, run, stored_energy
 from numba import njit
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.scenes.bearing import (
+from bearing_twin.kinds.bearing.equations import (
     LANE_ROWS,
     LANES,
     MOTION,
@@ -21,7 +21,7 @@ from bearing_twin.scenes.bearing import (
     outer_contact,
     raceway_rates,
 )
-from bearing_twin.scenes.bearing_start import stable_step
+from bearing_twin.kinds.bearing.start import stable_step
 
 
 def errors_of(reference, out):

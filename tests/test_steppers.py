@@ -11,7 +11,9 @@ from scipy.linalg import lu_factor, lu_solve
 
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.motion.steppers import (
+from bearing_twin.kinds.bearing.equations import LANE_ROWS, LANES, raceway_rates
+from bearing_twin.kinds.bearing.parameters import STEPPERS
+from bearing_twin.numerics.steppers import (
     EXPLICIT,
     METHODS,
     ROSENBROCK,
@@ -20,8 +22,6 @@ from bearing_twin.motion.steppers import (
     rosenbrock_dense,
     substitute,
 )
-from bearing_twin.scenes.bearing import LANE_ROWS, LANES, raceway_rates
-from bearing_twin.scenes.bearing_parameters import STEPPERS
 
 
 def errors_against(reference, out):

@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 from bearing_twin.errors import BearingTwinError, SceneError, StudyError
-from bearing_twin.scene import KINDS, load_scene, scene_names
-from bearing_twin.simulation import simulate
+from bearing_twin.run.scene import KINDS, load_scene, scene_names
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import CLOSED_FORMS, QUANTITIES, has_closed_form
 from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.result import Tally

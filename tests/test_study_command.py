@@ -7,10 +7,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from bearing_twin.charts.study_picture import plot_study
-from bearing_twin.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.study_log import read_study
+from bearing_twin.uq.picture import plot_study
 from bearing_twin.uq.quantities import QUANTITIES
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study, parse_study, study_names

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from bearing_twin.implicit import ellipsoid, plane
-from bearing_twin.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.surfaces import ball_in_groove, ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
-from bearing_twin.tracking import body, contact_of, find_opposing
+from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
+from bearing_twin.shapes.implicit import ellipsoid, plane
+from bearing_twin.shapes.surfaces import ball_in_groove, ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
+from bearing_twin.shapes.tracking import body, contact_of, find_opposing
 
 BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.errors import SceneError
-from bearing_twin.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, torus
-from bearing_twin.surfaces import ball_in_groove
-from bearing_twin.tracking import (
+from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, torus
+from bearing_twin.shapes.surfaces import ball_in_groove
+from bearing_twin.shapes.tracking import (
     body,
     contact_of,
     equations,

@@ -10,9 +10,9 @@ from scipy.special import lambertw
 from bearing_twin.contact import line
 from bearing_twin.contact.line import line_law
 from bearing_twin.errors import SceneError
-from bearing_twin.reference import disc_impact
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.two_discs import solve
+from bearing_twin.kinds.impact import disc_closed_form as disc_impact
+from bearing_twin.kinds.impact.discs import solve
+from bearing_twin.run.scene import load_scene
 
 REDUCED = 7853.981634
 LAW = line_law("line", 1.0, 2.0, 5e9, 0.3)
@@ -80,7 +80,7 @@ def test_many_discs_at_once_and_their_mean():
 
 
 def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
-    from bearing_twin.fidelity import choose
+    from bearing_twin.run.fidelity import choose
 
     assert choose(load_scene("two_discs")).law == "line"
     assert "johnson costs no more" in choose(load_scene("two_discs")).warnings[0]

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.motion.collision import NO_LINE, Spring, collide, march_fixed
-from bearing_twin.reference import impact
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.two_spheres import solve
+from bearing_twin.kinds.impact.collision import NO_LINE, Spring, collide, march_fixed
+from bearing_twin.kinds.impact.spheres import solve
+from bearing_twin.run.scene import load_scene
 
 MASS = 0.1129  # reduced, of the two spheres of paper 3
 STEEL = 4.0 / 3.0 * 2.1e11 / (2.0 * 0.91) * math.sqrt(0.01905 / 2.0)
@@ -117,7 +117,7 @@ def test_steady_damping_keeps_its_restitution_at_every_speed(restitution):
 
 
 def test_steady_damping_chooses_the_method_that_knows_it():
-    from bearing_twin.fidelity import choose
+    from bearing_twin.run.fidelity import choose
 
     steady = ["contact.restitution=0.8", "contact.damping_law=steady"]
     assert choose(load_scene("two_spheres", steady)).stepper == "dop853"
@@ -195,7 +195,7 @@ def test_too_few_fixed_steps_make_or_lose_speed(method, steps, low, high):
 
 
 def test_a_step_beyond_an_eighth_of_the_contact_is_refused_and_a_coarse_one_is_warned_of():
-    from bearing_twin.fidelity import choose
+    from bearing_twin.run.fidelity import choose
 
     with pytest.raises(SceneError, match="at least 8 steps; use"):
         load_scene("two_spheres", ["solver.stepper=rk4", "solver.step=1.0e-5"])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.errors import StatisticError
-from bearing_twin.reference import impact
 from bearing_twin.uq.histories import Histories
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.sampling import UnitPoints

@@ -7,9 +7,10 @@ import pytest
 from scipy import integrate, optimize, stats
 from scipy.special import gammaln
 
+from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.line import line_law
 from bearing_twin.errors import StatisticError, StudyError
-from bearing_twin.reference import disc_impact, impact
+from bearing_twin.kinds.impact import disc_closed_form as disc_impact
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.chaos import expand
 from bearing_twin.uq.inputs import Joint, read_input

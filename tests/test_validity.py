@@ -2,8 +2,8 @@
 
 import pytest
 
-from bearing_twin.scene import load_scene
-from bearing_twin.simulation import simulate
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 CALM = {
     "bearing_6203": (),

@@ -11,8 +11,8 @@ from scipy.special import ellipe
 
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.normal import volumetric_coefficient
-from bearing_twin.contact.volume import ENERGY_FACTOR, overlap, overlap_load
 from bearing_twin.errors import SceneError
+from bearing_twin.shapes.overlap import ENERGY_FACTOR, overlap, overlap_load
 
 MODULUS, APPROACH = 1.14e11, 1e-6
 

@@ -7,7 +7,7 @@ import pytest
 
 from bearing_twin.charts import work_precision
 from bearing_twin.charts.work_precision import Method, cheapest, draw, measure, reading, write_table
-from bearing_twin.cli import main
+from bearing_twin.command.cli import main
 
 
 @pytest.fixture(scope="module")

@@ -14,13 +14,13 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.style import BALL_COLOURS, STYLE, finish, frame, heading
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.normal import LAWS, load_coefficient
+from bearing_twin.kinds.ellipsoid.parameters import ellipsoid_mass, modulus_of
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
 from bearing_twin.reference import bounce
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.ellipsoid_parameters import ellipsoid_mass, modulus_of
-from bearing_twin.simulation import simulate
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 SCENE = "ellipsoid_on_plane"
 DURATION, RESTITUTION = 3.2, 0.8  # s; of speed, at every speed, by Hertz

@@ -6,12 +6,12 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.style import BALL_COLOURS, LOAD_MAP, STYLE, frame, heading
 from bearing_twin.contact.calculator import Gap, laws_at
 from bearing_twin.contact.ellipse import curvature_ratio
 from bearing_twin.contact.normal import LAWS
 from bearing_twin.contact.stress import axis_stresses
 from bearing_twin.errors import SceneError
+from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, STYLE, frame, heading
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
 LEAST_SHOWN = 1e-12  # of the laws' errors

@@ -15,7 +15,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.laws import seconds_each
-from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading, stamp
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import (
     spot_friction,
@@ -23,6 +22,7 @@ from bearing_twin.contact.friction import (
     spot_friction_pade1,
     spot_friction_pade2,
 )
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, stamp
 from bearing_twin.reference.spot import spot_friction_exact
 
 FAILED = 0.1

@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading, stamp
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.differential import Shape, differential_coefficient, follow
 from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
 from bearing_twin.contact.normal import LAWS, load_coefficient
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, stamp
 
 LEAST = 1e-12  # smaller errors are drawn here
 FAILED = 0.1  # an error beyond this is a cross

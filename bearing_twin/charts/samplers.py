@@ -17,7 +17,7 @@ from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Band, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
-from bearing_twin.charts.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.chaos import GREATEST_DEGREE, VALIDATION, expand
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, task_of

@@ -12,8 +12,8 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from bearing_twin.charts.style import STYLE, finish, frame, heading, scaled
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.pictures.style import STYLE, finish, frame, heading, scaled
 
 WIDTH, ROW, MARGINS = 16.0, 4.6, 1.75  # inches: of a sheet, of a row of panels, of title and footer together
 FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too

@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Band, Line, Map, Panel, Sheet
 from bearing_twin.charts.study_samples import colour, known
-from bearing_twin.charts.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.uq.propagation import mean_inputs, task_of
 from bearing_twin.uq.realise import realise
 from bearing_twin.uq.run import history_statistics, run_study

@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Bars, Line
-from bearing_twin.charts.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.propagation import exact_distributions, task_of
 from bearing_twin.uq.realise import Task, realise

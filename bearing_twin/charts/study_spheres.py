@@ -15,10 +15,10 @@ from bearing_twin.charts.study_samples import (
     known_of,
     short,
 )  # fmt: skip
-from bearing_twin.charts.style import BALL_COLOURS, STYLE
-from bearing_twin.reference import impact
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.pair_parameters import sphere_pair
+from bearing_twin.contact import hertz_impact as impact
+from bearing_twin.kinds.impact.parameters import sphere_pair
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE
+from bearing_twin.run.scene import load_scene
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.statistics import density
 

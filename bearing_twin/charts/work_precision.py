@@ -17,10 +17,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.charts.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.scene import load_scene
-from bearing_twin.scenes.bearing_model import FIXED_STEP, REFERENCE_SHARE, BearingMotion
+from bearing_twin.kinds.bearing.motion import FIXED_STEP, REFERENCE_SHARE, BearingMotion
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.run.scene import load_scene
 
 FINEST = 1e-7
 LEAST, EDGE = 1e-9, 10.0  # of the error axis: smaller errors are drawn at its start, failures at its end

@@ -10,11 +10,11 @@ from typing import NamedTuple
 from bearing_twin.contact import validity
 from bearing_twin.contact.differential import coefficient_from_circle
 from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, curvature_ratio, ellipse, hertz_coefficient
+from bearing_twin.contact.materials import Material, effective_modulus
 from bearing_twin.contact.normal import LAWS, elastic_load, load_coefficient
 from bearing_twin.contact.stress import greatest_shear
 from bearing_twin.errors import SceneError
-from bearing_twin.materials import Material, effective_modulus
-from bearing_twin.surfaces import ball_in_groove
+from bearing_twin.shapes.surfaces import ball_in_groove
 
 DURATION_FACTOR = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
 """Contact duration of an elastic impact over greatest approach/speed (2.9432751843)."""

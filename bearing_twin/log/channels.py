@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.fidelity import choose
+from bearing_twin.kinds.bearing.markers import marker_array
+from bearing_twin.kinds.bearing.outputs import FRAME, contact_details, wrenches
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.markers import marker_array
+from bearing_twin.run.fidelity import choose
 from bearing_twin.sample import Block, Channel, Sample
-from bearing_twin.scenes.bearing_outputs import FRAME, contact_details, wrenches
 
 NAMESPACE = "/bearing"
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers

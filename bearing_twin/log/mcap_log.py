@@ -19,9 +19,9 @@ from bearing_twin.log.channels import MessageStream, Topic, topics
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files, raw_messages, refuse_existing
 from bearing_twin.log.recover import Recovered, advice, recover
+from bearing_twin.run.scene import Scene, parse_scene
+from bearing_twin.run.simulation import Run
 from bearing_twin.sample import Block, Channel, Sample
-from bearing_twin.scene import Scene, parse_scene
-from bearing_twin.simulation import Run
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",

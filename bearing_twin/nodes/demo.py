@@ -20,13 +20,13 @@ from rich.markup import escape
 from rich.table import Table
 from std_srvs.srv import SetBool
 
-from bearing_twin.charts.runs import plot_ball_loads
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.bearing.picture import plot_ball_loads
 from bearing_twin.log.channels import topics
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes.messages import rclpy
 from bearing_twin.nodes.watching import Watch, Watcher, ball_table, load_line
-from bearing_twin.scene import Scene, load_scene
+from bearing_twin.run.scene import Scene, load_scene
 
 REPLAY_RATE = 2.0
 PATIENCE = 120.0  # s, for everything that starts; the first time kernels are compiled

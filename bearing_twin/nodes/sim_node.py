@@ -25,8 +25,8 @@ from bearing_twin.nodes.pacing import Pace
 from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
-from bearing_twin.scene import load_scene
-from bearing_twin.simulation import Simulation
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
 
 PARAMETERS = (
     NodeParameter("scene", "bearing_6203", "scene to run: a name, or the path of a YAML file"),

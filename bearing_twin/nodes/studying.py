@@ -16,7 +16,7 @@ from pathlib import Path
 from bearing_twin.errors import BearingTwinError, StudyError
 from bearing_twin.log.study_log import write_study
 from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of
-from bearing_twin.outcome import json_text
+from bearing_twin.report import json_text
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.ensemble import processors
 from bearing_twin.uq.result import StudyResult

@@ -15,7 +15,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.channels import NAMESPACE
 from bearing_twin.nodes.messages import message_class, qos_profile
 from bearing_twin.nodes.recording import DEPTH, Sequences, sample_range
-from bearing_twin.scene import Scene
+from bearing_twin.run.scene import Scene
 
 RATE_WINDOW = 100  # messages
 

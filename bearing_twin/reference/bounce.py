@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from bearing_twin.contact.damping import steady_restitution
-from bearing_twin.reference.impact import contact_time
+from bearing_twin.contact.hertz_impact import contact_time
 
 
 def contact_delay(coefficient_ratio, duration):

@@ -3,8 +3,8 @@
 import numpy as np
 
 from bearing_twin.errors import StatisticError, StudyError
-from bearing_twin.fidelity import choose
-from bearing_twin.scene import parse_scene
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.change_of_variable import Derived, derive
 from bearing_twin.uq.quantities import has_closed_form
 from bearing_twin.uq.realise import Task, only_what_is_wanted, realise

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.errors import StudyError
+from bearing_twin.kinds.impact import disc_closed_form as disc_impact
+from bearing_twin.kinds.impact.parameters import disc_law, disc_mass, sphere_pair
 from bearing_twin.parameters import echo, unknown
-from bearing_twin.reference import disc_impact, impact
-from bearing_twin.scenes.pair_parameters import disc_law, disc_mass, sphere_pair
 
 
 class Quantity(NamedTuple):

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.scene import parse_scene
-from bearing_twin.simulation import simulate
+from bearing_twin.run.scene import parse_scene
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import CLOSED_FORMS, KNOWN_WHEN_SOLVED, QUANTITIES
 from bearing_twin.uq.scene_keys import replaced
 from bearing_twin.uq.study import placed

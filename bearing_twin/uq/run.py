@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from bearing_twin.errors import BearingTwinError, StudyError
-from bearing_twin.simulation import simulate
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.chaos import Chaos
 from bearing_twin.uq.drawing import Drawn, Progress

@@ -10,7 +10,7 @@ import re
 
 from bearing_twin.errors import StudyError
 from bearing_twin.parameters import Parameter, describe, echo, unknown
-from bearing_twin.scene import KINDS
+from bearing_twin.run.scene import KINDS
 
 _PLACE = re.compile(r"(.+)\[(\d+)\]")
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from bearing_twin.parameters import choice, plain, quantity, section
-from bearing_twin.scene import Scene, parse_scene
+from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.uq.inputs import Input, Joint
 from bearing_twin.uq.sampling import GREATEST_SAMPLES, GREATEST_SEED, SAMPLERS
 from bearing_twin.uq.scene_keys import put

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, read, unknown
-from bearing_twin.scene import open_scene, parse_scene
+from bearing_twin.run.scene import open_scene, parse_scene
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
 from bearing_twin.uq.quantities import QUANTITIES, quantity_of
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys, put, value_at

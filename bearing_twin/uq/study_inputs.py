@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import Limits, echo
-from bearing_twin.scene import parse_scene
+from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.inputs import Input, Joint, read_input
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys
 from bearing_twin.uq.study import placed

@@ -1,0 +1,112 @@
+"""The command line: one JSON object on standard output with --json, everything for human eyes on standard error.
+
+Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss or outside validity, with --strict;
+130: interrupted.
+"""
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+
+from bearing_twin import __version__
+from bearing_twin.command.commands import COMMANDS
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.report import json_text, plain_json
+
+DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        raise BearingTwinError(f"{message}; see {self.prog} --help")
+
+
+def main(argv=None) -> int:
+    """Run one subcommand and return the exit code; never a traceback for what a user can cause."""
+    try:
+        with _ended_by_signals():
+            return _main(sys.argv[1:] if argv is None else list(argv))
+    except BearingTwinError as error:
+        print(f"bearing_twin: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("bearing_twin: interrupted; what was written so far is kept", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # the reader went away: nothing to say to it, also not when Python flushes at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except OSError as error:
+        print(f"bearing_twin: {error.filename or 'a file'} cannot be used ({error.strerror or error})", file=sys.stderr)
+        return BAD_INPUT
+
+
+def _main(argv) -> int:
+    parser, subparsers = _parsers()
+    if not argv:
+        parser.print_help(sys.stderr)
+        return BAD_INPUT
+    word = next((one for one in argv if not one.startswith("-")), None)
+    if word is not None and word not in COMMANDS:
+        from bearing_twin.parameters import echo, unknown
+
+        raise BearingTwinError(f"{echo(word)} is not a subcommand; {unknown(word, COMMANDS)}")
+    arguments, rest = parser.parse_known_args(argv)
+    if rest:
+        _refuse(rest, subparsers[arguments.command])
+    outcome = COMMANDS[arguments.command].run(arguments)
+    if arguments.json:
+        sys.stdout.write(json_text(outcome.result) + "\n")
+        sys.stdout.flush()
+    elif outcome.show:
+        outcome.show()
+    else:
+        from bearing_twin.command.terminal import show_result
+
+        show_result(plain_json(outcome.result))
+    for doubt in outcome.doubts:
+        print(f"bearing_twin: doubtful: {doubt}", file=sys.stderr)
+    return DOUBTFUL if outcome.doubts and arguments.strict else DONE
+
+
+def _parsers():
+    parser = _Parser(prog="bearing_twin", description="Digital twin of a ball bearing.", allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=f"bearing_twin {__version__}")
+    group = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    subparsers = {}
+    for name, command in COMMANDS.items():
+        sub = group.add_parser(name, help=command.help, description=command.help, allow_abbrev=False)
+        command.arguments(sub)
+        sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+        sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")
+        subparsers[name] = sub
+    return parser, subparsers
+
+
+def _refuse(rest, subparser):
+    from bearing_twin.parameters import echo, unknown
+
+    if not rest[0].startswith("-"):
+        raise BearingTwinError(f"{echo(rest[0])} is one word too many; see {subparser.prog} --help")
+    options = [name for action in subparser._actions for name in action.option_strings if name.startswith("--")]
+    raise BearingTwinError(f"{echo(rest[0])} is not an option of {subparser.prog}; {unknown(rest[0], options)}")
+
+
+@contextlib.contextmanager
+def _ended_by_signals():
+    """SIGTERM and SIGHUP unwind like an exception, so that a log being written is closed with its index."""
+
+    def leave(number, _):
+        raise SystemExit(128 + number)
+
+    previous = {}
+    with contextlib.suppress(ValueError):  # not in the main thread: signals are somebody else's business
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            previous[number] = signal.signal(number, leave)
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,204 @@
+"""The subcommands, one table: what each takes, does and hands back. Imports are late, so that --help is quick."""
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from bearing_twin.command import chart_command, contact_command, study_command
+from bearing_twin.command.outcome import Outcome, new_log, picture_path
+
+GREATEST_CLOSURE = 1e-2  # of the work: a run that loses or gains more energy is not to be trusted
+
+
+class Command(NamedTuple):
+    """One subcommand."""
+
+    help: str
+    arguments: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[argparse.Namespace], Outcome]
+
+
+class _Watched:
+    """A run whose blocks are remembered for a picture on their way into a log."""
+
+    def __init__(self, run, history):
+        self._run, self._history = run, history
+
+    def __getattr__(self, name):
+        return getattr(self._run, name)
+
+    def blocks(self):
+        for block in self._run.blocks():
+            self._history.add_block(block)
+            yield block
+
+    def __iter__(self):
+        for block in self.blocks():
+            yield from block
+
+
+def _simulate_arguments(parser):
+    parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
+    parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
+    parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, the impact or the motion")
+
+
+def _simulate(arguments) -> Outcome:
+    from bearing_twin.run.scene import load_scene
+
+    overrides = list(arguments.set)
+    if arguments.duration is not None:
+        overrides.append(f"run.duration={arguments.duration}")
+    log = new_log(arguments.out) if arguments.out else None
+    picture = picture_path(arguments.plot) if arguments.plot else None
+    scene = load_scene(arguments.scene, overrides)
+
+    from bearing_twin.command.terminal import progress, said_if_slow
+    from bearing_twin.run.simulation import simulate
+
+    history = _pictures_of(scene.kind)[0]()
+    with progress(f"simulating {scene.name}") as update:
+        run = simulate(scene, update)
+        with said_if_slow("compiling the kernel, once on a machine: some 20 s"):
+            compile_seconds = run.simulation.warm_up()
+        run = _Watched(run, history)
+        if log:
+            from bearing_twin.log.mcap_log import write_log
+
+            write_log(run, log)
+        else:
+            for _ in run.blocks():
+                pass
+    result = run.report.as_dict() | {"compile_s": compile_seconds}
+    if log:
+        result["log"] = str(log)
+    if picture:
+        facts = {"scene": scene, "law": result["law"], "stepper": result["stepper"]}
+        result["plot"] = _draw(history, picture, facts)
+    return Outcome(result, _doubts(result))
+
+
+def _doubts(result) -> list[str]:
+    doubts = [str(flag) for flag in result.get("flags", ())]
+    closure = result.get("energy_closure", 0.0)
+    if abs(closure) > GREATEST_CLOSURE and not any("energy" in doubt for doubt in doubts):
+        doubts.append(f"the energy balance is open by {100 * abs(closure):.2g} % of the work")
+    return doubts
+
+
+def _pictures_of(kind):
+    """(history, picture, figures of a log) of a kind of scene."""
+    if kind == "bearing":
+        from bearing_twin.kinds.bearing.history import LoadHistory
+        from bearing_twin.kinds.bearing.picture import plot_ball_loads
+        from bearing_twin.kinds.bearing.summary import summarise
+
+        return LoadHistory, plot_ball_loads, summarise
+    if kind == "ellipsoid_on_plane":
+        from bearing_twin.kinds.ellipsoid.picture import EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
+
+        return EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
+    from bearing_twin.kinds.impact.picture import ImpactHistory, plot_impact, summarise_impact
+
+    return ImpactHistory, plot_impact, summarise_impact
+
+
+def _draw(history, picture, facts) -> str:
+    from bearing_twin.command.terminal import said_if_slow
+
+    scene = facts["scene"]
+    _, plot, _ = _pictures_of("bearing" if scene is None else scene.kind)
+    with said_if_slow(f"drawing {picture}"):
+        return str(plot(history, picture, facts=facts))
+
+
+def _log_argument(parser):
+    parser.add_argument("log", metavar="LOG", help="an MCAP log")
+
+
+def _verify(arguments) -> Outcome:
+    from bearing_twin.command.terminal import progress
+    from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.run.simulation import verify
+
+    with progress("simulating the scene of the log again") as update:
+        verification = verify(read_log(arguments.log), update)
+    doubts = [f"the log deviates by up to {verification.greatest:.3g} from a new run"] if verification.greatest else []
+    return Outcome({"log": str(arguments.log)} | verification.as_dict(), doubts)
+
+
+def _report_arguments(parser):
+    _log_argument(parser)
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
+
+
+def _report(arguments) -> Outcome:
+    from bearing_twin.command.terminal import with_progress
+    from bearing_twin.kinds.bearing.summary import run_facts
+    from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.log.study_log import STUDY_RECORD
+
+    picture = picture_path(arguments.plot) if arguments.plot else None
+    stream = read_log(arguments.log, allow_gaps=True)
+    if STUDY_RECORD in stream.metadata:
+        return study_command.report(arguments.log, picture)
+    make_history, _, figures = _pictures_of("bearing" if stream.scene is None else stream.scene.kind)
+    history = make_history()
+    duration = stream.scene.parameters.run.duration if stream.scene else math.inf
+    blocks = with_progress(stream.blocks(), duration, f"reading {arguments.log}")
+    result = {"log": str(arguments.log)} | figures(stream, blocks, history)
+    if picture:
+        result["plot"] = _draw(history, picture, run_facts(stream))
+    doubts = [f"{result['missing_outputs']} outputs are missing from the log"] if result["missing_outputs"] else []
+    return Outcome(result, doubts + _doubts(result))
+
+
+def _recover_arguments(parser):
+    _log_argument(parser)
+    parser.add_argument(
+        "out", metavar="OUT", help="the log to write what can be read into; an existing file is refused"
+    )
+
+
+def _recover(arguments) -> Outcome:
+    from bearing_twin.command.terminal import said_if_slow
+    from bearing_twin.log.mcap_log import recover
+
+    with said_if_slow(f"reading what is left of {arguments.log}"):
+        recovered = recover(arguments.log, new_log(arguments.out))
+    return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
+
+
+def _scenes_arguments(parser):
+    parser.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
+
+
+def _scenes(arguments) -> Outcome:
+    from bearing_twin.command.terminal import show_rows
+    from bearing_twin.parameters import describe
+    from bearing_twin.run.scene import KINDS, load_scene, scene_names
+
+    if arguments.keys:
+        rows = [(kind, row) for kind, entry in KINDS.items() for row in describe(entry.parameters)]
+        names = ("key", "type", "default", "unit", "limits", "help")
+        keys = [{"kind": kind} | {name: getattr(row, name) for name in names} for kind, row in rows]
+        return Outcome({"keys": keys}, [], lambda: show_rows(names, ([key[name] for name in names] for key in keys)))
+    scenes = [load_scene(name) for name in scene_names()]
+    result = {"scenes": [{"name": one.name, "kind": one.kind, "description": one.description} for one in scenes]}
+    header = ("name", "kind", "description")
+    return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
+
+
+COMMANDS = {
+    "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
+    "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
+    "report": Command("the figures of a log, of a run or of a study, without simulating", _report_arguments, _report),
+    "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
+    "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
+    "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
+    "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
+    "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
+}

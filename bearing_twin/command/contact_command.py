@@ -1,0 +1,189 @@
+"""The subcommand `contact`: a Hertz calculator. Imports are late, so that --help is quick."""
+
+import argparse
+import math
+
+from bearing_twin.command.outcome import Outcome, picture_path
+from bearing_twin.errors import SceneError
+
+HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
+GIVEN = ("load", "approach", "peak_pressure", "semi_major", "semi_minor", "speed")
+UNITS = {"_n_per_m": "N/m", "_per_m": "1/m", "_pa": "Pa", "_n": "N", "_m": "m", "_s": "s"}  # longest first
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `contact` to its parser."""
+    bodies = parser.add_argument_group("bodies, in one of three ways")
+    bodies.add_argument("--bearing", metavar="NAME", help="a bearing scene or its designation, such as 6203")
+    bodies.add_argument("--race", choices=("inner", "outer"), help="the raceway of --bearing (default inner)")
+    bodies.add_argument("--radii-1", nargs="+", type=float, metavar="R", help="radii of body 1 [m] along x and y")
+    bodies.add_argument("--radii-2", nargs="+", type=float, metavar="R", help="of body 2; inf = flat (default)")
+    bodies.add_argument("--hollow", choices=("x", "y", "both"), help="directions in which body 2 is hollow")
+    bodies.add_argument("--angle", type=float, metavar="RAD", help="turn of body 2's directions about the normal")
+    bodies.add_argument("--curvature-small", type=float, metavar="P", help="gap z = P x^2 + Q y^2 [1/m]")
+    bodies.add_argument("--curvature-large", type=float, metavar="Q", help="Q >= P > 0 [1/m]")
+    material = parser.add_argument_group(
+        "materials: one value for both bodies, or two (default: the scene's, or steel)"
+    )
+    material.add_argument("--material", nargs="+", metavar="NAME", help="named materials")
+    material.add_argument("--young", nargs="+", type=float, metavar="E", help="Young's modulus [Pa]")
+    material.add_argument("--poisson", nargs="+", type=float, metavar="NU", help="Poisson's ratio")
+    material.add_argument("--yield-strength", type=float, metavar="Y", help="yield strength of the weaker body [Pa]")
+    given = parser.add_argument_group("exactly one of")
+    given.add_argument("--load", type=float, metavar="F", help="normal load [N]")
+    given.add_argument("--approach", type=float, metavar="H", help="mutual approach [m]")
+    given.add_argument("--peak-pressure", type=float, metavar="P0", help="pressure at the centre [Pa]")
+    given.add_argument("--semi-major", type=float, metavar="A", help="longer semi-axis of the ellipse [m]")
+    given.add_argument("--semi-minor", type=float, metavar="B", help="shorter semi-axis [m]")
+    given.add_argument("--speed", type=float, metavar="V", help="speed of an elastic impact [m/s], with --mass")
+    given.add_argument("--mass", type=float, metavar="M", help="m1 m2/(m1 + m2) of the impact [kg]")
+    parser.add_argument(
+        "--frozen-at",
+        type=float,
+        default=1.0,
+        metavar="RATIO",
+        help="b/a at which the law constant is exact (1)",
+    )
+    parser.add_argument("--plot", metavar="PNG", help="draw ellipse, pressure, stress below and the laws' errors")
+
+
+def run(arguments: argparse.Namespace) -> Outcome:
+    """Answers one contact; raises SceneError with a sentence for what makes no contact."""
+    from bearing_twin.contact import calculator, validity
+    from bearing_twin.contact.materials import effective_modulus
+
+    picture = picture_path(arguments.plot) if arguments.plot else None
+    gap, scene_bodies = _gap(arguments)
+    first, second = _materials(arguments, scene_bodies)
+    modulus = effective_modulus(first, second)
+    name, value = _given(arguments)
+    more, flags = {}, []
+    if name == "speed":
+        contact, duration = calculator.impact(gap, modulus, value, arguments.mass)
+        size = 2.0 * gap.least_radius
+        more = {"contact_duration_s": duration}
+        slowest = min((first, second), key=lambda body: body.young_modulus / body.density)
+        flags = validity.gathered(
+            validity.wave_doubt(duration, validity.wave_transit(size, slowest.young_modulus, slowest.density))
+            if math.isfinite(size)
+            else None
+        )
+    else:
+        contact = calculator.solve(gap, modulus, "normal_load" if name == "load" else name, value)
+    strength = _yield_strength(arguments, (first, second))
+    result = calculator.answer(gap, first, second, contact, strength, arguments.frozen_at)
+    result["flags"] += flags
+    result |= more
+    if picture:
+        from bearing_twin.charts.contact_picture import plot_contact
+
+        result["plot"] = str(plot_contact(result, first.poisson_ratio, picture))
+    return Outcome(result, result["flags"], lambda: _show(result))
+
+
+def _gap(arguments):
+    """The gap, and the materials of a bearing's ball and ring where there is one."""
+    from bearing_twin.contact import calculator
+
+    curvatures = arguments.curvature_small, arguments.curvature_large
+    ways = [arguments.bearing is not None, arguments.radii_1 is not None, curvatures != (None, None)]
+    if sum(ways) != 1:
+        raise SceneError("say the bodies in one way: --bearing, or --radii-1, or --curvature-small with -large")
+    only = {"--bearing": ("race",), "--radii-1": ("radii_2", "hollow", "angle")}
+    for (way, options), used in zip(only.items(), ways, strict=False):
+        for option in options:
+            if not used and getattr(arguments, option) is not None:
+                raise SceneError(f"--{option.replace('_', '-')} goes with {way}; leave one of the two out")
+    if arguments.bearing is not None:
+        return _raceway(arguments.bearing, arguments.race or "inner")
+    if None not in curvatures:
+        return calculator.gap_of_curvatures(*curvatures), None
+    if arguments.radii_1 is None:
+        raise SceneError("a gap has two curvatures; give both --curvature-small and --curvature-large")
+    hollow = arguments.hollow in ("x", "both"), arguments.hollow in ("y", "both")
+    first, second = _pair(arguments.radii_1, "--radii-1"), _pair(arguments.radii_2 or [math.inf], "--radii-2")
+    return calculator.gap_of_radii(first, second, arguments.angle or 0.0, hollow), None
+
+
+def _raceway(name, race):
+    from bearing_twin.contact.calculator import gap_in_groove
+    from bearing_twin.run.scene import load_scene, scene_names
+
+    scene = load_scene(f"bearing_{name}" if f"bearing_{name}" in scene_names() else name)
+    if scene.kind != "bearing":
+        raise SceneError(f"scene {scene.name} is no bearing; give one, or the bodies by --radii-1")
+    geometry, materials = scene.parameters.geometry, scene.parameters.materials
+    side, conformity, ring = {
+        "inner": (-1.0, geometry.inner_conformity, materials.inner_ring),
+        "outer": (1.0, geometry.outer_conformity, materials.outer_ring),
+    }[race]
+    return gap_in_groove(geometry.ball_diameter, geometry.pitch_diameter, conformity, side), (materials.ball, ring)
+
+
+def _materials(arguments, bodies):
+    """The two materials: the scene's or steel, or those named, with moduli and ratios given replaced."""
+    from bearing_twin.contact.materials import MATERIALS, Material
+    from bearing_twin.parameters import echo, plain, read_strict, unknown
+
+    bodies = bodies or (MATERIALS["steel"],) * 2
+    if arguments.material:
+        names = _pair(arguments.material, "--material")
+        for name in names:
+            if name not in MATERIALS:
+                raise SceneError(f"--material {echo(name)} is not known; {unknown(name, MATERIALS)}")
+        bodies = tuple(MATERIALS[name] for name in names)
+    values = [plain(body) for body in bodies]
+    for key, given in (("young_modulus", arguments.young), ("poisson_ratio", arguments.poisson)):
+        for body, value in zip(values, _pair(given, key) if given else (), strict=False):
+            body[key] = value
+    return tuple(read_strict(Material, body, f"body {number}") for number, body in enumerate(values, start=1))
+
+
+def _yield_strength(arguments, bodies):
+    from bearing_twin.contact.materials import MATERIALS
+    from bearing_twin.contact.validity import YIELD_STRENGTH
+
+    if arguments.yield_strength is not None:
+        if not (math.isfinite(arguments.yield_strength) and arguments.yield_strength > 0.0):
+            raise SceneError(f"--yield-strength {arguments.yield_strength:g} must be a finite number of Pa above zero")
+        return arguments.yield_strength
+    known = [strength for name, strength in YIELD_STRENGTH.items() if MATERIALS[name] in bodies]
+    return min(known, default=None)
+
+
+def _pair(values, name):
+    if len(values) > 2:
+        raise SceneError(f"{name} has {len(values)} values; give one for both, or two")
+    return (values[0], values[-1])
+
+
+def _given(arguments):
+    given = [(name, getattr(arguments, name)) for name in GIVEN if getattr(arguments, name) is not None]
+    options = ", ".join(f"--{name.replace('_', '-')}" for name in GIVEN)
+    if len(given) != 1:
+        raise SceneError(f"give exactly one of {options}")
+    if (given[0][0] == "speed") != (arguments.mass is not None):
+        raise SceneError("--speed and --mass belong together: an impact needs both")
+    return given[0]
+
+
+def _show(result):
+    """The result as two tables on standard error."""
+    from bearing_twin.command.terminal import say, show_rows
+
+    single = [(key, value) for key, value in result.items() if isinstance(value, (float, str))]
+    show_rows(("quantity", "value", "unit"), (_row(key, value) for key, value in single))
+    say("")
+    rows = ((name, f"{law['normal_load_n']:.6g}", f"{100 * law['error']:+.3g}") for name, law in result["laws"].items())
+    show_rows(("law", "load at this approach [N]", "error [%]"), rows)
+    say(
+        f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "
+        "(--frozen-at); hertz_differential: its states carried here from a circle"
+    )
+
+
+def _row(key, value):
+    """(words, number, unit) of an SI-suffixed key."""
+    text = f"{value:.6g}" if isinstance(value, float) else value
+    suffix = next((suffix for suffix in UNITS if key.endswith(suffix)), "")
+    return key.removesuffix(suffix).replace("_", " "), text, UNITS.get(suffix, "")

@@ -1,0 +1,33 @@
+"""What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from bearing_twin.errors import BearingTwinError
+
+
+class Outcome(NamedTuple):
+    """Of a subcommand: the JSON object, what is doubtful about it, and how to show it (None: as tables)."""
+
+    result: dict
+    doubts: list[str]
+    show: Callable[[], None] | None = None
+
+
+def new_log(text) -> Path:
+    """The path of a log to be, refused before anything is computed where the writer would refuse it."""
+    from bearing_twin.log.raw_log import refuse_existing
+
+    refuse_existing(text)
+    return Path(text)
+
+
+def picture_path(text) -> Path:
+    """The path of a picture to be; raises BearingTwinError where none can be written."""
+    path = Path(text)
+    if path.suffix.lower() != ".png":
+        raise BearingTwinError(f"{path} is not the name of a picture; give one that ends in .png")
+    if not path.parent.is_dir():
+        raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
+    return path

@@ -1,0 +1,168 @@
+"""The subcommand `study`: an ensemble with its statistics. Imports are late, so that --help is quick."""
+
+import argparse
+import contextlib
+import signal
+import threading
+
+from bearing_twin.command.outcome import Outcome, new_log, picture_path
+from bearing_twin.errors import StudyError
+
+HELP = "what is uncertain about a scene: distributions in, quantiles with intervals out"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `study` to its parser."""
+    parser.add_argument("study", nargs="?", help="name of a study (see --list), or path of a YAML file")
+    parser.add_argument(
+        "--list", action="store_true", help="list the studies and what may be asked of each kind of scene"
+    )
+    which = "change a key of the study, of an input (inputs.KEY.std=4e-5) or of the scene"
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=which)
+    parser.add_argument("--samples", metavar="N", help="the same as --set samples=N")
+    parser.add_argument("--seed", metavar="S", help="the same as --set seed=S")
+    parser.add_argument("--workers", metavar="N", help="the same as --set workers=N; 0 = one a processor")
+    parser.add_argument("--resume", metavar="LOG", help="go on from the samples of this log")
+    parser.add_argument("--out", metavar="LOG", help="write result and samples to this MCAP log; never overwritten")
+    parser.add_argument("--plot", metavar="PNG", help="draw distributions and convergence")
+
+
+def run(arguments: argparse.Namespace) -> Outcome:
+    """Runs one study; raises StudyError with a sentence for what makes none, KeyboardInterrupt after Ctrl-C."""
+    if arguments.list:
+        return _listed()
+    if arguments.study is None:
+        raise StudyError("which study? give its name or a path; `bearing_twin study --list` lists them")
+    picture = picture_path(arguments.plot) if arguments.plot else None
+    log = new_log(arguments.out) if arguments.out else None
+    from bearing_twin.command.terminal import progress, say
+    from bearing_twin.log.study_log import read_study, write_study
+    from bearing_twin.uq.run import run_study
+    from bearing_twin.uq.study_file import load_study
+
+    overrides = list(arguments.set)
+    for key in ("samples", "seed", "workers"):
+        if (value := getattr(arguments, key)) is not None:
+            overrides.append(f"{key}={value}")
+    study = load_study(arguments.study, overrides)
+    start = read_study(arguments.resume) if arguments.resume else None
+    cancelled = threading.Event()
+    with _interrupted_by_ctrl_c(cancelled), progress(f"study {study.name}") as update:
+        result = run_study(study, lambda one: update(one.done / one.total), cancelled, start)
+    written = {}
+    if log:
+        written["log"] = str(write_study(result, log))
+    if picture:
+        from bearing_twin.uq.picture import plot_study
+
+        written["plot"] = str(plot_study(result, picture))
+    summary = result.as_dict() | written
+    if cancelled.is_set():
+        _show(summary)
+        say(f"stopped by Ctrl-C with {summary['samples']} of {study.settings.samples} samples done")
+        raise KeyboardInterrupt
+    return Outcome(summary, list(result.doubts), lambda: _show(summary))
+
+
+def report(log, picture) -> Outcome:
+    """What is in the log of a study, with its picture if one is asked for."""
+    from bearing_twin.log.study_log import read_study
+
+    result = read_study(log)
+    summary = result.as_dict() | {"log": str(log)}
+    if picture:
+        from bearing_twin.uq.picture import plot_study
+
+        summary["plot"] = str(plot_study(result, picture))
+    return Outcome(summary, list(result.doubts), lambda: _show(summary))
+
+
+@contextlib.contextmanager
+def _interrupted_by_ctrl_c(event):
+    """The first Ctrl-C sets the event, so that what is done is kept; the second interrupts."""
+
+    def first(number, frame):
+        event.set()
+        signal.signal(signal.SIGINT, previous)
+
+    previous = None
+    with contextlib.suppress(ValueError):  # not in the main thread
+        previous = signal.signal(signal.SIGINT, first)
+    try:
+        yield
+    finally:
+        if previous is not None:
+            signal.signal(signal.SIGINT, previous)
+
+
+def _listed() -> Outcome:
+    from bearing_twin.command.terminal import say, show_rows
+    from bearing_twin.uq.quantities import QUANTITIES
+    from bearing_twin.uq.study_file import load_study, study_names
+
+    studies = [load_study(name) for name in study_names()]
+    rows = [{"name": one.name, "scene": one.scene["name"], "description": one.description} for one in studies]
+    quantities = [
+        {"kind": kind, "quantity": name, "unit": row.unit, "meaning": row.meaning}
+        for kind, table in QUANTITIES.items()
+        for name, row in table.items()
+    ]
+
+    def show():
+        show_rows(("name", "scene", "description"), (row.values() for row in rows))
+        say("")
+        show_rows(("kind", "quantity", "unit", "meaning"), (row.values() for row in quantities))
+
+    return Outcome({"studies": rows, "quantities": quantities}, [], show)
+
+
+def _show(summary) -> None:
+    """The summary as tables on standard error."""
+    from bearing_twin.command.terminal import say, show_rows
+
+    rows = []
+    for name, found in summary["quantities"].items():
+        for key in ("mean", "std", "skewness"):
+            unit = "1" if key == "skewness" else found["unit"]
+            rows.append((name if key == "mean" else "", key, _interval(found[key], found[f"{key}_interval"]), unit))
+        for p, quantile in found["quantiles"].items():
+            rows.append(
+                ("", f"{p} quantile", _interval(quantile["value"], (quantile["low"], quantile["high"])), found["unit"])
+            )
+    show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
+    sources = [
+        (
+            name if not place else "",
+            key,
+            *(_interval(one[order]["value"], (one[order]["low"], one[order]["high"])) for order in ("first", "total")),
+        )
+        for name, found in summary["quantities"].items()
+        for place, (key, one) in enumerate(found.get("sobol", {}).items())
+        if key != "refused"
+    ]
+    if sources:
+        say("")
+        show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
+    for name, found in summary["quantities"].items():
+        for statistic, reason in found["refused"].items():
+            say(f"{name}: no {statistic}, because {reason}")
+        if found["modality"]:
+            say(f"{name}: {_modes(found['modality'])}")
+    failed = sum(summary["failed"].values())
+    say(f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {summary['stopped_because']}")
+    for reason, count in summary["failed"].items():
+        say(f"  {count} failed: {reason}")
+
+
+def _modes(found) -> str:
+    number = f"{found['modes']} mode{'s' if found['modes'] > 1 else ''}"
+    return number if found["p_value"] is None else f"{number}; that there is only one has p = {found['p_value']:.3g}"
+
+
+def _interval(value, interval) -> str:
+    if value is None:
+        return "-"
+    low, high = interval or (None, None)
+    if low is None and high is None:
+        return f"{value:.6g}"
+    return f"{value:.6g} [{'?' if low is None else f'{low:.5g}'}, {'?' if high is None else f'{high:.5g}'}]"

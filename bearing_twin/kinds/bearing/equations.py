@@ -1,0 +1,477 @@
+"""The ball bearing of paper 1, section 5: balls between two toroidal raceways, one turning and one at rest.
+
+Frames. `bearing_link` has its origin at the outer ring's centre and z along the axis. The motion of each ball is
+written in the frame that turns with that ball around the axis, with unit vectors (radial, tangential, axial): there
+steady rolling is an equilibrium, and only the orbit angle grows.
+
+Per ball: position (axis distance, orbit angle, height), velocity, and angular velocity, nine numbers, followed by
+three integrals kept for the energy balance. The orientation of a homogeneous ball does not act back on its motion;
+it is carried along by the steppers (`rotation.turned`).
+
+Lanes. `raceway_rates` evaluates many balls side by side: LANES of them in flat arrays, one row of LANES numbers a
+quantity, which the compiler turns into vector instructions. The functions it is made of are the readable ones below.
+
+Signs. A contact's `normal` points from the ball's centre to the raceway, so the load on the ball is
+`-normal_load * normal`. `slip` is the velocity of the ball's surface relative to the raceway.
+"""
+
+import math
+from typing import NamedTuple
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact.damping import damped_load
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.friction import friction_factor
+from bearing_twin.contact.normal import (
+    CONSTANT,
+    HERTZ,
+    elastic_energy,
+    elastic_load,
+    elastic_stiffness,
+    hertz_rational,
+    load_coefficient,
+)
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
+from bearing_twin.shapes.surfaces import ball_in_groove
+
+# Columns of a ball's state.
+AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT = 0, 1, 2
+VELOCITY = 3  # radial, tangential, axial
+SPIN = 6  # angular velocity: radial, tangential, axial
+MOTION = 9  # the columns before this one are the motion; the rest only listen
+DRIVE_WORK, DISSIPATED, GROSS_WORK = 9, 10, 11
+COLUMNS = 12
+
+# Lane form: row r of lane k is number r * LANES + k of a flat array; balls in lanes are integrated as COLUMNS rows.
+# What `raceway_rates` reads and writes are rows of one array, because LLVM proves the rows of one array apart, while of
+# several it gives up and leaves scalar code: the motion, then the speed of the inner ring and the two load
+# coefficients that are given, then COLUMNS rows of rates.
+LANES = 8
+RING_SPEED, GIVEN, LANE_RATES = 9, 10, 12
+LANE_SPOTS = LANE_RATES + COLUMNS  # what `bearing_spot` works with, if anything
+LANE_ROWS = LANE_SPOTS + 16
+
+
+class Raceway(NamedTuple):
+    """A toroidal groove and the elastic law of its contacts with the balls."""
+
+    locus_radius: float
+    groove_radius: float
+    effective_modulus: float
+    law: int
+    constant: float
+
+
+class Bearing(NamedTuple):
+    """Everything the equations of motion need, as numbers (SI).
+
+    `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
+    it is 0 where `spot`, empty else, holds the coefficient of friction summed over the spot (`bearing_spot`).
+    """
+
+    balls: int
+    ball_radius: float
+    ball_mass: float
+    ball_inertia: float
+    inner: Raceway
+    outer: Raceway
+    offset: tuple[float, float, float]
+    gravity: tuple[float, float, float]
+    damping: float
+    relaxation_time: float
+    friction_coefficient: float
+    friction_regularisation: float
+    pair_coefficient: float
+    raceway_friction: float
+    spot: tuple[float, ...]
+
+
+class Drive(NamedTuple):
+    """Prescribed turning of the inner ring: at time t [s] it has speed + acceleration t."""
+
+    angle: float
+    speed: float
+    acceleration: float
+
+
+class RacewayContact(NamedTuple):
+    """One ball-raceway contact in the ball's frame; `force` is on the ball, `arm` from its centre to the contact.
+
+    `drilling` [N m] is the friction torque on the ball about `normal`: zero for friction at a point.
+    """
+
+    approach: float
+    approach_rate: float
+    normal_load: float
+    energy: float
+    curvature_small: float
+    curvature_large: float
+    normal: tuple[float, float, float]
+    arm: tuple[float, float, float]
+    slip: tuple[float, float, float]
+    spin_rate: float
+    friction: tuple[float, float, float]
+    drilling: float
+    force: tuple[float, float, float]
+    torque: tuple[float, float, float]
+    drive_power: float
+    dissipation: float
+
+
+class PairContact(NamedTuple):
+    """Contact with a neighbouring ball: force and torque on this ball, and this ball's half of the energies."""
+
+    force: tuple[float, float, float]
+    torque: tuple[float, float, float]
+    energy: float
+    dissipation: float
+
+
+@inlined
+def raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin):
+    """Contact of a ball with a raceway whose ring has its centre at `centre` and turns at `ring_speed` about z.
+
+    All vectors in the ball's frame, positions from the bearing's centre. `given` [N/m^1.5] is the load coefficient
+    for every law but hertz, whose rational form is evaluated here. The forces act at one point, half the approach
+    inside the ball's surface, so that what one body loses the other gains. A gap gives zero loads.
+    """
+    # Where: the meridian plane of the ring through the ball's centre.
+    offset = minus(position, centre)
+    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    geometry = ball_in_groove(
+        axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
+    )
+    approach = geometry.approach
+    in_plane = geometry.normal_radial / axis_distance
+    normal = (in_plane * offset[0], in_plane * offset[1], geometry.normal_axial)
+    arm = scaled(bearing.ball_radius - 0.5 * approach, normal)
+
+    # How fast: the ball's surface against the raceway.
+    point = add(offset, arm)
+    raceway_velocity = (-ring_speed * point[1], ring_speed * point[0], 0.0)
+    relative = minus(add(velocity, cross(spin, arm)), raceway_velocity)
+    approach_rate = dot(relative, normal)
+    slip = minus(relative, scaled(approach_rate, normal))
+    spin_rate = dot(spin, normal) - ring_speed * normal[2]
+
+    # How hard: elastic law, viscous term, friction.
+    rational = hertz_rational(geometry.curvature_small, geometry.curvature_large, raceway.effective_modulus)
+    coefficient = rational if raceway.law == HERTZ else given
+    elastic = elastic_load(coefficient, approach)
+    stiffness = elastic_stiffness(coefficient, approach)
+    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
+    resistance = friction_factor(
+        normal_load, slip[0], slip[1], slip[2], bearing.raceway_friction, bearing.friction_regularisation
+    )
+    friction = scaled(-resistance, slip)
+    force = add(scaled(-normal_load, normal), friction)
+    return RacewayContact(
+        approach,
+        approach_rate,
+        normal_load,
+        elastic_energy(coefficient, approach),
+        geometry.curvature_small,
+        geometry.curvature_large,
+        normal,
+        arm,
+        slip,
+        spin_rate,
+        friction,
+        0.0,
+        force,
+        cross(arm, friction),
+        dot(force, raceway_velocity),
+        resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate,
+    )
+
+
+@inlined
+def given_coefficient(bearing, raceway, centre, position):
+    """The load coefficient [N/m^1.5] of a ball at `position` by the raceway's law; not needed, hence 0, for hertz."""
+    coefficient = raceway.constant
+    if raceway.law != CONSTANT:
+        offset = minus(position, centre)
+        axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+        geometry = ball_in_groove(
+            axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
+        )
+        coefficient = load_coefficient(
+            raceway.law,
+            geometry.curvature_small,
+            geometry.curvature_large,
+            raceway.effective_modulus,
+            raceway.constant,
+        )
+    return coefficient
+
+
+@inlined
+def lane_vector(lanes, row, k):
+    """Three consecutive rows of lane k as a vector."""
+    return (lanes[row * LANES + k], lanes[(row + 1) * LANES + k], lanes[(row + 2) * LANES + k])
+
+
+@inlined
+def set_lane_vector(lanes, row, k, vector):
+    """Writes a vector into three consecutive rows of lane k."""
+    lanes[row * LANES + k] = vector[0]
+    lanes[(row + 1) * LANES + k] = vector[1]
+    lanes[(row + 2) * LANES + k] = vector[2]
+
+
+@inlined
+def ball_position(state, k):
+    """Centre of ball k in its own frame [m]."""
+    return (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
+
+
+@inlined
+def ball_vector(state, k, column):
+    """Three consecutive columns of ball k as a vector: VELOCITY [m/s] or SPIN [rad/s]."""
+    return (state[k, column], state[k, column + 1], state[k, column + 2])
+
+
+@kernel
+def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spin):
+    """One contact by itself, whatever the law: `raceway_contact` with its coefficient looked up."""
+    given = given_coefficient(bearing, raceway, centre, position)
+    return raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
+
+
+@inlined
+def inner_contact(bearing, inner_centre, inner_speed, state, k):
+    """Contact of ball k with the turning inner raceway."""
+    velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
+    return single_contact(bearing, bearing.inner, inner_centre, inner_speed, ball_position(state, k), velocity, spin)
+
+
+@inlined
+def outer_contact(bearing, state, k):
+    """Contact of ball k with the outer raceway at rest."""
+    velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
+    return single_contact(bearing, bearing.outer, (0.0, 0.0, 0.0), 0.0, ball_position(state, k), velocity, spin)
+
+
+@kernel
+def neighbour_angle(bearing, state, k, side):
+    """Orbit angle [rad] from ball k to its neighbour ahead (side = 1) or behind (side = -1)."""
+    j = (k + side) % bearing.balls
+    angle = state[j, ORBIT_ANGLE] - state[k, ORBIT_ANGLE]
+    if j != k + side:
+        angle += side * 2.0 * math.pi
+    return angle
+
+
+@kernel
+def pair_contact(bearing, state, k, side):
+    """Contact of ball k with its neighbour ahead (side = 1) or behind (side = -1); there is no cage to keep them apart.
+
+    Sphere on sphere with the raceways' damping and friction. Balls never pass each other in the groove, so
+    neighbours stay neighbours.
+    """
+    nothing = (0.0, 0.0, 0.0)
+    radius = bearing.ball_radius
+    angle = neighbour_angle(bearing, state, k, side)
+    j = (k + side) % bearing.balls
+    cosine, sine = math.cos(angle), math.sin(angle)
+    between = minus(about_z(cosine, sine, ball_position(state, j)), ball_position(state, k))
+    distance = math.sqrt(dot(between, between))
+    approach = 2.0 * radius - distance
+    if approach <= 0.0:
+        return PairContact(nothing, nothing, 0.0, 0.0)
+    normal = scaled(1.0 / distance, between)
+    arm = scaled(0.5 * distance, normal)
+    own = add(ball_vector(state, k, VELOCITY), cross(ball_vector(state, k, SPIN), arm))
+    other_spin = about_z(cosine, sine, ball_vector(state, j, SPIN))
+    other = minus(about_z(cosine, sine, ball_vector(state, j, VELOCITY)), cross(other_spin, arm))
+    relative = minus(own, other)
+    approach_rate = dot(relative, normal)
+    slip = minus(relative, scaled(approach_rate, normal))
+    elastic = elastic_load(bearing.pair_coefficient, approach)
+    stiffness = elastic_stiffness(bearing.pair_coefficient, approach)
+    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
+    resistance = friction_factor(
+        normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
+    )
+    friction = scaled(-resistance, slip)
+    return PairContact(
+        add(scaled(-normal_load, normal), friction),
+        cross(arm, friction),
+        0.5 * elastic_energy(bearing.pair_coefficient, approach),
+        0.5 * (resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate),
+    )
+
+
+@kernel
+def touchable(bearing, near, k, side):
+    """Whether ball k may touch its neighbour on this side; `near[k]` speaks of the gap from ball k to the next ahead.
+
+    Two balls share both gaps and one contact, so only the shorter way round counts.
+    """
+    if side > 0:
+        return near[k]
+    return near[(k - 1) % bearing.balls]
+
+
+@kernel
+def in_ball_frame(state, k, vector):
+    """A vector of `bearing_link` in the frame of ball k."""
+    angle = state[k, ORBIT_ANGLE]
+    return about_z(math.cos(angle), -math.sin(angle), vector)
+
+
+@kernel
+def raceway_rates(bearing, lanes):
+    """Newton's and Euler's equations of LANES balls side by side, neighbours apart: d(state)/dt into the rates' rows.
+
+    In the frame turning with the ball at `orbit_rate` about z, velocity and angular velocity gain the terms
+    -orbit_rate z x (.), which hold the centrifugal, Coriolis and gyroscopic effects.
+    """
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    for k in range(LANES):
+        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
+        inner_speed = lanes[RING_SPEED * LANES + k]
+        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+        velocity = lane_vector(lanes, VELOCITY, k)
+        spin = lane_vector(lanes, SPIN, k)
+        inner_centre = about_z(cosine, -sine, bearing.offset)
+        gravity = about_z(cosine, -sine, bearing.gravity)
+        given = lanes[GIVEN * LANES + k]
+        inner = raceway_contact(bearing, bearing.inner, given, inner_centre, inner_speed, position, velocity, spin)
+        given = lanes[(GIVEN + 1) * LANES + k]
+        outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
+        force = add(inner.force, outer.force)
+        torque = add(inner.torque, outer.torque)
+        orbit_rate = velocity[1] / position[0]
+        rates = LANE_RATES * LANES + k
+        lanes[rates] = velocity[0]
+        lanes[rates + 1 * LANES] = orbit_rate
+        lanes[rates + 2 * LANES] = velocity[2]
+        lanes[rates + 3 * LANES] = force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1]
+        lanes[rates + 4 * LANES] = force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0]
+        lanes[rates + 5 * LANES] = force[2] * inverse_mass + gravity[2]
+        lanes[rates + 6 * LANES] = torque[0] * inverse_inertia + orbit_rate * spin[1]
+        lanes[rates + 7 * LANES] = torque[1] * inverse_inertia - orbit_rate * spin[0]
+        lanes[rates + 8 * LANES] = torque[2] * inverse_inertia
+        lanes[rates + 9 * LANES] = inner.drive_power
+        lanes[rates + 10 * LANES] = inner.dissipation + outer.dissipation
+        lanes[rates + 11 * LANES] = abs(inner.drive_power)
+
+
+@kernel
+def give_coefficients(bearing, lanes):
+    """Looks up the load coefficients of the laws that `raceway_contact` does not evaluate itself."""
+    if bearing.inner.law == HERTZ:
+        return
+    for k in range(LANES):
+        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
+        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+        centre = about_z(cosine, -sine, bearing.offset)
+        lanes[GIVEN * LANES + k] = given_coefficient(bearing, bearing.inner, centre, position)
+        lanes[(GIVEN + 1) * LANES + k] = given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position)
+
+
+@kernel
+def add_pair(bearing, state, k, side, rates):
+    """Adds what the neighbour ahead (side = 1) or behind (side = -1) does to the rates (COLUMNS,) of ball k."""
+    pair = pair_contact(bearing, state, k, side)
+    for axis in range(3):
+        rates[VELOCITY + axis] += pair.force[axis] / bearing.ball_mass
+        rates[SPIN + axis] += pair.torque[axis] / bearing.ball_inertia
+    rates[DISSIPATED] += pair.dissipation
+
+
+@kernel
+def add_pair_rates(bearing, near, state, k, rates):
+    """Adds what neighbours that ball k may touch do to `rates[k]`."""
+    for side in (1, -1):
+        if touchable(bearing, near, k, side):
+            add_pair(bearing, state, k, side, rates[k])
+
+
+@kernel
+def into_lane(row, lanes, k):
+    """Copies as many of a ball's numbers as `row` has to lane k."""
+    for column in range(len(row)):
+        lanes[column * LANES + k] = row[column]
+
+
+@kernel
+def from_lane(lanes, k, row):
+    """Copies as many numbers of lane k as `row` has room for."""
+    for column in range(len(row)):
+        row[column] = lanes[column * LANES + k]
+
+
+@kernel
+def meeting(bearing, state, k):
+    """Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it.
+
+    A gap that cannot close, because there is no other ball or the way round is the longer one, is infinite.
+    """
+    if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
+        return math.inf, 0.0
+    j = (k + 1) % bearing.balls
+    angle = neighbour_angle(bearing, state, k, 1)
+    other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
+    between = minus(other, ball_position(state, k))
+    gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
+    return gap, 2.0 * abs(state[j, VELOCITY + 1] - state[k, VELOCITY + 1])
+
+
+@kernel
+def mark_near(bearing, state, reach, ahead, near):
+    """Sets `near[k]` where ball k and the next ahead may come closer than `reach` [m] within `ahead` [s]."""
+    for k in range(bearing.balls):
+        gap, closing = meeting(bearing, state, k)
+        near[k] = gap < reach + ahead * closing
+
+
+@kernel
+def time_apart(bearing, state, reach):
+    """Seconds for which no two balls can come closer than `reach` [m], by their present speeds."""
+    least = math.inf
+    for k in range(bearing.balls):
+        gap, closing = meeting(bearing, state, k)
+        least = min(least, max(gap - reach, 0.0) / (closing + 1e-300))
+    return least
+
+
+@kernel
+def approaches(bearing, motion):
+    """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
+    angle, height = motion[ORBIT_ANGLE], motion[HEIGHT]
+    centre = about_z(math.cos(angle), -math.sin(angle), bearing.offset)
+    across = math.sqrt((motion[AXIS_DISTANCE] - centre[0]) ** 2 + centre[1] ** 2)
+    inner, outer = bearing.inner, bearing.outer
+    low = ball_in_groove(across, height - centre[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius)
+    high = ball_in_groove(motion[AXIS_DISTANCE], height, bearing.ball_radius, outer.locus_radius, outer.groove_radius)
+    return low.approach, high.approach
+
+
+@kernel
+def static_force(bearing, orbit_rate, axis_distance, orbit_angle, height):
+    """Radial and axial force [N] on a ball from elastic contacts and its orbit alone: what equilibrium makes zero."""
+    cosine, sine = math.cos(orbit_angle), math.sin(orbit_angle)
+    centre = about_z(cosine, -sine, bearing.offset)
+    position = (axis_distance, 0.0, height)
+    still = (0.0, 0.0, 0.0)
+    inner = single_contact(bearing, bearing.inner, centre, 0.0, position, still, still)
+    outer = single_contact(bearing, bearing.outer, still, 0.0, position, still, still)
+    radial = -inner.normal_load * inner.normal[0] - outer.normal_load * outer.normal[0]
+    axial = -inner.normal_load * inner.normal[2] - outer.normal_load * outer.normal[2]
+    return radial + bearing.ball_mass * axis_distance * orbit_rate * orbit_rate, axial
+
+
+def raceway_of(geometry, conformity, side, modulus, law) -> Raceway:
+    """The groove of the inner (side = -1) or outer (side = +1) ring, its centre circle placed by the clearance.
+
+    With the rings centred, each raceway is a quarter of the diametral clearance away from a ball on the pitch circle.
+    """
+    ball_radius = 0.5 * geometry.ball_diameter
+    groove_radius = conformity * geometry.ball_diameter
+    bottom = 0.5 * geometry.pitch_diameter + side * (ball_radius + 0.25 * geometry.radial_clearance)
+    locus_radius = bottom - side * groove_radius
+    still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
+    constant = hertz_coefficient(still.curvature_small, still.curvature_large, modulus)
+    return Raceway(locus_radius, groove_radius, modulus, law, constant)

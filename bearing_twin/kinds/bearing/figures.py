@@ -1,0 +1,214 @@
+"""What a bearing run found: loads, speeds, ellipses, the energy balance, and what to doubt."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.normal import LAWS, load_coefficient
+from bearing_twin.contact.validity import (
+    WIDEST_IN_GROOVE,
+    gathered,
+    law_doubt,
+    pressure_doubt,
+    wave_doubt,
+    wave_transit,
+    width_doubt,
+)
+from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
+from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.sample import Block
+
+PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
+ENERGY_GAIN = 0.01  # of the work moved; more is never a success
+NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
+SUMS = ("count", "load", "torque", "drive_torque", "roll_rate", "speed")
+
+
+@dataclass
+class Statistics:
+    """Gathers a run's figures block by block, in memory that does not grow with the run."""
+
+    parameters: BearingScene
+    law: str
+    samples: int = 0
+    first: dict = field(default_factory=dict)
+    last: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        balls = self.parameters.geometry.balls
+        self.greatest_load = np.zeros((balls, 2))
+        self.at_greatest = {
+            name: np.zeros((balls, 2)) for name in ("curvature_small", "curvature_large", "contact_angle", "spin_rate")
+        }
+        self.periods: list[dict] = []
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        load = block.values["normal_load"]
+        row = load.argmax(axis=0)
+        here = np.take_along_axis(load, row[None], axis=0)[0]
+        better = here > self.greatest_load
+        self.greatest_load = np.where(better, here, self.greatest_load)
+        for name, kept in self.at_greatest.items():
+            kept[better] = np.take_along_axis(block.values[name], row[None], axis=0)[0][better]
+        if not self.samples:
+            self.first = self._instant(block, 0)
+        self.last = self._instant(block, len(block) - 1)
+        self.samples += len(block)
+        self.periods.append(
+            {
+                "time": self.last["time"],
+                "orbit_angle": self.last["orbit_angle"],
+                "count": len(block),
+                "load": load.sum(axis=0),
+                "torque": np.linalg.norm(block.values["raceway_torque"], axis=-1).sum(axis=0),
+                "drive_torque": -block.values["inner_ring_torque"][:, 2].sum(),
+                "roll_rate": block.values["roll_rate"].mean(axis=1).sum(),
+                "speed": block.values["inner_ring_speed"].sum(),
+            }
+        )
+        if len(self.periods) > 256:
+            self.periods = [self._merge(a, b) for a, b in zip(self.periods[::2], self.periods[1::2], strict=False)] + (
+                self.periods[-1:] if len(self.periods) % 2 else []
+            )
+
+    @staticmethod
+    def _merge(a: dict, b: dict) -> dict:
+        return {**b, **{name: a[name] + b[name] for name in SUMS}}
+
+    @staticmethod
+    def _instant(block: Block, row: int) -> dict:
+        names = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
+        values = {name: float(block.values[name][row]) for name in names}
+        return {
+            "time": 1e-9 * int(block.time_ns[row]),
+            "orbit_angle": block.values["orbit_angle"][row].copy(),
+            **values,
+        }
+
+    def _second_half(self) -> tuple[dict, dict]:
+        """The merged second half of the run, and the instant it starts from."""
+        middle = 0.5 * (self.first["time"] + self.last["time"])
+        late = [period for period in self.periods if period["time"] > middle] or self.periods[-1:]
+        before = self.periods[len(self.periods) - len(late) - 1] if len(late) < len(self.periods) else self.first
+        merged = late[0]
+        for period in late[1:]:
+            merged = self._merge(merged, period)
+        return merged, before
+
+    def energy_closure(self, gross_work: float) -> float:
+        """Energy gained (+) or lost (-) by the numbers alone, as a share of the work moved through the bearing."""
+        stored = ("kinetic_energy", "elastic_energy", "potential_energy")
+        change = sum(self.last[name] - self.first[name] for name in stored)
+        residual = change + self.last["dissipated"] - self.last["drive_work"]
+        scale = max(gross_work, self.last["dissipated"], abs(change))
+        return residual / scale if scale > 0.0 else 0.0
+
+    def _peaks(self) -> dict[str, np.ndarray]:
+        """Ellipses and pressures at each contact's greatest load."""
+        greatest = {
+            **self.at_greatest,
+            "normal_load": self.greatest_load,
+            "approach": self.greatest_load,
+            "normal": np.broadcast_to([1.0, 0.0, 0.0], (*self.greatest_load.shape, 3)),
+        }
+        return contact_details(self.parameters, greatest)
+
+    def _law_doubt(self) -> str | None:
+        """Doubt about the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
+        doubts = []
+        for side, nominal in enumerate(nominal_curvatures(self.parameters.geometry)):
+            frozen = hertz_coefficient(*nominal, 1.0)
+            for ball in np.flatnonzero(self.greatest_load[:, side] > 0.0):
+                at = tuple(float(self.at_greatest[name][ball, side]) for name in ("curvature_small", "curvature_large"))
+                error = load_coefficient(LAWS[self.law], *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+                doubts.append((abs(error), law_doubt(self.law, error, axis_ratio(*at))))
+        return max(doubts, key=lambda pair: pair[0])[1] if doubts else None
+
+    def _smoothing_doubt(self, fastest: float) -> str | None:
+        """Doubt about a drilling torque whose spots spin at most this fast [m/s] at their ends."""
+        contact = self.parameters.contact
+        smoothing = contact.friction_regularisation
+        if contact.friction == "point" or not NO_SPIN * smoothing < fastest < FREE_OF_SMOOTHING * smoothing:
+            return None
+        return (
+            f"the spots spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} m/s "
+            f"smooths: drilling torques are too small; set it to {fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
+        )
+
+    def _half_period(self) -> float:
+        """Half a period [s] of a ball between its contacts at their greatest load: its contacts are no shorter."""
+        materials, stiffness = self.parameters.materials, 0.0
+        for side, ring in enumerate((materials.inner_ring, materials.outer_ring)):
+            load = self.greatest_load[:, side]
+            small, large = (self.at_greatest[name][:, side] for name in ("curvature_small", "curvature_large"))
+            ball = int(load.argmax())
+            if load[ball] > 0.0:
+                modulus = effective_modulus(materials.ball, ring)
+                coefficient = hertz_coefficient(float(small[ball]), float(large[ball]), modulus)
+                stiffness += 1.5 * coefficient ** (2.0 / 3.0) * load[ball] ** (1.0 / 3.0)
+        mass = materials.ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
+        return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
+
+    def flags(self, gross_work: float) -> tuple[str, ...]:
+        """What in this run lies outside the theory's validity, one sentence each."""
+        peaks, closure = self._peaks(), self.energy_closure(gross_work)
+        pressure, width = peaks["peak_pressure"].max(), peaks["semi_major"].max()
+        ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter
+        flags = gathered(
+            pressure_doubt(pressure, self.parameters.contact.yield_pressure),
+            f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
+            if pressure > PERMANENT_PRESSURE
+            else None,
+            width_doubt(width, 0.5 * diameter, WIDEST_IN_GROOVE),
+            self._law_doubt(),
+            wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
+            self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
+        )
+        if closure > ENERGY_GAIN:
+            flags.append(
+                f"energy grew by {100 * closure:.2g} % of the work moved: shorten the step or tighten the tolerance"
+            )
+        return tuple(flags)
+
+    def figures(self, gross_work: float) -> dict:
+        """The run in numbers, SI unit at the end of each key; one value a ball where it is a list.
+
+        Means (`normal_load_*`, `friction_torque_nm`, speeds) are over the second half of the run, `greatest_*` over
+        all of it, ellipses and pressures at the greatest load.
+        """
+        geometry = self.parameters.geometry
+        late, before = self._second_half()
+        span = late["time"] - before["time"]
+        orbit = (late["orbit_angle"] - before["orbit_angle"]).mean()
+        speed = late["speed"] / late["count"]
+        diameters = geometry.ball_diameter, geometry.pitch_diameter
+        peaks = self._peaks()
+        pairs = {}
+        for key, unit, array in (
+            ("normal_load", "n", late["load"] / late["count"]),
+            ("greatest_normal_load", "n", self.greatest_load),
+            ("contact_angle", "rad", self.at_greatest["contact_angle"]),
+            ("semi_major", "m", peaks["semi_major"]),
+            ("semi_minor", "m", peaks["semi_minor"]),
+            ("peak_pressure", "pa", peaks["peak_pressure"]),
+        ):
+            for side, ring in enumerate(("inner", "outer")):
+                pairs[f"{key}_{ring}_{unit}"] = [float(v) for v in array[:, side]]
+        return {
+            "cage_speed_rad_s": float(orbit / span) if span > 0.0 else 0.0,
+            "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
+            "roll_rate_rad_s": float(late["roll_rate"] / late["count"]),
+            "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
+            "energy_closure": self.energy_closure(gross_work),
+            "drive_work_j": self.last["drive_work"],
+            "dissipated_j": self.last["dissipated"],
+            "drive_torque_nm": float(late["drive_torque"] / late["count"]),
+            **pairs,
+            "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
+        }

@@ -1,0 +1,222 @@
+"""The derivatives of one ball-raceway contact by the ball's position, velocity and spin.
+
+A contact's load is a function of the approach h, its rate, and the load coefficient C; its friction one of load and
+slip. `contact_gradient` differentiates `raceway_contact` line by line: first what velocities do (u, the velocity of the
+ball's surface against the raceway, is linear in velocity and spin), then what a displacement does.
+"""
+
+import math
+from typing import NamedTuple
+
+from bearing_twin.compiled import inlined
+from bearing_twin.contact.normal import HERTZ, hertz_rational
+from bearing_twin.kinds.bearing.equations import raceway_contact
+from bearing_twin.numerics.block_solve import combined, product
+from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
+
+SHALLOWEST = 1e-12  # m: the viscous part's slope, which grows as 1 / sqrt(h), is taken no closer to the onset
+CURVATURE_STEP = 1e-5  # relative, of the difference that stands for dC/dQ
+
+
+class Gradient(NamedTuple):
+    """Derivatives of a contact by position (p), velocity (v) and spin (s): matrices for force and torque, else rows."""
+
+    force_p: tuple
+    force_v: tuple
+    force_s: tuple
+    torque_p: tuple
+    torque_v: tuple
+    torque_s: tuple
+    power_p: tuple
+    power_v: tuple
+    power_s: tuple
+    loss_p: tuple
+    loss_v: tuple
+    loss_s: tuple
+
+
+class _Slopes(NamedTuple):
+    """What the directions of `contact_gradient` share: partial derivatives of load, friction factor and loss."""
+
+    load_by_approach: float
+    load_by_rate: float
+    load_by_coefficient: float
+    elastic_by_approach: float
+    elastic_by_coefficient: float
+    curvature_by_radial: float
+    coefficient_by_curvature: float
+    resistance: float
+    coefficient_over_speed: float
+    inverse_square: float
+    excess: float
+
+
+class _Place(NamedTuple):
+    """Where a contact is and how it moves: the ball's centre against the ring's, the ring's speed, u and its parts."""
+
+    offset: tuple
+    ring_speed: float
+    raceway_velocity: tuple
+    spin: tuple
+    relative: tuple
+
+
+class _Change(NamedTuple):
+    """The derivative of a contact along one displacement."""
+
+    force: tuple
+    torque: tuple
+    power: float
+    loss: float
+
+
+@inlined
+def _outer(a, b):
+    return (scaled(a[0], b), scaled(a[1], b), scaled(a[2], b))
+
+
+@inlined
+def plus(a, b):
+    """Sum of two 3 x 3 matrices."""
+    return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
+
+
+@inlined
+def _columns(a, b, c):
+    """The matrix with these columns."""
+    return ((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]))
+
+
+@inlined
+def _slopes(bearing, raceway, given, given_slope, contact, radial):
+    """Partial derivatives of the laws at one contact."""
+    small, large = contact.curvature_small, contact.curvature_large
+    modulus = raceway.effective_modulus
+    rational = hertz_rational(small, large, modulus)
+    further = hertz_rational(small, large * (1.0 + CURVATURE_STEP), modulus)
+    coefficient = rational if raceway.law == HERTZ else given
+    by_curvature = (further - rational) / (CURVATURE_STEP * large) if raceway.law == HERTZ else given_slope
+    loaded = 1.0 if contact.normal_load > 0.0 else 0.0
+    touching = 1.0 if contact.approach > 0.0 else 0.0
+    depth = max(contact.approach, SHALLOWEST)
+    root, rate = math.sqrt(depth), contact.approach_rate
+    viscous, relaxation = 1.0 + bearing.damping * rate, bearing.relaxation_time
+    load = coefficient * (viscous * depth * root + 1.5 * relaxation * root * rate)
+    slip = contact.slip
+    square = dot(slip, slip) + bearing.friction_regularisation * bearing.friction_regularisation
+    over_speed = bearing.raceway_friction / math.sqrt(square)
+    groove = raceway.locus_radius + raceway.groove_radius * radial
+    return _Slopes(
+        loaded * touching * coefficient * (1.5 * viscous * root + 0.75 * relaxation * rate / root),
+        loaded * touching * coefficient * (bearing.damping * depth * root + 1.5 * relaxation * root),
+        loaded * touching * load / coefficient,
+        touching * 1.5 * coefficient * root,
+        touching * depth * root,
+        -0.5 * raceway.locus_radius / (groove * groove),
+        by_curvature,
+        over_speed * contact.normal_load,
+        over_speed,
+        1.0 / square,
+        contact.normal_load - touching * coefficient * depth * root,
+    )
+
+
+@inlined
+def _displaced(contact, slopes, place, turn, approach, normal, arm, radial):
+    """Derivative of a contact when the raceway's velocity, approach, normal, arm and n_radial change by these."""
+    change = minus(cross(place.spin, arm), turn)
+    rate = dot(change, contact.normal) + dot(place.relative, normal)
+    slip = minus(change, add(scaled(rate, contact.normal), scaled(contact.approach_rate, normal)))
+    coefficient = slopes.coefficient_by_curvature * slopes.curvature_by_radial * radial
+    load = slopes.load_by_approach * approach + slopes.load_by_rate * rate + slopes.load_by_coefficient * coefficient
+    along = dot(contact.slip, slip)
+    resistance = slopes.coefficient_over_speed * load - slopes.resistance * slopes.inverse_square * along
+    rubbing = scaled(-1.0, add(scaled(resistance, contact.slip), scaled(slopes.resistance, slip)))
+    force = minus(rubbing, add(scaled(load, contact.normal), scaled(contact.normal_load, normal)))
+    torque = add(cross(arm, contact.friction), cross(contact.arm, rubbing))
+    elastic = slopes.elastic_by_approach * approach + slopes.elastic_by_coefficient * coefficient
+    loss = (
+        resistance * dot(contact.slip, contact.slip)
+        + 2.0 * slopes.resistance * along
+        + (load - elastic) * contact.approach_rate
+        + slopes.excess * rate
+    )
+    return _Change(force, torque, dot(force, place.raceway_velocity) + dot(contact.force, turn), loss)
+
+
+@inlined
+def _along(bearing, raceway, contact, slopes, place, direction):
+    """The change of a contact when the ball's centre moves in `direction` against the ring's."""
+    offset = place.offset
+    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    x, y = offset[0] / axis_distance, offset[1] / axis_distance
+    outwards = x * direction[0] + y * direction[1]
+    sideways = x * direction[1] - y * direction[0]
+    out = axis_distance - raceway.locus_radius
+    distance = math.sqrt(out * out + offset[2] * offset[2] + 1e-300)
+    radial, axial = out / distance, offset[2] / distance
+    approach = radial * outwards + axial * direction[2]
+    turned_radial = (outwards - radial * approach) / distance
+    turned_axial = (direction[2] - axial * approach) / distance
+    around = radial * sideways / axis_distance
+    normal = (x * turned_radial - y * around, y * turned_radial + x * around, turned_axial)
+    length = bearing.ball_radius - 0.5 * contact.approach
+    arm = minus(scaled(length, normal), scaled(0.5 * approach, contact.normal))
+    point = add(direction, arm)
+    turn = (-place.ring_speed * point[1], place.ring_speed * point[0], 0.0)
+    return _displaced(contact, slopes, place, turn, approach, normal, arm, turned_radial)
+
+
+@inlined
+def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, ring_speed, position, velocity, spin):
+    """The derivatives of `raceway_contact`; `by_angle` is how the ball's centre moves against the ring's per radian."""
+    contact = raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
+    offset = minus(position, centre)
+    radial = math.sqrt(contact.normal[0] * contact.normal[0] + contact.normal[1] * contact.normal[1])
+    radial = math.copysign(radial, contact.normal[0])
+    slopes = _slopes(bearing, raceway, given, given_slope, contact, radial)
+    point = add(offset, contact.arm)
+    raceway_velocity = (-ring_speed * point[1], ring_speed * point[0], 0.0)
+    relative = minus(add(velocity, cross(spin, contact.arm)), raceway_velocity)
+
+    # What velocities do: slip answers to the part of u in the contact plane, the load to the part along the normal.
+    n, slip, f = contact.normal, contact.slip, slopes.resistance
+    by_rate = minus(
+        scaled(slopes.coefficient_over_speed * slopes.load_by_rate, n), scaled(f * slopes.inverse_square, slip)
+    )
+    plane = ((f, 0.0, 0.0), (0.0, f, 0.0), (0.0, 0.0, f))
+    rubbing = plus(_outer(scaled(f, n), n), plus(_outer(scaled(-1.0, slip), by_rate), _negative(plane)))
+    force_v = plus(rubbing, _outer(scaled(-slopes.load_by_rate, n), n))
+    arm = contact.arm
+    lever = ((0.0, arm[2], -arm[1]), (-arm[2], 0.0, arm[0]), (arm[1], -arm[0], 0.0))
+    torque_v = product(_negative(lever), rubbing)
+    loss_v = add(
+        add(scaled(dot(slip, slip), by_rate), scaled(2.0 * f, slip)),
+        scaled(slopes.load_by_rate * contact.approach_rate + slopes.excess, n),
+    )
+    power_v = combined(raceway_velocity, force_v)
+
+    # What displacements do: along the radial and axial directions, and with the orbit angle.
+    place = _Place(offset, ring_speed, raceway_velocity, spin, relative)
+    one = _along(bearing, raceway, contact, slopes, place, (1.0, 0.0, 0.0))
+    two = _along(bearing, raceway, contact, slopes, place, by_angle)
+    three = _along(bearing, raceway, contact, slopes, place, (0.0, 0.0, 1.0))
+    return contact, Gradient(
+        _columns(one.force, two.force, three.force),
+        force_v,
+        product(force_v, lever),
+        _columns(one.torque, two.torque, three.torque),
+        torque_v,
+        product(torque_v, lever),
+        (one.power, two.power, three.power),
+        power_v,
+        combined(power_v, lever),
+        (one.loss, two.loss, three.loss),
+        loss_v,
+        combined(loss_v, lever),
+    )
+
+
+@inlined
+def _negative(matrix):
+    return (scaled(-1.0, matrix[0]), scaled(-1.0, matrix[1]), scaled(-1.0, matrix[2]))

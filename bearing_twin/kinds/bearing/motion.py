@@ -1,0 +1,297 @@
+"""From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
+
+import numpy as np
+from scipy.integrate import DOP853, Radau
+
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.bearing.equations import (
+    COLUMNS,
+    DRIVE_WORK,
+    GROSS_WORK,
+    LANE_ROWS,
+    LANES,
+    MOTION,
+    ORBIT_ANGLE,
+    Drive,
+    mark_near,
+    time_apart,
+)
+from bearing_twin.kinds.bearing.explicit import explicit_chunk
+from bearing_twin.kinds.bearing.figures import ENERGY_GAIN, Statistics
+from bearing_twin.kinds.bearing.groups import group_chunk, groups_of
+from bearing_twin.kinds.bearing.imex import imex_chunk
+from bearing_twin.kinds.bearing.jacobian import nudges
+from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, write_outputs
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.kinds.bearing.rosenbrock import Task, lone_chunk
+from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.kinds.bearing.steps import (
+    JACOBIANS,
+    NOT_FINITE,
+    OK,
+    RATES,
+    REJECTIONS,
+    STALLED,
+    STEPS,
+    TOO_DEEP,
+    Results,
+    relative_spin,
+)
+from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
+from bearing_twin.sample import Found
+
+NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
+APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
+STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
+REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
+FAILURES = {
+    NOT_FINITE: ("not finite", "is not finite any more; shorten solver.step or use solver.stepper: rodas4"),
+    TOO_DEEP: ("too deep", "has run through a raceway; check the loads, or shorten solver.step"),
+    STALLED: (
+        "stalled",
+        "needs ever shorter steps; loosen solver.tolerance or raise contact.friction_regularisation",
+    ),
+}
+FIXED_STEP = ("rk4", "imex")
+TOGETHER = 0.05  # share of what is left of a chunk: balls that may meet sooner are integrated together
+SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
+SCIPY = {"dop853": DOP853, "radau": Radau}
+
+
+class BearingMotion:
+    """The bearing in motion: `advance` integrates one chunk and returns its outputs.
+
+    `counts` holds steps, rejections, evaluations of a ball's rates and Jacobians so far.
+    """
+
+    def __init__(self, parameters: BearingScene, law: str, stepper: str):
+        self.parameters = parameters
+        self.law = law
+        self.bearing = self._bearing = bearing_of(parameters, law)
+        self.stepper = stepper
+        start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
+        self.rates = fastest_rates(self.bearing, start, parameters.drive.speed)
+        self.step = parameters.solver.step or stable_step(self.rates, stepper)
+        self._refuse_long_steps()
+        self._start = start
+        speed = parameters.contact.friction_regularisation
+        radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
+        unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
+        self.scales = parameters.solver.tolerance * STEP_SHARE * np.array(unit)
+        self.nudges = np.array(nudges(self.bearing))
+        self.reset()
+
+    def _refuse_long_steps(self):
+        if self.stepper not in FIXED_STEP:
+            return
+        if self.step > self.rates.shortest_contact / 8.0:
+            raise SceneError(
+                f"solver.step = {self.step:g} s is too long: a contact can be as short as "
+                f"{self.rates.shortest_contact:.2g} s and needs at least 8 steps; "
+                f"use {self.rates.shortest_contact / 16.0:.2g} s or less, or solver.stepper: rodas4"
+            )
+        if self.stepper == "rk4" and self.step * self.rates.friction > 2.78:
+            raise SceneError(
+                f"solver.step = {self.step:g} s is unstable: friction answers at {self.rates.friction:.2g} /s and the "
+                f"classical Runge-Kutta method holds to {2.78 / self.rates.friction:.2g} s; use a shorter step, "
+                f"or solver.stepper: rodas4"
+            )
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self.state = self._start.copy()
+        self.orientation = np.zeros((self.bearing.balls, 4))
+        self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
+        self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
+        self.drive = Drive(0.0, float(self.parameters.drive.speed), 0.0)
+        self.goal_speed = float(self.parameters.drive.speed)
+        self.bearing = self._bearing
+        self.steps = np.full(self.bearing.balls, 1e-6)
+        self.elapsed = 0.0
+        self._changed = self.parameters.drive.change.time == 0.0
+        self.counts = np.zeros(4, np.int64)
+
+    def statistics(self) -> Statistics:
+        """An empty collection of the figures of a run."""
+        return Statistics(self.parameters, self.law)
+
+    def gross_work(self) -> float:
+        """Work [J] moved through the inner contacts since the start, each contact's power counted by its magnitude."""
+        return float(self.state[:, GROSS_WORK].sum())
+
+    def found(self, statistics: Statistics) -> Found:
+        """What the run found so far."""
+        work = self.gross_work()
+        figures = statistics.figures(work)
+        status = "failed: energy" if figures["energy_closure"] > ENERGY_GAIN else "done"
+        return Found(figures, statistics.flags(work), status)
+
+    def costs(self) -> dict[str, int]:
+        """Steps, rejected steps, evaluations of one ball's rates, and Jacobians, summed over the balls."""
+        return {
+            "ball_steps": int(self.counts[STEPS]),
+            "ball_rejections": int(self.counts[REJECTIONS]),
+            "ball_rates": int(self.counts[RATES]),
+            "ball_jacobians": int(self.counts[JACOBIANS]),
+        }
+
+    def first_outputs(self) -> Outputs:
+        """The outputs at the present instant."""
+        out = empty_outputs(self.parameters, 1)
+        write_outputs(self.bearing, self.drive, np.zeros(1), self.state[None], self.orientation[None], out, 0)
+        return out
+
+    def advance(self, times: np.ndarray, duration: float) -> Outputs:
+        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError.
+
+        A new goal speed is approached at the drive's acceleration; the scene's change of the drive comes at its time.
+        """
+        if not np.all(np.isfinite(self.state)):
+            ball = int(np.argmin(np.isfinite(self.state).all(axis=1)))
+            sentence = f"the state of ball {ball} is not finite; reset, and shorten solver.step"
+            raise IntegrationError(sentence, "not finite", self.elapsed, f"ball {ball}")
+        out = empty_outputs(self.parameters, len(times))
+        begin, cursor = 0.0, 0
+        while cursor < len(times) or begin < duration:
+            self._change_drive()
+            end = min(duration, begin + self._until_next(duration - begin))
+            last = end >= duration * (1.0 - SHORTEST_PART)
+            end = duration if last else end
+            until = len(times) if last else int(np.searchsorted(times, end, side="right"))
+            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
+            begin, cursor = end, until
+        return out
+
+    def _until_next(self, duration):
+        """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
+        missing = self.goal_speed - self.drive.speed
+        apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
+        pieces = [duration, 0.99 * apart if apart > TOGETHER * duration else duration]
+        if missing != 0.0:
+            pieces.append(abs(missing) / self.parameters.drive.acceleration)
+        if not self._changed:
+            pieces.append(self.parameters.drive.change.time - self.elapsed)
+        return max(min(pieces), SHORTEST_PART * duration)
+
+    def _change_drive(self):
+        """Makes the scene's change when its time has come: a new goal speed, and the inner ring shifted at once.
+
+        What the shift does to the contacts' energy is work of the drive, booked on ball 0.
+        """
+        change = self.parameters.drive.change
+        if self._changed or self.elapsed < change.time * (1.0 - SHORTEST_PART):
+            return
+        self._changed = True
+        self.goal_speed += change.speed
+        before = self.first_outputs().elastic_energy[0]
+        self.bearing = self.bearing._replace(offset=tuple(np.add(self.bearing.offset, change.offset).tolist()))
+        work = self.first_outputs().elastic_energy[0] - before
+        self.state[0, DRIVE_WORK] += work
+        self.state[0, GROSS_WORK] += abs(work)
+
+    def _part(self, times, duration, out, first):
+        """Integrates over a part of constant acceleration and writes its outputs from row `first` on."""
+        missing = self.goal_speed - self.drive.speed
+        limit = self.parameters.drive.acceleration * duration
+        change = min(limit, max(-limit, missing))
+        drive = Drive(self.drive.angle, self.drive.speed, change / duration)
+        states = np.full((len(times), *self.state.shape), np.nan)
+        orientations = np.full((len(times), *self.orientation.shape), np.nan)
+        before = self.state.copy(), self.orientation.copy(), self.steps.copy()
+        near = np.zeros(self.bearing.balls, np.bool_)
+        mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
+        self._integrate(drive, near, times, duration, states, orientations)
+        after = np.zeros_like(near)
+        mark_near(self.bearing, self.state, 0.5 * NEAR * self.bearing.ball_radius, 0.0, after)
+        if np.any(after & ~near):
+            # Balls came together that were integrated apart: once more, all together.
+            self.state[:], self.orientation[:], self.steps[:] = before
+            near[:] = True
+            self._integrate(drive, near, times, duration, states, orientations)
+        write_outputs(self.bearing, drive, times, states, orientations, out, first)
+        angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
+        # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
+        reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
+        self.drive = Drive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
+        self.elapsed += duration
+
+    def _integrate(self, drive, near, times, duration, states, orientations):
+        moving = self.state, self.orientation
+        failure = np.zeros(2)
+        results = Results(states, orientations, self.counts, failure)
+        chunk = self.bearing, drive, near, times, duration
+        if self.stepper in ROSENBROCK:
+            task = Task(ROSENBROCK[self.stepper], *chunk, self.scales, self.nudges)
+            status = self._rosenbrock(task, results)
+        elif self.stepper in EXPLICIT:
+            method = EXPLICIT[self.stepper]
+            status = explicit_chunk(method, *chunk, self.step, self.scales, *moving, self.steps, results)
+        elif self.stepper == "imex":
+            status = imex_chunk(*chunk, self.step, *moving, results)
+        else:
+            status = self._scipy(drive, near, times, duration, states, orientations)
+        if status != OK:
+            reason, advice = FAILURES[status]
+            seconds, body = self.elapsed + failure[0], f"ball {int(failure[1])}"
+            raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
+
+    def _rosenbrock(self, task, results):
+        """One chunk: balls that touch no other side by side, then each group of balls that may touch.
+
+        The rings' motion is prescribed, so a ball acts on another only where they touch.
+        """
+        moving = self.state, self.orientation, self.steps
+        groups = groups_of(task.near)
+        alone = np.array([group[0] for group in groups if len(group) == 1], np.int64)
+        status = lone_chunk(task, alone, *moving, results) if len(alone) else OK
+        for group in groups:
+            if status == OK and len(group) > 1:
+                status = group_chunk(task, np.array(group, np.int64), *moving, results)
+        return status
+
+    def _scipy(self, drive, near, times, duration, states, orientations):
+        """One chunk by a SciPy method: the same equations, for reference."""
+        shape = self.state.shape
+        rates, balls, lanes = np.zeros(shape), np.arange(len(self.state)), np.zeros(LANE_ROWS * LANES)
+
+        def right_hand_side(time, flat):
+            bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), balls, rates, lanes)
+            return rates.ravel().copy()
+
+        scales = np.concatenate([REFERENCE_SHARE * self.scales, [1e-12] * (COLUMNS - MOTION)])
+        method = SCIPY[self.stepper](
+            right_hand_side,
+            0.0,
+            self.state.ravel().copy(),
+            duration,
+            rtol=2.3e-14,
+            atol=np.tile(scales, self.bearing.balls),
+            first_step=min(1e-7, duration),
+        )
+        cursor = 0
+        while method.status == "running":
+            # SciPy probes the integrals, on which nothing depends, with ever greater increments.
+            with np.errstate(over="ignore"):
+                message = method.step()
+            if method.status == "failed" or not np.all(np.isfinite(method.y)):
+                raise IntegrationError(f"SciPy's {self.stepper} stopped at {method.t:.6g} s: {message or 'not finite'}")
+            dense = method.dense_output()
+            start = dense(method.t_old).reshape(shape)
+            while cursor < len(times) and times[cursor] <= method.t:
+                self._turn_all(dense, method.t_old, times[cursor], start, orientations[cursor])
+                states[cursor] = dense(times[cursor]).reshape(shape)
+                cursor += 1
+            self._turn_all(dense, method.t_old, method.t, start, self.orientation)
+        self.state[:] = method.y.reshape(shape)
+        self.counts[STEPS] += method.nfev // 12 * self.bearing.balls
+        self.counts[RATES] += method.nfev * self.bearing.balls
+        self.counts[JACOBIANS] += method.njev * self.bearing.balls
+        return OK
+
+    def _turn_all(self, dense, begin, end, start, out):
+        middle, last = (dense(t).reshape(start.shape) for t in (0.5 * (begin + end), end))
+        for k in range(self.bearing.balls):
+            spins = relative_spin(start[k]), relative_spin(middle[k]), relative_spin(last[k])
+            out[k] = turned(tuple(self.orientation[k]), *spins, end - begin)

@@ -1,0 +1,163 @@
+"""The picture of one run: the load on every ball over time, and the bearing as it stands at the last sample."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bearing_twin import __version__
+from bearing_twin.kinds.bearing.drawing import draw_bearing
+from bearing_twin.kinds.bearing.history import load_history
+from bearing_twin.kinds.bearing.summary import run_facts
+from bearing_twin.pictures.style import (
+    GREATEST_LINES,
+    LOAD_MAP,
+    RACEWAY_COLOURS,
+    RACEWAYS,
+    STYLE,
+    ball_line,
+    finish,
+    frame,
+    heading,
+)
+
+SIZE = (16.0, 10.0)  # inches at 100 dots each
+FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
+GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
+FEW = 40  # outputs that are marked one by one
+
+
+def plot_ball_loads(source, png_path, title: str | None = None, facts: dict | None = None) -> Path:
+    """Write the picture of a run, a log (or its path), or an iterable of samples; raises BearingTwinError.
+
+    `facts` may name `scene` (a Scene), `law` and `stepper` where the source does not; returns the path.
+    """
+    history, source = load_history(source)
+    facts = run_facts(source) | (facts or {})
+    scene = facts.get("scene")
+    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
+    left = grid[0].subgridspec(2, 1, hspace=0.16)
+    right = grid[1].subgridspec(3, 1, height_ratios=(4.0, 0.95, 0.7), hspace=0.2)
+
+    _draw_loads(figure, [figure.add_subplot(left[row]) for row in (0, 1)], history)
+    draw_bearing(figure.add_subplot(right[0]), history.last, scene)
+    _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
+
+    title = title or _title(history, scene)
+    return finish(figure, title, _footer(facts, history), png_path)
+
+
+def _draw_loads(figure, axes, history):
+    whole = history.envelope()
+    time, low, high = _shown(history) or whole
+    part = f", last {time[-1] - time[0]:.3g} s of {history.last.time_ns * 1e-9:.4g} s" if time[0] > whole[0][0] else ""
+    span = time[-1] - time[0]
+    scale, unit = (1e3, "ms") if span < 0.1 else (1.0, "s")
+    for raceway, axis in enumerate(axes):
+        frame(axis)
+        greatest = whole[2][:, :, raceway].max()
+        if low.shape[1] > GREATEST_LINES:
+            image = _load_map(axis, time * scale, high[:, :, raceway], whole[2].max() or 1.0)
+            figure.colorbar(image, ax=axis, pad=0.015, label="normal load [N]")
+            axis.set_ylabel("ball")
+        else:
+            _load_lines(axis, time * scale, low[:, :, raceway], high[:, :, raceway], greatest if part else None)
+            axis.set_ylabel("normal load [N]")
+        heading(axis, f"Normal load of each ball on the {RACEWAYS[raceway]} raceway{part}")
+        axis.margins(x=0.0 if span else 0.05)
+    axes[0].tick_params(labelbottom=False)
+    axes[1].set_xlabel(f"time [{unit}]")
+
+
+def _shown(history):
+    """The last turns of a run with many, if there are enough outputs in them; None = show all of it."""
+    if history.turns <= GREATEST_TURNS:
+        return None
+    duration = (history.last.time_ns - history.first.time_ns) * 1e-9
+    return history.latest(duration * GREATEST_TURNS / history.turns)
+
+
+def _load_lines(axis, time, low, high, greatest_of_run):
+    for ball in range(low.shape[1]):
+        # low and high of a slice one after the other: no peak is lost, and it is one line for the eye
+        load = np.stack([low[:, ball], high[:, ball]], axis=1).ravel()
+        axis.plot(np.repeat(time, 2), load, linewidth=1.6, marker="o" if len(time) <= FEW else "", **ball_line(ball))
+    least, greatest = low.min(), high.max()
+    if greatest_of_run is not None and greatest_of_run > 1.02 * greatest:
+        greatest = greatest_of_run
+        axis.axhline(greatest, color=STYLE["soft"], linewidth=1.0, linestyle=":")
+        axis.annotate(f"greatest of the run {greatest:.4g} N", (0.995, greatest), xycoords=("axes fraction", "data"),
+                      ha="right", va="bottom", color=STYLE["soft"])  # fmt: skip
+    if least > FLAT * greatest:
+        margin = max(0.08 * (greatest - least), 1e-4 * greatest)
+        axis.set_ylim(least - margin, greatest + margin)
+        note = "axis does not start at 0"
+        axis.annotate(note, (0.995, 0.02), xycoords="axes fraction", ha="right", color=STYLE["soft"])
+    else:
+        axis.set_ylim(0.0, 1.06 * greatest or 1.0)
+    axis.ticklabel_format(useOffset=False, style="plain")
+
+
+def _load_map(axis, time, load, greatest):
+    axis.grid(False)
+    if len(time) == 1:
+        time, load = np.array([time[0], time[0] + 1.0]), np.repeat(load, 2, axis=0)
+    look = {"cmap": LOAD_MAP, "vmin": 0.0, "vmax": greatest, "shading": "nearest", "rasterized": True}
+    return axis.pcolormesh(time, np.arange(load.shape[1]), load.T, **look)
+
+
+def _draw_contacts(axes, angles, sample, scene):
+    """Semi-axes and contact angle of every contact at the last sample; without a scene only the angle is known."""
+    in_contact = sample["normal_load"] > 0.0
+    balls = np.arange(len(in_contact))
+    size = 7.0 if len(balls) <= GREATEST_LINES else 4.0
+    for axis in (axes, angles):
+        frame(axis)
+        axis.set_xlim(-0.6, len(balls) - 0.4)
+        axis.set_xticks(balls[:: -(-len(balls) // 16)])
+    degrees = np.degrees(sample["contact_angle"])
+    details = scene.model.contact_details(scene.parameters, sample) if scene else {}
+    for raceway, colour in enumerate(RACEWAY_COLOURS):
+        touching = balls[in_contact[:, raceway]]
+        where = touching + (-0.14, 0.14)[raceway]
+        for name, fill in (("semi_major", colour), ("semi_minor", "white")) if details else ():
+            label = f"{RACEWAYS[raceway]}, {name.removeprefix('semi_')}"
+            look = {"ms": size, "mec": colour, "mew": 1.6, "mfc": fill, "label": label}
+            axes.plot(where, details[name][touching, raceway] * 1e6, "o", **look)
+        angles.plot(where, degrees[touching, raceway], "o", ms=size, mec=colour, mfc=colour)
+    heading(axes, "Contacts")
+    axes.set_ylabel("semi-axis [µm]")
+    axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
+    axes.tick_params(labelbottom=False)
+    if details:
+        look = {"frameon": False, "fontsize": 10, "columnspacing": 0.7, "handletextpad": 0.0, "borderaxespad": 0.0}
+        axes.legend(ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
+    else:
+        note = "known with the scene: give a run or a log"
+        axes.annotate(note, (0.5, 0.45), xycoords="axes fraction", ha="center", color=STYLE["soft"])
+    widest = max(1.25 * np.abs(degrees[in_contact]).max(initial=0.0), 1.0)
+    angles.set_ylim(-widest, widest)
+    angles.set_ylabel("angle [°]")
+    angles.set_xlabel("ball      (angle: of the load against the radial plane)")
+
+
+def _title(history, scene):
+    balls = len(history.last["normal_load"])
+    speed = float(history.last["inner_ring_speed"]) * 30.0 / np.pi
+    name = scene.name if scene else "Bearing"
+    return f"{name}: {balls} ball{'s' * (balls != 1)}, inner ring at {speed:.5g} rpm"
+
+
+def _footer(facts, history):
+    words = [
+        f"scene {facts['scene'].name}" if facts["scene"] else "",
+        f"law {facts['law']}" if facts["law"] else "",
+        f"stepper {facts['stepper']}" if facts["stepper"] else "",
+        f"{history.outputs} output{'s' * (history.outputs != 1)} up to {history.last.time_ns * 1e-9:.6g} s",
+        f"bearing_twin {__version__}",
+    ]
+    return "   ·   ".join(word for word in words if word)

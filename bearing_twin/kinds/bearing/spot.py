@@ -1,0 +1,207 @@
+"""Friction of the ball-raceway contacts over their elliptic spots: what `contact.friction: spot` adds (paper 1).
+
+Each point of a spot slides with slip + spin x r (Contensou, Erismann), so that spinning weakens the friction force, and
+a drilling torque acts about the contact normal. The spot is flat and its pressure Hertz's: the differential slip of a
+curved spot (Heathcote) is left out. Bearings with friction at a point have an empty `spot`: the branches below are then
+dropped while compiling, and cost neither time to run nor to compile.
+
+A spot's axes are the meridian across the groove (major) and the ring's circumference (minor).
+"""
+
+import math
+from typing import NamedTuple
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact.ellipse import semi_axes
+from bearing_twin.contact.friction import COARSE_POINTS, over_spot, slip_share
+from bearing_twin.kinds.bearing.equations import (
+    AXIS_DISTANCE,
+    DISSIPATED,
+    DRIVE_WORK,
+    GIVEN,
+    GROSS_WORK,
+    HEIGHT,
+    LANE_RATES,
+    LANE_SPOTS,
+    LANES,
+    ORBIT_ANGLE,
+    RING_SPEED,
+    SPIN,
+    VELOCITY,
+    RacewayContact,
+    lane_vector,
+    raceway_contact,
+)
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
+
+# Where the spots' quantities start in the lanes: the motion in a spot's frame, its semi-axes, and three means over it.
+# Each takes two rows, inner contacts and outer ones: 16 numbers side by side become vector instructions, 8 do not.
+SPOTS = 2 * LANES
+SLIP_MAJOR, SLIP_MINOR, SPIN_RATE, SEMI_MAJOR, SEMI_MINOR, ALONG, ACROSS, MOMENT = (
+    LANE_SPOTS * LANES + row * SPOTS for row in range(8)
+)
+INNER, OUTER = 0, LANES
+
+
+class Spot(NamedTuple):
+    """A spot: its axes, semi-axes [m], slip along the axes [m/s], and the contact point from the ring's centre."""
+
+    major: tuple[float, float, float]
+    minor: tuple[float, float, float]
+    semi_major: float
+    semi_minor: float
+    slip_major: float
+    slip_minor: float
+    point: tuple[float, float, float]
+
+
+class Answer(NamedTuple):
+    """What friction over a spot does: force and torque on the ball, power of the ring on it and power lost [W].
+
+    `drilling` [N m] is the torque's part about the contact normal, the rest is the force's about the ball's centre.
+    """
+
+    friction: tuple[float, float, float]
+    drilling: float
+    torque: tuple[float, float, float]
+    drive_power: float
+    dissipation: float
+
+
+@inlined
+def spot_of(contact, centre, position):
+    """The spot of a contact with the ring centred at `centre`; major axis, minor axis and normal are right-handed."""
+    offset = minus(position, centre)
+    inverse = 1.0 / math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    minor = (-inverse * offset[1], inverse * offset[0], 0.0)
+    major = cross(minor, contact.normal)
+    semi_major, semi_minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
+    slip = contact.slip
+    return Spot(major, minor, semi_major, semi_minor, dot(slip, major), dot(slip, minor), add(offset, contact.arm))
+
+
+@inlined
+def _answer(coefficient, ring_speed, contact, spot, along, across, moment):
+    """The answer of a spot with these means of the slip's direction and of its moment [m]."""
+    limit = coefficient * contact.normal_load
+    friction = add(scaled(-limit * along, spot.major), scaled(-limit * across, spot.minor))
+    drilling = -limit * moment
+    turning = spot.point[0] * friction[1] - spot.point[1] * friction[0] + drilling * contact.normal[2]
+    loss = along * spot.slip_major + across * spot.slip_minor + moment * contact.spin_rate
+    torque = add(cross(contact.arm, friction), scaled(drilling, contact.normal))
+    return Answer(friction, drilling, torque, ring_speed * turning, limit * loss)
+
+
+@kernel
+def with_spot(spot, bearing, centre, ring_speed, position, contact):
+    """A contact without friction, given it over the spot, where `spot` (the bearing's) is not empty."""
+    if len(spot) == 0:
+        return contact
+    place = spot_of(contact, centre, position)
+    axes, slip = (place.semi_major, place.semi_minor), (place.slip_major, place.slip_minor)
+    along, across, moment = over_spot(
+        COARSE_POINTS, axes[0], axes[1], slip[0], slip[1], contact.spin_rate, bearing.friction_regularisation
+    )
+    answer = _answer(spot[0], ring_speed, contact, place, along, across, moment)
+    return RacewayContact(
+        contact.approach,
+        contact.approach_rate,
+        contact.normal_load,
+        contact.energy,
+        contact.curvature_small,
+        contact.curvature_large,
+        contact.normal,
+        contact.arm,
+        contact.slip,
+        contact.spin_rate,
+        answer.friction,
+        answer.drilling,
+        add(contact.force, answer.friction),
+        answer.torque,
+        contact.drive_power + answer.drive_power,
+        contact.dissipation + answer.dissipation,
+    )
+
+
+@inlined
+def _contacts(bearing, lanes, k):
+    """Both contacts of a lane, without friction, and the frames of their spots."""
+    cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
+    position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+    velocity, spin = lane_vector(lanes, VELOCITY, k), lane_vector(lanes, SPIN, k)
+    centre, middle = about_z(cosine, -sine, bearing.offset), (0.0, 0.0, 0.0)
+    speed, given = lanes[RING_SPEED * LANES + k], lanes[GIVEN * LANES + k]
+    inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
+    given = lanes[(GIVEN + 1) * LANES + k]
+    outer = raceway_contact(bearing, bearing.outer, given, middle, 0.0, position, velocity, spin)
+    return inner, spot_of(inner, centre, position), outer, spot_of(outer, middle, position)
+
+
+@inlined
+def _set_out(contact, spot, lanes, k):
+    """Writes what the quadrature of spot k reads, and its means as zero."""
+    lanes[SLIP_MAJOR + k] = spot.slip_major
+    lanes[SLIP_MINOR + k] = spot.slip_minor
+    lanes[SPIN_RATE + k] = contact.spin_rate
+    lanes[SEMI_MAJOR + k] = spot.semi_major
+    lanes[SEMI_MINOR + k] = spot.semi_minor
+    lanes[ALONG + k] = 0.0
+    lanes[ACROSS + k] = 0.0
+    lanes[MOMENT + k] = 0.0
+
+
+@kernel
+def over_spots(regularisation, lanes):
+    """The means over both spots of all lanes, side by side: `friction.over_spot` with its coarse points."""
+    for i in range(len(COARSE_POINTS)):
+        x, y, weight = COARSE_POINTS[i, 0], COARSE_POINTS[i, 1], COARSE_POINTS[i, 2]
+        for k in range(SPOTS):
+            major, minor = lanes[SEMI_MAJOR + k] * x, lanes[SEMI_MINOR + k] * y
+            slip_major, slip_minor, spin = lanes[SLIP_MAJOR + k], lanes[SLIP_MINOR + k], lanes[SPIN_RATE + k]
+            one = slip_share(major, minor, weight, slip_major, slip_minor, spin, regularisation)
+            lanes[ALONG + k] += one[0]
+            lanes[ACROSS + k] += one[1]
+            lanes[MOMENT + k] += one[2]
+
+
+@inlined
+def _lane_answer(coefficient, ring_speed, contact, spot, lanes, k):
+    return _answer(coefficient, ring_speed, contact, spot, lanes[ALONG + k], lanes[ACROSS + k], lanes[MOMENT + k])
+
+
+@inlined
+def _add(lanes, row, factor, vector, k):
+    for axis in range(3):
+        lanes[(LANE_RATES + row + axis) * LANES + k] += factor * vector[axis]
+
+
+@kernel
+def _set_out_all(bearing, lanes):
+    for k in range(LANES):
+        inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
+        _set_out(inner, inner_spot, lanes, INNER + k)
+        _set_out(outer, outer_spot, lanes, OUTER + k)
+
+
+@kernel
+def _add_all(coefficient, bearing, lanes):
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    for k in range(LANES):
+        inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
+        one = _lane_answer(coefficient, lanes[RING_SPEED * LANES + k], inner, inner_spot, lanes, INNER + k)
+        two = _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER + k)
+        _add(lanes, VELOCITY, inverse_mass, add(one.friction, two.friction), k)
+        _add(lanes, SPIN, inverse_inertia, add(one.torque, two.torque), k)
+        power = inner.drive_power + one.drive_power
+        lanes[(LANE_RATES + DRIVE_WORK) * LANES + k] = power
+        lanes[(LANE_RATES + DISSIPATED) * LANES + k] += one.dissipation + two.dissipation
+        lanes[(LANE_RATES + GROSS_WORK) * LANES + k] = abs(power)
+
+
+@kernel
+def add_spots(spot, bearing, lanes):
+    """Adds what friction over the spots does to the rates of all lanes; nothing where the bearing's `spot` is empty."""
+    if len(spot) > 0:
+        _set_out_all(bearing, lanes)
+        over_spots(bearing.friction_regularisation, lanes)
+        _add_all(spot[0], bearing, lanes)

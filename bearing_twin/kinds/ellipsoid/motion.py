@@ -1,0 +1,184 @@
+"""An ellipsoid on a plane as a run: made from its scene, moved on, and what it found."""
+
+import math
+
+import numpy as np
+
+from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.materials import Material
+from bearing_twin.errors import IntegrationError
+from bearing_twin.kinds.ellipsoid.chunk import (
+    CLOCK,
+    DRIFT,
+    FULL,
+    IN_CONTACT,
+    NOT_FINITE,
+    OK,
+    RECORD,
+    STALLED,
+    STEP,
+    TIME,
+    TOO_DEEP,
+    advance,
+)
+from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
+from bearing_twin.kinds.ellipsoid.figures import Books, bounces_until, contact_figures, contact_flags
+from bearing_twin.kinds.ellipsoid.outputs import outputs_of
+from bearing_twin.kinds.ellipsoid.parameters import (
+    ELLIPSOID_LAWS,
+    EllipsoidOnPlaneScene,
+    ellipsoid_mass,
+    modulus_of,
+    principal_inertia,
+    shortest_contact,
+    start_gap,
+    start_orientation,
+)
+from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
+from bearing_twin.numerics.steppers import DOP853, RK4
+from bearing_twin.sample import Found
+from bearing_twin.shapes.surfaces import ellipsoid_reach
+
+FLOOR = 1e-4  # of the shortest contact
+RECORDS = 256  # completed in one call of the kernel
+GREATEST_DRIFT = 1e-6  # of a quaternion's norm in one step
+
+
+def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
+    """The numbers of the equations of motion for a scene with the elastic law `law`."""
+    contact, friction, gap = parameters.contact, parameters.friction, start_gap(parameters)
+    modulus = modulus_of(parameters)
+    compliances = [_compliance(one.material) for one in (parameters.body, parameters.plane)]
+    steady = contact.restitution < 1.0 and contact.restitution_speed == 0.0
+    chi = contact.damping
+    if contact.restitution_speed > 0.0:
+        chi = damping_for_restitution(contact.restitution, contact.restitution_speed)
+    return Ellipsoid(
+        semi_axes=tuple(float(axis) for axis in parameters.body.semi_axes),
+        mass=ellipsoid_mass(parameters.body),
+        inertia=principal_inertia(parameters.body),
+        gravity=float(parameters.gravity),
+        modulus=modulus,
+        sink=compliances[0] / sum(compliances),
+        law=ELLIPSOID_LAWS[law],
+        constant=float(hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)),
+        damping=float(chi),
+        relaxation_time=float(contact.relaxation_time),
+        damping_ratio=steady_ratio(contact.restitution) if steady else 0.0,
+        viscosity=float(contact.viscosity),
+        friction=float(friction.coefficient),
+        regularisation=float(friction.regularisation),
+        spot=friction.form == "spot",
+    )
+
+
+def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
+    """How a scene is stepped."""
+    axes, shortest = parameters.body.semi_axes, shortest_contact(parameters)
+    low, high = float(min(axes)), float(max(axes))
+    fixed = (parameters.solver.step or shortest / 64.0) if stepper == "rk4" else 0.0
+    return Plan(
+        method=RK4 if stepper == "rk4" else DOP853,
+        tolerance=float(parameters.solver.tolerance),
+        fixed=float(fixed),
+        spread=high * high / low - low * low / high,
+        lean=(high * high - low * low) / (2.0 * low),
+        floor=FLOOR * shortest,
+    )
+
+
+class EllipsoidMotion:
+    """The ellipsoid in motion: `advance` integrates one chunk and returns its outputs; `records` are its contacts."""
+
+    goal_speed = 0.0  # takes no commands
+
+    def __init__(self, parameters: EllipsoidOnPlaneScene, law: str, stepper: str):
+        self.parameters, self.law = parameters, law
+        self.body, self.plan = ellipsoid_of(parameters, law), plan_of(parameters, stepper)
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start."""
+        start = self.parameters.start
+        self.state = start_state(
+            self.body, start.height, start_orientation(start), start.velocity, start.angular_velocity
+        )
+        self.clock = np.zeros(CLOCK)
+        self.clock[STEP] = math.inf
+        self.record = np.zeros(RECORD)
+        self.counts = np.zeros(COUNTS, np.int64)
+        self.records: list[np.ndarray] = []
+        self._work = Work(np.zeros((len(self.plan.method.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(4)))
+        self._now = 0.0
+
+    def first_outputs(self):
+        """The outputs at the present instant."""
+        return outputs_of(self.body, self.state[None].copy())
+
+    def advance(self, times: np.ndarray, duration: float):
+        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
+        due, until = self._now + np.asarray(times, float), self._now + duration
+        states, finished = np.empty((len(due), COLUMNS)), np.empty((RECORDS, RECORD))
+        self.clock[-1] = 0.0
+        status = FULL
+        while status == FULL:
+            status, count = advance(
+                self.body, self.plan, self.state, self.clock, due, until, states, self.record, finished, self.counts,
+                self._work,
+            )  # fmt: skip
+            self.records.extend(finished[:count].copy())
+        if status != OK:
+            reasons = {
+                NOT_FINITE: "the state is not finite any more; lower the speeds or shorten solver.step",
+                TOO_DEEP: "the body is pressed in by half its shortest semi-axis; stiffen it or lower the fall",
+                STALLED: "ever shorter steps are needed; loosen solver.tolerance or raise friction.regularisation",
+            }
+            raise IntegrationError(f"at {self.clock[TIME]:.9g} s {reasons[status]}")
+        self._now = until
+        return outputs_of(self.body, states)
+
+    def statistics(self) -> Books:
+        """Empty books of energy and momentum."""
+        return Books()
+
+    def found(self, statistics: Books) -> Found:
+        """What the run found up to the last output given out."""
+        open_record = self.record if self.clock[IN_CONTACT] else None
+        bounces = bounces_until(self.records, open_record, statistics.until)
+        figures = {
+            **contact_figures(bounces, self.body.modulus),
+            **statistics.figures(),
+            "quaternion_drift": float(self.clock[DRIFT]),
+        }
+        flags = contact_flags(bounces, self.parameters, self.law, self.body.modulus)
+        if self.clock[DRIFT] > GREATEST_DRIFT:
+            flags.append(
+                f"the quaternion's norm drifted by {self.clock[DRIFT]:.2g} in one step before it was put right: "
+                "tighten solver.tolerance"
+            )
+        return Found(figures, tuple(flags), statistics.status)
+
+    def costs(self) -> dict[str, int]:
+        """Steps, rejected steps and evaluations of the rates."""
+        return {
+            "steps": int(self.counts[STEPS]),
+            "rejections": int(self.counts[REJECTIONS]),
+            "evaluations": int(self.counts[EVALUATIONS]),
+        }
+
+
+def start_state(body: Ellipsoid, height: float, orientation, velocity, angular_velocity) -> np.ndarray:
+    """The state (COLUMNS,) of an ellipsoid whose lowest point is `height` [m] above the plane; SI, fixed axes."""
+    state = np.zeros(COLUMNS)
+    state[3:7], state[7:10] = orientation, velocity
+    pose = pose_of(body, state)
+    turn = np.array([pose.x, pose.y, [-one for one in pose.down]])
+    state[10:13] = turn @ (np.array(body.inertia) * (turn.T @ np.array(angular_velocity)))
+    state[2] = height + ellipsoid_reach(body.semi_axes, pose.down)[0]
+    begin_shape(body, state)
+    return state
+
+
+def _compliance(material: Material) -> float:
+    return (1.0 - material.poisson_ratio**2) / material.young_modulus

@@ -1,0 +1,232 @@
+"""The picture of an ellipsoid on a plane: its path, its tilt, the load it presses with, and where its energy goes."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from bearing_twin import __version__
+from bearing_twin.kinds.bearing.summary import run_facts
+from bearing_twin.kinds.ellipsoid.figures import Books
+from bearing_twin.kinds.impact.picture import ImpactHistory
+from bearing_twin.numerics.rotation import rotation_matrix
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
+
+SIZE = (16.0, 10.0)  # inches at 100 dots each
+GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
+OUTLINES = 9  # of the body along its path
+STORED = (("kinetic_energy", "kinetic"), ("potential_energy", "of height"), ("elastic_energy", "in the contact"))
+LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
+"""Channels and words of the energies, in the order in which they are stacked."""
+
+
+class EllipsoidHistory(ImpactHistory):
+    """The outputs of a run of any length, thinned where they are too many; `stride` tells how much."""
+
+    def __init__(self):
+        super().__init__()
+        self.stride, self._rows = 1, 0
+        self._time, self._values = [], []
+        self.greatest_load = 0.0
+
+    def add_block(self, block) -> None:
+        """Takes a block in."""
+        self.greatest_load = max(self.greatest_load, float(block.values["normal_load"].max(initial=0.0)))
+        keep = slice(-block.first_sequence % self.stride, None, self.stride)
+        self._time.append(1e-9 * block.time_ns[keep])
+        self._values.append({name: values[keep] for name, values in block.values.items()})
+        self._rows += len(self._time[-1])
+        self.blocks = self._time
+        if self._rows > GREATEST_ROWS:
+            whole = self.arrays()
+            self.stride *= 2
+            self._time = [whole.pop("time")[::2]]
+            self._values = [{name: values[::2] for name, values in whole.items()}]
+            self._rows = len(self._time[0])
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """As `ImpactHistory.arrays`, of the outputs kept."""
+        if not self._rows:
+            return super().arrays()
+        values = {name: np.concatenate([part[name] for part in self._values]) for name in self._values[0]}
+        return {"time": np.concatenate(self._time), **values}
+
+
+def plot_ellipsoid(source, png_path, facts: dict | None = None) -> Path:
+    """Write the picture of an ellipsoid on a plane: a run, a log or an `EllipsoidHistory`; returns the path.
+
+    `facts` may name `scene` (a Scene), `law` and `stepper` where the source does not. Raises BearingTwinError.
+    """
+    history = source
+    if not isinstance(source, EllipsoidHistory):
+        history = EllipsoidHistory()
+        for block in source.blocks():
+            history.add_block(block)
+    facts, values = run_facts(source) | (facts or {}), history.arrays()
+    scene = facts["scene"]
+    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.16)
+    _draw_side(figure.add_subplot(grid[0, 0]), values, scene)
+    _draw_plan(figure.add_subplot(grid[1:, 0]), values, scene)
+    time, tilt = values["time"], figure.add_subplot(grid[0, 1])
+    _draw_tilt(tilt, time, values)
+    load = figure.add_subplot(grid[1, 1], sharex=tilt)
+    _draw_load(load, time, values, history)
+    energy = figure.add_subplot(grid[2, 1], sharex=tilt)
+    _draw_energy(energy, time, values)
+    for axis in (tilt, load):
+        axis.tick_params(labelbottom=False)
+    title = scene.description if scene.description else scene.name
+    words = [scene.name, f"{len(time)} outputs" + (f", every {history.stride}th" if history.stride > 1 else "")]
+    words += [f"{name}: {facts[name]}" for name in ("law", "stepper") if facts.get(name)]
+    footer = f"{', '.join(words)}; bearing_twin {__version__}"
+    return finish(figure, title, footer, png_path, size=17)
+
+
+def summarise_ellipsoid(stream, blocks, history: EllipsoidHistory) -> dict:
+    """The balances of a log read off its samples alone, as plain data with SI-suffixed keys; blocks go to `history`.
+
+    Contacts shorter than the spacing of the outputs are not in them, so bounces are not counted.
+    """
+    missing = following = outputs = 0
+    books = Books()
+    for block in blocks:
+        history.add_block(block)
+        books.add(block)
+        missing += max(block.first_sequence - following, 0)
+        following = block.first_sequence + len(block)
+        outputs += len(block)
+    last = {name: values[-1] for name, values in history.arrays().items()}
+    facts = run_facts(stream)
+    return {
+        "scene": facts["scene"].name if facts["scene"] else None,
+        "law": facts["law"],
+        "stepper": facts["stepper"],
+        "outputs": outputs,
+        "missing_outputs": missing,
+        "end_s": books.until,
+        "greatest_normal_load_n": history.greatest_load,
+        "height_at_end_m": float(last["position"][2]),
+        "in_contact_at_end": bool(last["in_contact"]),
+        **books.figures(),
+    }
+
+
+def _draw_side(axis, values, scene):
+    """Height of the centre along x with the body's outline seen along y, true to scale where the path allows it."""
+    frame(axis)
+    x, z = 1e3 * values["position"][:, 0], 1e3 * values["position"][:, 2]
+    semi_axes = np.array(scene.parameters.body.semi_axes)
+    time = values["time"]
+    axis.axhline(0.0, color=STYLE["edge"], linewidth=2.5)
+    still = np.ptp(x) < 0.5e3 * semi_axes.max()
+    if still:
+        axis.plot(time, z, color=BALL_COLOURS[0], linewidth=1.6)
+        axis.set_xlabel("time [s]")
+        heading(axis, "Height of the centre")
+    else:
+        for row in _rows_along(values["position"]):
+            outline = 1e3 * _outline(semi_axes, values["orientation"][row], (0, 2))
+            axis.add_patch(
+                Polygon(outline + np.array([x[row], z[row]]), closed=True, fill=False, color=BALL_COLOURS[4])
+            )
+        axis.plot(x, z, color=BALL_COLOURS[0], linewidth=1.6)
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.autoscale_view()
+        axis.set_xlabel("x [mm]")
+        heading(axis, "From the side: path of the centre, outlines of the body")
+    axis.set_ylabel("z [mm]")
+
+
+def _draw_plan(axis, values, scene):
+    """Centre and point of contact from above."""
+    frame(axis)
+    centre, touching = 1e3 * values["position"], values["in_contact"] > 0.0
+    point = np.where(touching[:, None], 1e3 * values["contact_point"], np.nan)
+    semi_axes = np.array(scene.parameters.body.semi_axes)
+    for row in _rows_along(values["position"]):
+        outline = 1e3 * _outline(semi_axes, values["orientation"][row], (0, 1))
+        axis.add_patch(Polygon(outline + centre[row, :2], closed=True, fill=False, color=BALL_COLOURS[4], alpha=0.8))
+    axis.plot(point[:, 0], point[:, 1], color=BALL_COLOURS[5], linewidth=1.0, label="point of contact")
+    axis.plot(centre[:, 0], centre[:, 1], color=BALL_COLOURS[0], linewidth=2.0, label="centre")
+    axis.plot(*centre[0, :2], "o", color=BALL_COLOURS[0], markersize=8, label="start")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.autoscale_view()
+    axis.set_xlabel("x [mm]")
+    axis.set_ylabel("y [mm]")
+    axis.legend(frameon=False, fontsize=11, loc="best")
+    heading(axis, "From above: paths, outlines of the body")
+
+
+def _rows_along(position):
+    """Rows spread evenly over the way of the centre; the first and the last are among them."""
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    if way[-1] == 0.0:
+        return [0]
+    return sorted({int(row) for row in np.searchsorted(way, np.linspace(0.0, way[-1], OUTLINES)).clip(0, len(way) - 1)})
+
+
+def _outline(semi_axes, orientation, plane):
+    """Outline (n, 2) [m] of the ellipsoid seen along the axis that is not in `plane`, about its centre.
+
+    The shadow of {R A s} is the ellipse of the support function |A R^T d|: points R A^2 R^T d / |A R^T d|.
+    """
+    turn = rotation_matrix(orientation)
+    angle = np.linspace(0.0, 2.0 * math.pi, 73)
+    direction = np.zeros((len(angle), 3))
+    direction[:, plane[0]], direction[:, plane[1]] = np.cos(angle), np.sin(angle)
+    own = (direction @ turn) * semi_axes
+    points = (own * semi_axes) @ turn.T / np.linalg.norm(own, axis=1)[:, None]
+    return points[:, list(plane)]
+
+
+def _draw_tilt(axis, time, values):
+    """Angle of each own axis to the vertical, 0 to 90 degrees: an axis has no direction."""
+    frame(axis)
+    x, y, z, w = values["orientation"].T
+    upward = (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y))
+    for number, (name, cosine) in enumerate(zip("xyz", upward, strict=True)):
+        angle = np.degrees(np.arccos(np.minimum(np.abs(cosine), 1.0)))
+        axis.plot(time, angle, color=BALL_COLOURS[number], linewidth=1.4, label=f"own {name}")
+    axis.set_ylim(-2.0, 92.0)
+    axis.set_yticks([0, 30, 60, 90])
+    axis.margins(x=0.0)
+    axis.set_ylabel("to the vertical [°]")
+    axis.legend(frameon=False, fontsize=11, ncol=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
+    heading(axis, "Tilt of the body's axes")
+
+
+def _draw_load(axis, time, values, history):
+    frame(axis)
+    load = values["normal_load"]
+    loaded = np.where(load > 0.0, load, np.nan)
+    axis.plot(time, loaded, color=BALL_COLOURS[0], linewidth=1.0)
+    beside = np.concatenate([[0.0], load, [0.0]])
+    alone = (load > 0.0) & ((beside[:-2] <= 0.0) | (beside[2:] <= 0.0))  # bounces of one or two outputs make no line
+    axis.plot(time[alone], load[alone], ".", color=BALL_COLOURS[0])
+    axis.set_yscale("log")
+    axis.set_ylabel("normal load [N]")
+    axis.margins(x=0.0)
+    heading(axis, f"Normal load at the outputs, at most {history.greatest_load:.4g} N")
+
+
+def _draw_energy(axis, time, values):
+    frame(axis)
+    scale = max(float(sum(values[name] for name, _ in STORED).max()), 1e-300)
+    parts = [np.maximum(values[name] / scale, 0.0) for name, _ in (*STORED, *LOST)]
+    labels = [text for _, text in (*STORED, *LOST)]
+    colours = [BALL_COLOURS[k] for k in (0, 4, 5, 1, 7)]
+    axis.stackplot(time, parts, labels=labels, colors=colours, alpha=0.8, linewidth=0)
+    axis.axhline(1.0, color=STYLE["ink"], linewidth=1.0, linestyle=":")
+    axis.margins(x=0.0)
+    axis.set_ylim(0.0, 1.3)
+    axis.tick_params(pad=6)
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel("share")
+    axis.legend(frameon=False, fontsize=10, ncol=5, loc="upper right", columnspacing=1.0, handlelength=1.2)
+    heading(axis, "Energy: the books are closed where the sum stays at 1")

@@ -1,0 +1,206 @@
+"""Steps of an ellipsoid on a plane: flight to the next touch, contact to the next separation, nothing stepped over.
+
+In flight the approach bends at most by  B = g + w^2 (spread + 2 lean)  (w: greatest angular velocity at this angular
+momentum), so from a gap it stays one until h + h' t + B t^2/2 = 0, and so on from there: quadratic convergence to the
+touch, which is known to a few roundings of the height. In contact a step is at most a sixth of 1/sqrt(k/m) at the
+greatest stiffness ahead, some 24 a bounce, and longer in a contact that lasts; separation is the zero of the approach
+as a function of the last step's length.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import kernel
+from bearing_twin.kinds.ellipsoid.equations import (
+    COLUMNS,
+    MOMENTUM,
+    POSITION,
+    QUATERNION,
+    SHAPE,
+    VELOCITY,
+    VISCOUS,
+    ellipsoid_rates,
+    gap_of,
+    pose_of,
+    touch_of,
+)
+from bearing_twin.numerics.steppers import RungeKutta, next_step
+
+STEPS, REJECTIONS, EVALUATIONS, TOUCHES = range(4)
+COUNTS = 4
+
+RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
+LASTING, RESTING = 20.0, 2.0  # of 1/sqrt(k/m): beyond the first a contact is no bounce; the error control sets the step
+ROUNDING = 1e-15  # of the body's size: gaps below are none
+
+
+class Plan(NamedTuple):
+    """How to step: a `RungeKutta` method, its tolerance, its fixed step in contact [s] (0 = adaptive).
+
+    `spread` and `lean` [m] bound how fast the body's extent downwards bends when it turns, `floor` [s] is the shortest
+    step: lift-offs and touches shorter than that are passed.
+    """
+
+    method: RungeKutta
+    tolerance: float
+    fixed: float
+    spread: float
+    lean: float
+    floor: float
+
+
+class Work(NamedTuple):
+    """Arrays to work in: stages (stages, COLUMNS), a trial state, the state after a step and that before the last."""
+
+    stages: np.ndarray
+    trial: np.ndarray
+    after: np.ndarray
+    before: np.ndarray
+    scales: np.ndarray
+
+
+@kernel
+def one_step(body, plan, state, step, loaded, work, out):
+    """Writes the state `step` [s] later, in contact (`loaded`) or flight; returns the error in units of `work.scales`.
+
+    Zero for a method of fixed steps.
+    """
+    method = plan.method
+    stages = len(method.weights)
+    for i in range(stages):
+        work.trial[:] = state
+        for j in range(i):
+            weight = step * method.a[i, j]
+            if weight != 0.0:
+                for n in range(COLUMNS):
+                    work.trial[n] += weight * work.stages[j, n]
+        ellipsoid_rates(body, work.trial, loaded, work.stages[i])
+    out[:] = state
+    fifth = third = 0.0
+    for n in range(COLUMNS):
+        change = wide = narrow = 0.0
+        for i in range(stages):
+            change += method.weights[i] * work.stages[i, n]
+            wide += method.error[i] * work.stages[i, n]
+            narrow += method.third[i] * work.stages[i, n]
+        out[n] += step * change
+        fifth += (wide / work.scales[n]) ** 2
+        third += (narrow / work.scales[n]) ** 2
+    if fifth == 0.0:
+        return 0.0
+    return step * fifth / math.sqrt((fifth + 0.01 * third) * COLUMNS)
+
+
+@kernel
+def fill(array, first, count, value):
+    """Sets `count` entries from `first`."""
+    for i in range(first, first + count):
+        array[i] = value
+
+
+@kernel
+def expected_approach(touch):
+    """Greatest approach [m] from here on by Hertz's impact, about: what the scales of a step follow."""
+    spent = (1.25 * touch.effective_mass * touch.approach_rate**2 / touch.coefficient) ** 0.4
+    return max(touch.approach, 0.0) + spent
+
+
+@kernel
+def contact_scales(body, plan, state, lasted, work):
+    """Sets the error scales from the contact ahead; returns the longest step [s] for one that has `lasted` [s]."""
+    touch = touch_of(body, state, pose_of(body, state))
+    ahead = expected_approach(touch)
+    size = max(body.semi_axes[0], max(body.semi_axes[1], body.semi_axes[2]))
+    rate = math.sqrt(1.5 * touch.coefficient * math.sqrt(ahead) / touch.effective_mass)
+    speed = ahead * rate
+    fill(work.scales, POSITION, 3, max(plan.tolerance * ahead, ROUNDING * (abs(state[2]) + size)))
+    fill(work.scales, QUATERNION, 4, max(plan.tolerance * ahead / size, ROUNDING))
+    fill(work.scales, VELOCITY, 3, max(plan.tolerance * speed, ROUNDING * size * rate))
+    fill(work.scales, MOMENTUM, 3, max(plan.tolerance * speed, ROUNDING * size * rate) * body.mass * size)
+    fill(work.scales, VISCOUS, 2, max(plan.tolerance * speed, ROUNDING * size * rate) * body.mass * speed)
+    fill(work.scales, SHAPE, 3, 10.0 * max(plan.tolerance, ROUNDING))
+    return (RESOLUTION if lasted * rate < LASTING else RESTING) / rate
+
+
+@kernel
+def flight_scales(body, plan, work):
+    """Sets the error scales of flight, where only the orientation has an error."""
+    fill(work.scales, 0, COLUMNS, math.inf)
+    fill(work.scales, QUATERNION, 4, plan.tolerance)
+
+
+@kernel
+def greatest_spin(body, state):
+    """No angular velocity [rad/s] is greater at this angular momentum."""
+    momentum = math.sqrt(state[10] ** 2 + state[11] ** 2 + state[12] ** 2)
+    return momentum / min(body.inertia[0], min(body.inertia[1], body.inertia[2]))
+
+
+@kernel
+def safe_flight(body, plan, state):
+    """Time [s] in which no touch is possible from a state in flight; inf where there is none for ever."""
+    approach, rate = gap_of(body, state)
+    gap = max(-approach, 0.0)
+    bend = body.gravity + greatest_spin(body, state) ** 2 * (plan.spread + 2.0 * plan.lean)
+    if bend == 0.0:
+        return gap / rate if rate > 0.0 else math.inf
+    root = math.sqrt(rate * rate + 2.0 * bend * gap)
+    return 2.0 * gap / (root + rate) if rate > 0.0 else max((root - rate) / bend, plan.floor)
+
+
+@kernel
+def landed(body, state):
+    """Whether the gap is closed, or so nearly that no number can tell, and not opening."""
+    approach, rate = gap_of(body, state)
+    size = max(body.semi_axes[0], max(body.semi_axes[1], body.semi_axes[2]))
+    return approach > 0.0 or (rate > 0.0 and approach >= -ROUNDING * (abs(state[2]) + size))
+
+
+@kernel
+def adaptive_step(body, plan, state, wanted, loaded, counts, work):
+    """Takes the longest step up to `wanted` [s] that meets the tolerance; returns (step, the next to try, error)."""
+    step = wanted
+    while True:
+        error = one_step(body, plan, state, step, loaded, work, work.after)
+        counts[EVALUATIONS] += len(plan.method.weights)
+        if error <= 1.0:
+            return step, next_step(step, error, plan.method.order) if plan.fixed == 0.0 else math.inf
+        counts[REJECTIONS] += 1
+        if not step > 1e-9 * plan.floor:
+            return -1.0, step
+        step = next_step(step, error, plan.method.order)
+
+
+@kernel
+def separation(body, plan, state, step, counts, work):
+    """Length [s] of the step at whose end the bodies part, between contact at its start and a gap after `step`.
+
+    Regula falsi with Illinois' weights on the approach; the state there is left in `work.after`.
+    """
+    low, high = 0.0, step
+    approach_low, _ = gap_of(body, state)
+    approach_high, _ = gap_of(body, work.after)
+    side, length = 0, step
+    for _ in range(100):
+        length = (low * approach_high - high * approach_low) / (approach_high - approach_low)
+        if not low < length < high:
+            length = 0.5 * (low + high)
+        one_step(body, plan, state, length, True, work, work.after)
+        counts[EVALUATIONS] += len(plan.method.weights)
+        approach, _ = gap_of(body, work.after)
+        if approach > 0.0:
+            low, approach_low = length, approach
+            approach_high = 0.5 * approach_high if side == 1 else approach_high
+            side = 1
+        else:
+            high, approach_high = length, approach
+            approach_low = 0.5 * approach_low if side == -1 else approach_low
+            side = -1
+        if approach <= 0.0 and (approach >= -ROUNDING * (abs(state[2]) + 1e-3) or high - low <= 4e-16 * step):
+            break
+    if approach > 0.0:
+        length = high
+        one_step(body, plan, state, high, True, work, work.after)
+    return length

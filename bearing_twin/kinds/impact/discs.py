@@ -1,0 +1,98 @@
+"""Central impact of two equal elastic discs in line contact, paper 3, section 5.1.
+
+    (m / 2) x'' = -F(x),   F from eq. (14) or from Johnson's law, both inverted by Lambert's function,
+
+x being the mutual approach of the centres. The closed form is the quadrature of `reference.disc_impact` for contact
+time and peak force; histories come from the same quadrature run up to each instant, or from the differential
+equation. Thick discs answer nearly in plane strain, as Johnson's law assumes.
+
+Breaks: where the kinetic energy exceeds what the law can store it has no solution (soft discs: use finite
+elasticity), and where the half-width of the contact is no longer small against the radius.
+"""
+
+import functools
+import math
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from bearing_twin.contact.line import approach_of, load_of_energy
+from bearing_twin.contact.line import energy as energy_of
+from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
+from bearing_twin.kinds.impact import disc_closed_form as disc_impact
+from bearing_twin.kinds.impact.collision import Contact, Spring
+from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
+from bearing_twin.kinds.impact.pair import CHANNELS, pair_impact
+from bearing_twin.kinds.impact.parameters import TwoDiscsScene, disc_law, disc_mass
+from bearing_twin.sample import Channel
+
+PIECES = 400  # of the history by quadrature
+
+
+def channels(parameters: TwoDiscsScene) -> tuple[Channel, ...]:
+    """What one sample of this scene holds."""
+    return CHANNELS
+
+
+def solve(parameters: TwoDiscsScene, law: str = "johnson", stepper: str = "closed_form") -> Impact:
+    """The impact with the law `line` or `johnson`, by a stepper as in `two_spheres`; raises IntegrationError."""
+    mass, speed = disc_mass(parameters.disc), parameters.motion.speed
+    line = disc_law(parameters.disc, law)
+    duration = float(disc_impact.contact_time(line, 0.5 * mass, speed))
+    closed = _closed(line, 0.5 * mass, speed, duration) if stepper == "closed_form" else None
+    flags = functools.partial(_flags, parameters)
+    return pair_impact(parameters, Spring(0.0, line, 0.0), (mass, mass), stepper, duration, closed, flags)
+
+
+def motion(parameters: TwoDiscsScene, law: str, stepper: str) -> ImpactMotion:
+    """The impact as a run."""
+    return ImpactMotion(solve, parameters, law, stepper)
+
+
+def _closed(line, reduced, speed, duration):
+    peak = float(disc_impact.peak_force(line, reduced, speed))
+    brought = 0.5 * reduced * speed**2
+    times, approach, rates = _half_history(line, reduced, speed)
+    times *= 0.5 * duration / times[-1]
+    curve = CubicHermiteSpline(times, approach, rates)
+
+    def history(since):
+        since = np.asarray(since, float)
+        first = np.minimum(since, duration - since)
+        return curve(first), np.where(since < 0.5 * duration, 1.0, -1.0) * np.maximum(curve(first, 1), 0.0)
+
+    contact = Contact(0.0, duration, peak, 2.0 * reduced * speed)
+    closure = float(energy_of(line, peak)) / brought - 1.0
+    return contact, float(approach_of(line, peak)), 1.0, closure, history
+
+
+def _half_history(line, reduced, speed):
+    """Times [s], approaches [m] and rates [m/s] from touch to standstill: dt = mu v sin(angle) / F d(angle)."""
+    points, weights = np.polynomial.legendre.leggauss(6)
+    edges = 0.5 * math.pi * np.linspace(0.0, 1.0, PIECES + 1) ** 1.5
+    angles = edges[:-1, None] + 0.5 * (points + 1.0) * np.diff(edges)[:, None]
+    brought = 0.5 * reduced * speed**2
+    slopes = reduced * speed * np.sin(angles) / load_of_energy(line, brought * np.sin(angles) ** 2)
+    spans = 0.5 * np.diff(edges) * np.sum(weights * slopes, axis=1)
+    approach = approach_of(line, load_of_energy(line, brought * np.sin(edges) ** 2))
+    return np.concatenate([[0.0], np.cumsum(spans)]), approach, speed * np.cos(edges)
+
+
+def _flags(parameters, contact):
+    disc = parameters.disc
+    modulus = 0.5 * disc.material.young_modulus / (1.0 - disc.material.poisson_ratio**2)
+    per_length = contact.peak_force / disc.thickness
+    half_width = math.sqrt(2.0 * per_length * disc.radius / (math.pi * modulus))
+    pressure = 2.0 * per_length / (math.pi * half_width)
+    flags = gathered(
+        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        width_doubt(half_width, disc.radius),
+        wave_doubt(
+            contact.duration, wave_transit(2.0 * disc.radius, disc.material.young_modulus, disc.material.density)
+        ),
+    )
+    if disc.thickness < disc.radius:
+        flags.append(
+            f"a thickness of {disc.thickness:g} m is below the radius of {disc.radius:g} m: both assume plane strain"
+        )
+    return flags

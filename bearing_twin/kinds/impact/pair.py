@@ -1,0 +1,86 @@
+"""What two spheres and two discs share: two bodies on a line, one contact, by closed form or differential equation."""
+
+import numpy as np
+
+from bearing_twin.kinds.impact.collision import Contact, Spring, collide, spring_elastic, spring_energy, spring_load
+from bearing_twin.kinds.impact.impact import Impact
+from bearing_twin.kinds.impact.parameters import resolve
+from bearing_twin.sample import Channel
+
+CHANNELS = (
+    Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),
+    Channel("normal_load", "N", (), "contact force, pushing the bodies apart"),
+    Channel("displacement", "m", (2,), "of the two centres from the start, positive forward"),
+    Channel("velocity", "m/s", (2,), "of the two centres, positive forward"),
+    Channel("kinetic_energy", "J", (), "of the motion relative to the common centre of mass"),
+    Channel("elastic_energy", "J", (), "stored in the contact"),
+)
+
+
+def steps_of(solver, expected: float) -> float:
+    """Step [s] of the fixed-step methods."""
+    return solver.step or expected / 500.0
+
+
+def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, flags_of) -> Impact:
+    """The impact of two bodies; `closed` = (Contact, greatest approach, restitution, closure, history) or None.
+
+    `history(times)` from the first touch gives approach [m] and its rate [m/s]; `flags_of(contact)` the doubts.
+    """
+    parameters = resolve(parameters)
+    motion = parameters.motion
+    total = sum(masses)
+    reduced, drift = (
+        masses[0] * masses[1] / total,
+        (masses[0] * motion.first_velocity + masses[1] * motion.second_velocity) / total,
+    )
+    touch = motion.gap / motion.speed
+    if closed is None:
+        step = steps_of(parameters.solver, expected)
+        found = collide(spring, reduced, motion.speed, stepper, parameters.solver.tolerance, step, expected)
+        contact, deepest, history = found.contact, found.greatest_approach, found.history
+        restitution, closure = found.leaving_speed / motion.speed, found.energy_closure
+        costs = {"steps": found.steps, "evaluations": found.evaluations}
+    else:
+        contact, deepest, restitution, closure, history = closed
+        costs = {"steps": 0, "evaluations": 1}
+    leaving, duration = restitution * motion.speed, contact.duration
+    dented = float(np.ravel(history(np.array([duration]))[0])[0])
+
+    def at(times):
+        since = np.asarray(times, float) - touch
+        approach, rate = (np.array(part) for part in history(np.clip(since, 0.0, duration)))
+        before, after = since < 0.0, since > duration
+        freed = dented - leaving * (since - duration)
+        approach = np.where(before, motion.speed * since, np.where(after, freed, approach))
+        rate = np.where(before, motion.speed, np.where(after, -leaving, rate))
+        inside = ~(before | after)
+        load = np.where(inside, _each(spring_load, spring, approach, rate), 0.0)
+        stored = np.where(inside, _each(lambda s, x, _: spring_energy(s, x), spring, approach, rate), 0.0)
+        moved, shares = approach + motion.gap, np.array([masses[1], -masses[0]]) / total
+        return (
+            approach,
+            load,
+            drift * np.asarray(times, float)[:, None] + shares * moved[:, None],
+            drift + shares * rate[:, None],
+            0.5 * reduced * rate**2,
+            stored,
+        )
+
+    placed = Contact(touch, *contact[1:])
+    return Impact(
+        tuple(channel.name for channel in CHANNELS), at, parameters.run, (placed,), restitution,
+        contact.peak_force, deepest, closure, tuple(flags_of(contact)), {"impact_speed_m_s": motion.speed}, costs,
+    )  # fmt: skip
+
+
+def _each(function, spring, approach, rate):
+    return np.array([function(spring, x, v) for x, v in zip(approach, rate, strict=True)])
+
+
+def elastic_contact(spring: Spring, reduced_mass, speed, duration, deepest):
+    """(Contact, energy closure) of a closed form: the elastic energy at the greatest approach against what came."""
+    brought = 0.5 * reduced_mass * speed**2
+    peak = float(spring_elastic(spring, deepest))
+    contact = Contact(0.0, float(duration), peak, 2.0 * reduced_mass * speed)
+    return contact, float(spring_energy(spring, deepest)) / brought - 1.0

@@ -1,0 +1,99 @@
+"""Central impact of two elastic spheres, paper 3, sections 2 and 3.
+
+    mu x'' = -c x^1.5,   tau = alpha v^(-1/5),   c = (5/4) mu (C_H / alpha)^(5/2)        (eqs. 1, 2, 12, 13)
+
+with x the mutual approach and mu the reduced mass. The Hertz coefficient c = (4/3) E* sqrt(R), or the one that gives a
+measured alpha. Contact time, peak force and, by the inverse incomplete beta function, the whole history are closed
+forms. A coefficient of restitution below 1 adds a Hunt-Crossley term; then contact time and history are quadratures.
+Or a term that loses the same share at every speed (`damping_law: steady`); then they come from the equation of motion.
+
+Breaks: at speeds where the peak pressure exceeds yield or waves cannot cross the spheres several times in a contact.
+"""
+
+import functools
+import math
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from bearing_twin.contact import hertz_impact as closed_forms
+from bearing_twin.contact.damping import damping_for_restitution, steady_damping
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
+from bearing_twin.kinds.impact.collision import NO_LINE, Contact, Spring
+from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
+from bearing_twin.kinds.impact.impact_parameters import sphere_mass
+from bearing_twin.kinds.impact.pair import CHANNELS, pair_impact
+from bearing_twin.kinds.impact.parameters import TwoSpheresScene, pair_contact_time, sphere_pair
+from bearing_twin.sample import Channel
+
+
+def channels(parameters: TwoSpheresScene) -> tuple[Channel, ...]:
+    """What one sample of this scene holds."""
+    return CHANNELS
+
+
+def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "closed_form") -> Impact:
+    """The impact by `closed_form`, `dop853`, `rk4` or `symplectic_euler`; raises IntegrationError where one fails."""
+    coefficient, first, second = sphere_pair(parameters)
+    reduced, speed = first * second / (first + second), parameters.motion.speed
+    restitution, damping, steady = parameters.contact.restitution, 0.0, 0.0
+    if parameters.contact.damping_law == "steady":
+        steady = steady_damping(restitution, coefficient, reduced)
+    else:
+        damping = damping_for_restitution(restitution, speed)
+    spring = Spring(coefficient, NO_LINE, damping, steady)
+    closed = None
+    if stepper == "closed_form":
+        closed = _closed(coefficient, reduced, speed, damping, restitution)
+    return pair_impact(
+        parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed,
+        functools.partial(_flags, parameters),
+    )  # fmt: skip
+
+
+def motion(parameters: TwoSpheresScene, law: str, stepper: str) -> ImpactMotion:
+    """The impact as a run."""
+    return ImpactMotion(solve, parameters, law, stepper)
+
+
+def _closed(coefficient, reduced, speed, damping, wanted):
+    duration, peak, deepest, restitution = closed_forms.damped_impact(coefficient, reduced, speed, damping)
+    contact = Contact(0.0, float(duration), float(peak), reduced * speed * (1.0 + restitution))
+    brought = 0.5 * reduced * speed**2
+
+    if damping == 0.0:
+
+        def history(times):
+            approach = closed_forms.approach_history(times, coefficient, reduced, speed)
+            slowed = np.sqrt(np.maximum(1.0 - (approach / deepest) ** 2.5, 0.0))
+            return approach, np.where(np.asarray(times) < 0.5 * duration, speed, -speed) * slowed
+    else:
+        curve = CubicHermiteSpline(*closed_forms.damped_history(coefficient, reduced, speed, damping))
+
+        def history(times):
+            return curve(times), curve(times, 1)
+
+    if damping == 0.0:
+        closure = 0.4 * coefficient * float(deepest) ** 2.5 / brought - 1.0
+    else:
+        closure = restitution**2 - wanted**2
+    return contact, float(deepest), restitution, closure, history
+
+
+def _flags(parameters, contact):
+    first, second = parameters.first, parameters.second
+    radius = first.radius * second.radius / (first.radius + second.radius)
+    modulus = effective_modulus(first.material, second.material)
+    smaller = min(first.radius, second.radius)
+    half_width = (0.75 * contact.peak_force * radius / modulus) ** (1.0 / 3.0)
+    pressure = 1.5 * contact.peak_force / (math.pi * half_width**2)
+    transits = []
+    for sphere in (first, second):
+        density = sphere_mass(sphere) / (4.0 / 3.0 * math.pi * sphere.radius**3)
+        transits.append(wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, density))
+    return gathered(
+        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        width_doubt(half_width, smaller, body="smaller radius"),
+        wave_doubt(contact.duration, max(transits)),
+    )

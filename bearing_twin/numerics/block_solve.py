@@ -1,0 +1,120 @@
+"""The linear system of a linearly implicit step for one body with three positions, three velocities and three spins.
+
+W = I/g - J with g = h gamma. Positions follow from velocities alone, so they are eliminated by hand; what is left is
+solved in blocks of 3 x 3. Everything is straight-line arithmetic on tuples: inside a loop over bodies it becomes vector
+instructions. No pivoting between blocks: I/g and what resists motion make the diagonal blocks regular.
+"""
+
+from typing import NamedTuple
+
+from bearing_twin.compiled import inlined
+from bearing_twin.numerics.rotation import add, cross, dot, scaled
+
+
+class Linear(NamedTuple):
+    """The Jacobian of one body, blocks of 3 x 3 as rows: how velocity (v) and spin (s) rates answer to position (p).
+
+    `angle_by_radius` and `angle_by_velocity` are the two entries of d(orbit rate) that are not zero.
+    """
+
+    angle_by_radius: float
+    angle_by_velocity: float
+    vp: tuple
+    vv: tuple
+    vs: tuple
+    sp: tuple
+    sv: tuple
+    ss: tuple
+
+
+class Factors(NamedTuple):
+    """What `factorise_body` leaves for `solve_body`: how the orbit angle follows the velocities, and four blocks."""
+
+    turning: tuple
+    inverse: tuple
+    coupling: tuple
+    below: tuple
+    schur: tuple
+
+
+@inlined
+def times(matrix, vector):
+    """Matrix (three rows) times vector."""
+    return (dot(matrix[0], vector), dot(matrix[1], vector), dot(matrix[2], vector))
+
+
+@inlined
+def combined(vector, rows):
+    """Row vector times matrix."""
+    return add(add(scaled(vector[0], rows[0]), scaled(vector[1], rows[1])), scaled(vector[2], rows[2]))
+
+
+@inlined
+def product(a, b):
+    """Matrix times matrix."""
+    return (combined(a[0], b), combined(a[1], b), combined(a[2], b))
+
+
+@inlined
+def inverse(rows):
+    """Inverse of a 3 x 3 matrix by its adjugate; not finite when it is singular."""
+    first, second, third = cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])
+    one = 1.0 / dot(rows[0], first)
+    return (
+        (one * first[0], one * second[0], one * third[0]),
+        (one * first[1], one * second[1], one * third[1]),
+        (one * first[2], one * second[2], one * third[2]),
+    )
+
+
+@inlined
+def _behind(block, g, turning):
+    """A block of position columns as columns of velocity: g of the velocity's own, and the orbit angle's detour."""
+    return (
+        (block[0][0] * g + block[0][1] * turning[0], block[0][1] * turning[1], block[0][2] * g),
+        (block[1][0] * g + block[1][1] * turning[0], block[1][1] * turning[1], block[1][2] * g),
+        (block[2][0] * g + block[2][1] * turning[0], block[2][1] * turning[1], block[2][2] * g),
+    )
+
+
+@inlined
+def _less(diagonal, block):
+    """diagonal I - block."""
+    return (
+        (diagonal - block[0][0], -block[0][1], -block[0][2]),
+        (-block[1][0], diagonal - block[1][1], -block[1][2]),
+        (-block[2][0], -block[2][1], diagonal - block[2][2]),
+    )
+
+
+@inlined
+def _sum(a, b):
+    return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
+
+
+@inlined
+def factorise_body(linear, g):
+    """Factors of W for one body; `g` = h gamma [s]."""
+    turning = (g * g * linear.angle_by_radius, g * linear.angle_by_velocity)
+    velocities = inverse(_less(1.0 / g, _sum(linear.vv, _behind(linear.vp, g, turning))))
+    coupling = product(velocities, linear.vs)  # of the sign that adds
+    below = _sum(linear.sv, _behind(linear.sp, g, turning))
+    schur = inverse(_less(1.0 / g, _sum(linear.ss, product(below, coupling))))
+    return Factors(turning, velocities, coupling, below, schur)
+
+
+@inlined
+def solve_body(linear, factors, g, position, velocity, spin):
+    """Solves W x = right for the right-hand sides of position, velocity and spin; returns x in the same three parts."""
+    radius = g * position[0]
+    known = (radius, g * (position[1] + linear.angle_by_radius * radius), g * position[2])
+    push = times(factors.inverse, add(velocity, times(linear.vp, known)))
+    spins = times(factors.schur, add(add(spin, times(linear.sp, known)), times(factors.below, push)))
+    velocities = add(push, times(factors.coupling, spins))
+    turn = factors.turning
+    positions = (
+        known[0] + g * velocities[0],
+        known[1] + turn[0] * velocities[0] + turn[1] * velocities[1],
+        known[2] + g * velocities[2],
+    )
+    return positions, velocities, spins

@@ -1,0 +1,174 @@
+"""Scenes: one strict SI YAML file each, read into frozen dataclasses, and back into a resolved dump."""
+
+import dataclasses
+import importlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.beam import parameters as beam_parameters
+from bearing_twin.kinds.bearing import parameters as bearing_parameters
+from bearing_twin.kinds.ellipsoid import parameters as ellipsoid_parameters
+from bearing_twin.kinds.impact import parameters as pair_parameters
+from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
+from bearing_twin.sample import Channel
+from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
+
+SCENES = Shelf("scene", "scenes", SceneError)
+
+
+def _as_given(parameters):
+    return parameters
+
+
+class Kind(NamedTuple):
+    """What a scene's `kind` stands for; `module` (imported when needed: it compiles) has `channels(parameters)`.
+
+    `resolve` replaces what a checked scene leaves to be chosen, once, so that all who read it see the same numbers.
+    """
+
+    parameters: type
+    check: Callable[[Any], list[str]]
+    module: str
+    resolve: Callable[[Any], Any] = _as_given
+
+
+KINDS = {
+    "bearing": Kind(
+        bearing_parameters.BearingScene,
+        bearing_parameters.check,
+        "bearing_twin.kinds.bearing.outputs",
+        bearing_parameters.resolve,
+    ),
+    "two_spheres": Kind(
+        pair_parameters.TwoSpheresScene,
+        pair_parameters.check_spheres,
+        "bearing_twin.kinds.impact.spheres",
+        pair_parameters.resolve,
+    ),
+    "two_discs": Kind(
+        pair_parameters.TwoDiscsScene,
+        pair_parameters.check_discs,
+        "bearing_twin.kinds.impact.discs",
+        pair_parameters.resolve,
+    ),
+    "sphere_on_beam": Kind(
+        beam_parameters.SphereOnBeamScene,
+        beam_parameters.check_beam,
+        "bearing_twin.kinds.beam.motion",
+        beam_parameters.resolve,
+    ),
+    "ellipsoid_on_plane": Kind(
+        ellipsoid_parameters.EllipsoidOnPlaneScene,
+        ellipsoid_parameters.check_ellipsoid,
+        "bearing_twin.kinds.ellipsoid.outputs",
+        ellipsoid_parameters.resolve,
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene, complete and checked: `parameters` is the dataclass of its `kind`, all SI."""
+
+    name: str
+    kind: str
+    description: str
+    parameters: Any
+
+    @property
+    def model(self) -> ModuleType:
+        """The module of this scene's kind: its channels, wrenches and contact details."""
+        return importlib.import_module(KINDS[self.kind].module)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What one sample of this scene holds, in order."""
+        return tuple(self.model.channels(self.parameters))
+
+    def resolved(self) -> dict:
+        """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""
+        head = {"name": self.name, "kind": self.kind, "description": self.description}
+        return head | plain(self.parameters)
+
+
+def scene_names() -> list[str]:
+    """Names of the scenes that come with the package, sorted."""
+    return SCENES.names()
+
+
+def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
+    """The scene of that name or YAML file, with overrides such as `contact.normal=volumetric`; raises SceneError."""
+    mapping, origin = open_scene(name_or_path, overrides)
+    return parse_scene(mapping, origin)
+
+
+def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
+    """As `load_scene`, but (mapping, origin) for `parse_scene`: all keys, what is left to be chosen still open.
+
+    `source` is a name, a path or a scene's plain data.
+    """
+    if isinstance(source, Mapping):
+        text, origin = source, f"scene {source.get('name', 'without a name')}"
+    else:
+        path = SCENES.find(source)
+        text, origin = SCENES.read_text(path), f"scene {path.name}"
+    overrides = tuple(overrides)
+    scene = _parse(text, origin)
+    mapping = scene.resolved()
+    for override in overrides:
+        _apply(KINDS[scene.kind].parameters, mapping, override)
+    return mapping, " ".join((origin, *(("with",) if overrides else ()), *overrides))
+
+
+def parse_scene(text_or_mapping, origin: str) -> Scene:
+    """The scene in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
+    return _resolve(_parse(text_or_mapping, origin))
+
+
+def _resolve(scene: Scene) -> Scene:
+    return dataclasses.replace(scene, parameters=KINDS[scene.kind].resolve(scene.parameters))
+
+
+def _parse(text_or_mapping, origin: str) -> Scene:
+    """The scene as given, checked, with what it leaves to be chosen still open: overrides come before choices."""
+    mapping = SCENES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
+    if not isinstance(mapping, Mapping):
+        raise SceneError(f"{origin} holds no keys; start it with `kind: bearing`")
+    mapping = dict(mapping)
+    if "kind" not in mapping:
+        raise SceneError(f"{origin} has no key `kind`; legal: {', '.join(KINDS)}")
+    kind = mapping.pop("kind")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise SceneError(f"{origin}: kind = {echo(kind)} is not known; {unknown(kind, KINDS)}")
+    name = mapping.pop("name", Path(origin.removeprefix("scene ")).stem)
+    description = mapping.pop("description", "")
+    parameters, problems = read(KINDS[kind].parameters, mapping)
+    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+        problems.append(f"name = {echo(name)} must be text of 1 to {LONGEST_NAME} characters on one line")
+    if not isinstance(description, str) or len(description) > LONGEST_DESCRIPTION:
+        problems.append(f"description = {echo(description)} must be text of at most {LONGEST_DESCRIPTION} characters")
+    raise_problems(origin, problems)
+    raise_problems(origin, KINDS[kind].check(parameters))
+    return Scene(name, kind, description.strip(), parameters)
+
+
+def _apply(parameters: type, mapping: dict, override: str) -> None:
+    key, equals, text = override.partition("=")
+    words = [word.strip() for word in key.split(".")]
+    if not equals or not all(words):
+        raise SceneError(f"override {echo(override)} must look like contact.normal=volumetric")
+    if words[0] in ("name", "kind", "description"):
+        raise SceneError(f"override {echo(override)} cannot change {words[0]}; write a scene file for that")
+    for depth, word in enumerate(words[:-1], start=1):
+        inner = mapping.setdefault(word, {})
+        names = names_at(parameters, words[:depth])
+        if isinstance(inner, str) and inner in names:
+            inner = mapping[word] = plain(names[inner])
+        if not isinstance(inner, dict):
+            raise SceneError(f"override {echo(override)}: {word} is a value and has no keys of its own")
+        mapping = inner
+    mapping[words[-1]] = SCENES.load(text, f"override {echo(override)}")

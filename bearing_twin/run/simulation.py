@@ -1,0 +1,231 @@
+"""A scene in, a stream of samples and a report out."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearing_twin.errors import IntegrationError, LogError
+from bearing_twin.kinds.beam import motion as sphere_on_beam
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
+from bearing_twin.kinds.impact import discs as two_discs
+from bearing_twin.kinds.impact import spheres as two_spheres
+from bearing_twin.report import Report
+from bearing_twin.run.fidelity import Choice, choose
+from bearing_twin.run.scene import Scene, load_scene
+from bearing_twin.sample import Block, Sample
+
+MOTIONS = {
+    "bearing": BearingMotion,
+    "two_spheres": two_spheres.motion,
+    "two_discs": two_discs.motion,
+    "sphere_on_beam": sphere_on_beam.motion,
+    "ellipsoid_on_plane": EllipsoidMotion,
+}
+"""What moves each kind of scene: made from parameters, law and stepper, with `reset`, `first_outputs`,
+`advance(times, duration)` (one array a channel, in their order), `goal_speed`, `statistics`, `found`, `costs`."""
+
+CHUNK_NS = 20_000_000  # integrate at most this much simulated time between commands ...
+CHUNK_OUTPUTS = 200  # ... and at most this many outputs, so that memory stays small
+BLOCK_OUTPUTS = 50  # outputs in the blocks a Run hands out
+
+
+class Simulation:
+    """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
+
+    Integration runs in compiled code that releases the GIL. Commands take effect at the next chunk, at most 20 ms of
+    simulated time (or one output, if outputs are rarer) ahead.
+    """
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+        self.choice: Choice = choose(scene)
+        self.channels = scene.channels
+        self.output_period_ns = max(1, round(1e9 / scene.parameters.run.output_rate))
+        self._per_chunk = max(1, min(CHUNK_OUTPUTS, CHUNK_NS // self.output_period_ns))
+        self._motion = self._new_motion()
+        self.reset()
+
+    def _new_motion(self):
+        return MOTIONS[self.scene.kind](self.scene.parameters, self.choice.law, self.choice.stepper)
+
+    @property
+    def law(self) -> str:
+        """Name of the elastic law in use."""
+        return self.choice.law
+
+    @property
+    def stepper(self) -> str:
+        """Name of the integration method in use."""
+        return self.choice.stepper
+
+    @property
+    def choice_reason(self) -> str:
+        """Why this law and this stepper."""
+        return self.choice.reason
+
+    def reset(self) -> None:
+        """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
+        self._motion.reset()
+        self.sequence, self.time_ns = -1, -self.output_period_ns
+        self._pending = self._motion.first_outputs()
+        self._used = 0
+        self._statistics = self._motion.statistics()
+        self._compute_seconds = 0.0
+
+    def warm_up(self) -> float:
+        """Compiles what this scene needs (or loads it from the cache) and returns the seconds it took."""
+        start = time.perf_counter()
+        period = 1e-9 * self.output_period_ns
+        self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
+        return time.perf_counter() - start
+
+    def set_speed(self, speed: float) -> None:
+        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration."""
+        self._motion.goal_speed = float(speed)
+
+    def advance(self, outputs: int) -> Block:
+        """The next solver outputs, at most a chunk's worth is computed ahead; raises IntegrationError with the time."""
+        parts, missing = [], outputs
+        while missing > 0:
+            available = len(self._pending[0]) - self._used
+            if available == 0:
+                self._compute_chunk()
+                continue
+            take = min(available, missing)
+            parts.append([array[self._used : self._used + take] for array in self._pending])
+            self._used += take
+            missing -= take
+        arrays = [np.concatenate(column) if len(parts) > 1 else column[0] for column in zip(*parts, strict=True)]
+        first = self.sequence + 1
+        time_ns = (first + np.arange(outputs, dtype=np.int64)) * self.output_period_ns
+        self.sequence, self.time_ns = first + outputs - 1, int(time_ns[-1])
+        names = (channel.name for channel in self.channels)
+        block = Block(self.channels, first, time_ns, dict(zip(names, arrays, strict=True)))
+        self._statistics.add(block)
+        return block
+
+    def _compute_chunk(self) -> None:
+        start = time.perf_counter()
+        period = 1e-9 * self.output_period_ns
+        times = period * np.arange(1, self._per_chunk + 1)
+        try:
+            self._pending = self._motion.advance(times, times[-1])
+        except IntegrationError as error:
+            sentence = f"after {1e-9 * self.time_ns:.9g} s: {error}"
+            raise IntegrationError(sentence, error.reason, error.seconds, error.body) from error
+        self._used = 0
+        self._compute_seconds += time.perf_counter() - start
+
+    def report(self) -> Report:
+        """What the run cost and how far to trust it, up to the last output given out."""
+        found = self._motion.found(self._statistics)
+        # Outputs computed but not given out took their share of the seconds.
+        share = (self.sequence + 1) / (self.sequence + 1 + len(self._pending[0]) - self._used)
+        return Report(
+            scene=self.scene.name,
+            law=self.choice.law,
+            stepper=self.choice.stepper,
+            choice_reason=self.choice.reason,
+            warnings=self.choice.warnings,
+            flags=found.flags,
+            status=found.status,
+            simulated_seconds=1e-9 * self.time_ns,
+            compute_seconds=share * self._compute_seconds,
+            samples=self.sequence + 1,
+            costs=self._motion.costs(),
+            figures=found.figures,
+        )
+
+
+class Run:
+    """One pass through a scene from start to end; iterate it for `Sample`s or its `blocks()`, then read `report`."""
+
+    def __init__(self, scene: Scene, progress: Callable[[float], None] | None = None):
+        self.scene = scene
+        self.simulation = Simulation(scene)
+        self.channels = self.simulation.channels
+        self._progress = progress
+
+    @property
+    def report(self) -> Report:
+        """The report on what has been iterated so far."""
+        return self.simulation.report()
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs of the whole run, the one at time zero included."""
+        return int(1e9 * self.scene.parameters.run.duration // self.simulation.output_period_ns) + 1
+
+    def blocks(self) -> Iterator[Block]:
+        """The run in blocks of up to 50 outputs, from the start."""
+        self.simulation.reset()
+        done, total = 0, self.outputs
+        while done < total:
+            block = self.simulation.advance(min(BLOCK_OUTPUTS, total - done))
+            done += len(block)
+            if self._progress:
+                self._progress(done / total)
+            yield block
+
+    def __iter__(self) -> Iterator[Sample]:
+        for block in self.blocks():
+            yield from block
+
+
+def simulate(scene: Scene | str, progress: Callable[[float], None] | None = None) -> Run:
+    """A run of the scene (or the scene of that name); nothing is computed before it is iterated.
+
+    `progress` is called with the share done after each block.
+    """
+    return Run(load_scene(scene) if isinstance(scene, str) else scene, progress)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """How far a log is from a fresh simulation of the scene stored in it."""
+
+    samples: int
+    deviations: dict[str, float]
+
+    @property
+    def greatest(self) -> float:
+        """The greatest absolute deviation of any channel, in that channel's unit."""
+        return max(self.deviations.values(), default=0.0)
+
+    def as_dict(self) -> dict:
+        """For `--json`."""
+        return {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
+
+
+def verify(log, progress: Callable[[float], None] | None = None) -> Verification:
+    """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
+
+    Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
+    not the scene's own run.
+    """
+    if log.scene is None:
+        raise LogError(
+            "this log holds no scene, so it cannot be simulated again; verify a log written by `simulate --out`"
+        )
+    simulation = Simulation(log.scene)
+    deviations = dict.fromkeys((channel.name for channel in simulation.channels), 0.0)
+    samples = 0
+    total = log.scene.parameters.run.duration * log.scene.parameters.run.output_rate + 1
+    for block in log.blocks():
+        again = simulation.advance(len(block))
+        if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
+            raise LogError(
+                f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
+            )
+        if samples == 0 and [c.name for c in block.channels] != list(deviations):
+            raise LogError("this log was written by another version: its channels differ; simulate the scene again")
+        for name in deviations:
+            difference = np.abs(block.values[name] - again.values[name])
+            deviations[name] = max(deviations[name], float(difference.max()))
+        samples += len(block)
+        if progress:
+            progress(min(1.0, samples / total))
+    return Verification(samples, deviations)

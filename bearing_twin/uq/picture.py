@@ -1,0 +1,160 @@
+"""The picture of a study: what is known of each quantity, how the sampling converged, and bands of the histories."""
+
+import contextlib
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bearing_twin.errors import StatisticError, StudyError
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading, scaled
+from bearing_twin.uq.propagation import exact_distributions, task_of
+from bearing_twin.uq.result import StudyResult
+from bearing_twin.uq.statistics import density, histogram
+from bearing_twin.uq.study import Study
+
+MOST_QUANTITIES = 3
+FAR = 0.001  # probability left out on either side of a distribution
+
+
+def plot_study(result: StudyResult, png_path) -> Path:
+    """Write the picture of a result; returns the path. Raises BearingTwinError where that is impossible."""
+    study, names = result.study, result.study.quantities[:MOST_QUANTITIES]
+    panels = len(names) + bool(result.summary["convergence"]["samples"]) + bool(study.histories)
+    columns = 2 if panels <= 4 else 3
+    rows = -(-panels // columns)
+    figure = Figure(figsize=(16.0, 1.6 + 4.4 * rows), dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    tall = 1.6 + 4.4 * rows
+    grid = figure.add_gridspec(
+        rows, columns, left=0.06, right=0.98, top=1.0 - 1.15 / tall, bottom=0.95 / tall, hspace=0.38, wspace=0.2
+    )
+    axes = [figure.add_subplot(grid[place // columns, place % columns]) for place in range(panels)]
+    exact = _exact(study)
+    for axis, name in zip(axes, names, strict=False):
+        _draw_quantity(axis, result, name, exact.get(name))
+    if result.summary["convergence"]["samples"]:
+        _draw_convergence(axes[len(names)], result)
+    if study.histories:
+        _draw_history(axes[-1], result, study.histories[0])
+    title = study.description or study.name
+    return finish(figure, title[:1].upper() + title[1:], _footer(result), png_path, size=16)
+
+
+def _exact(study: Study) -> dict:
+    """The exact distributions to compare the sample with, where a change of variable gives them."""
+    try:
+        return exact_distributions(study, task_of(study), "auto")
+    except StudyError:
+        return {}
+
+
+def _draw_quantity(axis, result, name, exact):
+    sample, found = result.sample(name), result.summary["quantities"][name]
+    frame(axis)
+    kept = sample[np.isfinite(sample)]
+    heading(axis, name.replace("_", " ").capitalize())
+    drawn = len(kept) > 1 and kept.min() < kept.max()
+    if not drawn and exact is None and found["method"] != "chaos":
+        words = "no realisation succeeded" if not len(kept) else f"{kept[0]:.6g} {found['unit']} in every realisation"
+        axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
+        return
+    marks = np.array([one["value"] for one in found["quantiles"].values()])
+    low, high = marks[0], marks[-1]
+    factor, unit = scaled(marks, found["unit"])
+    if drawn:
+        edges, heights = histogram(kept)
+        axis.stairs(heights / factor, edges * factor, fill=True, color="#b9c6d2", label=f"{len(kept)} samples")
+        low, high = np.quantile(kept, [FAR, 1.0 - FAR])
+        smooth = density(kept, low=0.0) if kept.min() >= 0.0 else density(kept)
+        axis.plot(smooth.x * factor, smooth.density / factor, color=BALL_COLOURS[0], linewidth=2, label="smoothed")
+    if exact is not None:
+        low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)
+        x = np.linspace(low, high, 400)
+        axis.plot(
+            x * factor, exact.pdf(x) / factor, color=STYLE["ink"], linewidth=1.6, linestyle="--",
+            label="change of variable",
+        )  # fmt: skip
+    for probability in ("0.05", "0.50", "0.95"):
+        if probability in found["quantiles"]:
+            quantile = found["quantiles"][probability]
+            axis.axvline(quantile["value"] * factor, color=BALL_COLOURS[5], linewidth=1.3)
+            if quantile["low"] is not None and quantile["high"] is not None:
+                axis.axvspan(
+                    quantile["low"] * factor, quantile["high"] * factor, color=BALL_COLOURS[5], alpha=0.18, linewidth=0
+                )
+    words = {"ensemble": " with intervals", "chaos": " of the expansion"}.get(found["method"], "")
+    label = f"5, 50, 95 %{words}"
+    axis.plot([], [], color=BALL_COLOURS[5], linewidth=1.3, label=label)
+    margin = 0.08 * (high - low)
+    axis.set_xlim((low - margin) * factor, (high + margin) * factor)
+    axis.set_ylim(bottom=0.0)
+    words = name.replace("_", " ")
+    axis.set_xlabel(f"{words} [{unit}]" if unit not in ("", "1") else words)
+    if not drawn and exact is None:
+        axis.set_yticks([])
+        axis.legend(frameon=False, fontsize=10.5)
+        return
+    axis.set_ylabel(f"density [1/{unit}]" if unit not in ("", "1") else "density")
+    axis.legend(frameon=False, fontsize=10.5)
+
+
+def _draw_convergence(axis, result):
+    path = result.summary["convergence"]
+    samples, value, half = (np.array(path[key], float) for key in ("samples", "estimate", "half_width"))
+    factor, unit = scaled(value, result.quantity_units[path["quantity"]])
+    what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
+    frame(axis)
+    finite = np.isfinite(half)
+    axis.fill_between(
+        samples[finite], (value - half)[finite] * factor, (value + half)[finite] * factor,
+        color=BALL_COLOURS[0], alpha=0.2, linewidth=0, label="95 % interval",
+    )  # fmt: skip
+    axis.plot(samples, value * factor, color=BALL_COLOURS[0], linewidth=2, marker="o", markersize=3.5, label=what)
+    exact = _exact(result.study).get(path["quantity"])
+    if exact is not None and path["statistic"] in ("mean", "std"):
+        with contextlib.suppress(StatisticError):
+            level = getattr(exact, path["statistic"]) * factor
+            axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
+    axis.set_xlabel("samples")
+    axis.set_ylabel(f"{what} [{unit}]" if unit not in ("", "1") else what)
+    axis.legend(frameon=False, fontsize=10.5)
+    heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}")
+
+
+def _draw_history(axis, result, channel):
+    found = result.summary["histories"][channel]
+    unit = next(one.unit for one in result.study.scene_at(result.values[0]).channels if one.name == channel)
+    time = np.array(found["time_s"])
+    scale_time, unit_time = scaled(time, "s")
+    frame(axis)
+    names = [name for name in ("0.05", "0.50", "0.95", "mean", "at_mean_inputs") if name in found]
+    scale, unit = scaled(np.concatenate([found[name] for name in names]), unit)
+    curves = {name: np.array(found[name]) * scale for name in names}
+    if "mean" in curves:
+        axis.fill_between(
+            time * scale_time, curves["0.05"], curves["0.95"], color=BALL_COLOURS[0], alpha=0.2, linewidth=0,
+            label="5 to 95 % at each instant",
+        )  # fmt: skip
+        axis.plot(time * scale_time, curves["0.50"], color=BALL_COLOURS[0], linewidth=2, label="median")
+        axis.plot(time * scale_time, curves["mean"], color=BALL_COLOURS[5], linewidth=2, label="mean of the runs")
+    if "at_mean_inputs" in curves:
+        axis.plot(
+            time * scale_time, curves["at_mean_inputs"], color=STYLE["ink"], linestyle="--", linewidth=1.6,
+            label="run at the mean inputs",
+        )  # fmt: skip
+    axis.set_xlabel(f"time [{unit_time}]")
+    axis.set_ylabel(f"{channel.replace('_', ' ')} [{unit}]")
+    axis.margins(x=0.0)
+    axis.legend(frameon=False, fontsize=10.5)
+    heading(axis, f"{channel.replace('_', ' ').capitalize()} over time")
+
+
+def _footer(result) -> str:
+    summary = result.summary
+    failed = sum(summary["failed"].values())
+    parts = [f"{summary['samples']} samples, {summary['sampler'].replace('_', ' ')}, seed {summary['seed']}"]
+    parts += [f"{failed} failed"] if failed else []
+    text = "; ".join([*parts, summary["stopped_because"]])
+    return text if len(text) < 190 else text[:187] + "..."
