@@ -3,7 +3,17 @@
 import json
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
+
+
+class Choice(NamedTuple):
+    """Elastic law and stepper of a scene, the law's relative load error there, the reason, and what to watch."""
+
+    law: str
+    stepper: str
+    law_error: float
+    reason: str
+    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -31,8 +41,12 @@ class Report:
         """Simulated over computed seconds, compilation apart."""
         return self.simulated_seconds / self.compute_seconds if self.compute_seconds > 0.0 else 0.0
 
+    def record(self) -> dict[str, Any]:
+        """What a log keeps of the run itself: the report, and which of its numbers are costs."""
+        return self.as_dict() | {"costs": dict(self.costs)}
+
     def as_dict(self) -> dict[str, Any]:
-        """Plain data for `--json`, log metadata and tables."""
+        """Plain data for `--json` and tables."""
         return {
             "scene": self.scene,
             "law": self.law,

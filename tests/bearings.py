@@ -1,6 +1,7 @@
 """Bearing runs for tests: short names for a scene with overrides, its motion, and its energies."""
 
 import numpy as np
+from made_up_run import a_choice
 
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.run.scene import load_scene
@@ -11,7 +12,7 @@ TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
 
 def motion(*overrides, scene="bearing_6203", law="hertz", stepper="rodas4"):
     """The motion of a scene with overrides."""
-    return BearingMotion(load_scene(scene, overrides).parameters, law, stepper)
+    return BearingMotion(load_scene(scene, overrides).parameters, a_choice(law, stepper))
 
 
 def stored_energy(out):

@@ -5,8 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block
+
+
+def a_choice(law: str = "hertz", stepper: str = "rodas4") -> Choice:
+    """A model without the weighing that leads to one."""
+    return Choice(law, stepper, 0.0, "made up", ())
 
 
 def made_up_scene(balls: int = 3, output_rate: float = 1000.0, publish_rate: float = 100.0) -> Scene:
@@ -56,9 +62,8 @@ def cut(block: Block, *rows: int) -> list[Block]:
 
 def made_up_run(scene: Scene, blocks: list[Block]) -> SimpleNamespace:
     """What `write_log` needs of a run."""
-    simulation = SimpleNamespace(law="hertz", stepper="rodas4", choice_reason="made up")
-    report = SimpleNamespace(as_dict=lambda: {"status": "made up", "samples": sum(map(len, blocks))})
-    return SimpleNamespace(scene=scene, simulation=simulation, blocks=lambda: iter(blocks), report=report)
+    report = SimpleNamespace(record=lambda: {"status": "made up", "samples": sum(map(len, blocks))})
+    return SimpleNamespace(scene=scene, choice=a_choice(), blocks=lambda: iter(blocks), report=report)
 
 
 def bits(samples) -> list:

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from made_up_run import cut, made_up_block, made_up_scene
+from made_up_run import a_choice, cut, made_up_block, made_up_scene
 
 from bearing_twin.kinds.bearing.outputs import contact_details, wrenches
 from bearing_twin.log import cdr
-from bearing_twin.log.channels import LARGEST_BLOCK, NAMESPACE, MessageStream, topics
+from bearing_twin.log.stream import LARGEST_BLOCK, MessageStream, topics
 
 
 def stream_of(scene, blocks, **options):
-    stream = MessageStream(scene, law="hertz", **options)
+    stream = MessageStream(scene, choice=a_choice(), **options)
     messages = [message for block in blocks for message in stream.messages(block)]
     return [*messages, *stream.flush()]
 
@@ -23,12 +23,14 @@ def test_table():
     table = topics(made_up_scene(balls=3))
     names = [topic.name for topic in table]
     assert names == [
+        "scene",
         "ball_0/wrench", "ball_1/wrench", "ball_2/wrench", "inner_ring/wrench", "outer_ring/wrench", "contacts",
         "state", "joint_states", "markers", "samples",
     ]  # fmt: skip
-    assert table[0].full_name == f"{NAMESPACE}/ball_0/wrench"
+    assert table[1].full_name == "/bearing/ball_0/wrench"
     assert {topic.qos.reliability for topic in table} == {"reliable"}
-    assert {topic.qos.depth for topic in table} == {10}
+    assert {topic.name: topic.qos.depth for topic in table if topic.qos.depth != 10} == {"scene": 1}
+    assert table[0].qos.durability == "transient_local"
 
 
 def test_wrench_messages_are_the_sample():
@@ -103,7 +105,7 @@ def test_messages_come_in_order_of_time_and_table():
     stamps = [stamp for _, stamp, _ in messages]
     assert stamps == sorted(stamps)
     order = [topic.name for topic in topics(scene)]
-    assert [topic.name for topic, stamp, _ in messages if stamp == 50_000_000] == order[:-1]
+    assert [topic.name for topic, stamp, _ in messages if stamp == 50_000_000] == order[1:-1]
 
 
 @pytest.mark.parametrize("rows", [(1,), (49,), (50,), (7, 8, 63, 64, 100), tuple(range(1, 120))])
@@ -133,7 +135,7 @@ def test_reset_closes_the_block_in_progress():
 
 def test_no_sample_block_is_larger_than_the_limit():
     scene = made_up_scene(balls=12, output_rate=1e5)
-    stream = MessageStream(scene, law="hertz")
+    stream = MessageStream(scene, choice=a_choice())
     row = 8 * sum(channel.width for channel in scene.channels)
     assert stream.block_outputs * row <= LARGEST_BLOCK < (stream.block_outputs + 1) * row
 

@@ -8,9 +8,11 @@ import pytest
 from bearing_twin.charts import bounces
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
-from bearing_twin.kinds.bearing.picture import plot_ball_loads
-from bearing_twin.kinds.bearing.summary import summarise
-from bearing_twin.kinds.ellipsoid import picture as ellipsoids
+from bearing_twin.kinds.bearing.picture import BearingPicture
+from bearing_twin.kinds.contract import Facts
+from bearing_twin.pictures import values as kept
+from bearing_twin.pictures.channels import ChannelPicture
+from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import Block, Channel
@@ -43,8 +45,12 @@ def made_up_block(balls, outputs, first=0, period=1e-3, mean=40.0, swing=60.0):
     return Block(channels, first, np.round(time * 1e9).astype(np.int64), values)
 
 
-def made_up_run(*blocks):
-    return SimpleNamespace(blocks=lambda: iter(blocks), scene=None, metadata={"bearing_twin": {"law": "hertz"}})
+def drawn(path, *blocks):
+    """The picture of a recording without a scene."""
+    picture = BearingPicture(Facts(None, "hertz", ""))
+    for block in blocks:
+        picture.add(block)
+    return picture.write(path)
 
 
 def size_of(png):
@@ -62,39 +68,41 @@ def loose_run():
 
 def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
     run, blocks = loose_run
-    source = SimpleNamespace(blocks=lambda: iter(blocks), scene=run.scene, simulation=run.simulation)
-    path = plot_ball_loads(source, tmp_path / "run.png", title="A run")
+    source = SimpleNamespace(blocks=lambda: iter(blocks), scene=run.scene, choice=run.choice)
+    path = plot(source, tmp_path / "run.png")
     assert size_of(path) == (1600, 1000)
     assert str(tmp_path).encode() not in path.read_bytes()
 
 
 @pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (8, 2), (9, 300), (32, 300), (200, 50)])
 def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
-    path = plot_ball_loads(made_up_run(made_up_block(balls, outputs)), tmp_path / "run.png")
+    path = drawn(tmp_path / "run.png", made_up_block(balls, outputs))
     assert size_of(path) == (1600, 1000)
 
 
-def test_samples_without_a_scene_are_drawn(tmp_path):
-    assert size_of(plot_ball_loads(iter(made_up_block(8, 1500)), tmp_path / "run.png")) == (1600, 1000)
+def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
+    picture = ChannelPicture(Facts(None, "", ""))
+    picture.add(made_up_block(8, 1500))
+    assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
 
 
 def test_balls_without_any_load_are_drawn(tmp_path):
     block = made_up_block(4, 10, mean=0.0, swing=0.0)
     block.values["normal_load"][:] = 0.0
-    assert size_of(plot_ball_loads(made_up_run(block), tmp_path / "run.png")) == (1600, 1000)
+    assert size_of(drawn(tmp_path / "run.png", block)) == (1600, 1000)
 
 
 def test_the_same_run_gives_the_same_picture(tmp_path):
     block = made_up_block(8, 100)
-    first, second = (plot_ball_loads(made_up_run(block), tmp_path / name).read_bytes() for name in ("a.png", "b.png"))
+    first, second = (drawn(tmp_path / name, block).read_bytes() for name in ("a.png", "b.png"))
     assert first == second
 
 
 def test_no_sample_and_no_place_to_write_are_refused(tmp_path):
     with pytest.raises(LogError, match="no sample"):
-        plot_ball_loads(iter([]), tmp_path / "run.png")
+        drawn(tmp_path / "run.png")
     with pytest.raises(BearingTwinError, match="cannot be written"):
-        plot_ball_loads(made_up_run(made_up_block(2, 2)), tmp_path / "none" / "run.png")
+        drawn(tmp_path / "none" / "run.png", made_up_block(2, 2))
 
 
 def test_the_envelope_is_bounded_and_loses_no_peak_however_the_run_is_cut():
@@ -133,41 +141,6 @@ def test_the_latest_part_of_a_run_is_there_in_full():
     assert history.turns == pytest.approx(70.0 * 4.999 / (2.0 * np.pi))
 
 
-def test_the_summary_of_made_up_blocks_is_what_was_made_up():
-    first, second = made_up_block(4, 100), made_up_block(4, 100, first=150)
-    result = summarise(made_up_run(first, second))
-    load = np.concatenate([first.values["normal_load"], second.values["normal_load"]])
-    assert result["outputs"] == 200
-    assert result["missing_outputs"] == 50
-    assert result["law"] == "hertz"
-    assert result["end_s"] == pytest.approx(0.249)
-    assert result["cage_speed_rad_s"] == pytest.approx(70.0)
-    assert result["inner_ring_torque_z_mean_nm"] == pytest.approx(1e-3)
-    assert result["energy_closure"] == pytest.approx(0.0, abs=1e-12)
-    assert result["greatest_normal_load_n"] == load.max()
-    for raceway, word in enumerate(("inner", "outer")):
-        assert result[f"greatest_normal_load_{word}_n"] == load[..., raceway].max(axis=0).tolist()
-        assert result[f"normal_load_{word}_n"] == pytest.approx(load[..., raceway].mean(axis=0))
-        assert result[f"share_without_contact_{word}"] == (load[..., raceway] <= 0.0).mean(axis=0).tolist()
-
-
-def test_the_summary_tells_lost_energy():
-    block = made_up_block(2, 50)
-    block.values["dissipated"][:] *= 0.5
-    assert summarise(made_up_run(block))["energy_closure"] == pytest.approx(-1.5 / 5.0)
-
-
-def test_the_summary_of_a_run_agrees_with_its_report(loose_run):
-    run, blocks = loose_run
-    source = SimpleNamespace(blocks=lambda: iter(blocks), scene=run.scene, simulation=run.simulation)
-    result, report = summarise(source), run.report.as_dict()
-    assert result["outputs"] == report["samples"]
-    for word in ("inner", "outer"):
-        assert result[f"greatest_normal_load_{word}_n"] == report[f"greatest_normal_load_{word}_n"]
-        assert len(result[f"semi_major_{word}_m"]) == run.scene.parameters.geometry.balls
-    assert max(result["share_without_contact_inner"]) > 0.0
-
-
 def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path):
     """Paper 1, figures 3 and 4; the closed forms are in test_ellipsoid.py."""
     points = bounces.measure()
@@ -185,11 +158,11 @@ def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path):
 
 
 def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkeypatch):
-    monkeypatch.setattr(ellipsoids, "GREATEST_ROWS", 300)
-    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), ellipsoids.EllipsoidHistory()
+    monkeypatch.setattr(kept, "GREATEST_ROWS", 300)
+    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), kept.Values()
     loads, times = [], []
     for block in run.blocks():
-        history.add_block(block)
+        history.add(block)
         loads.append(block.values["normal_load"])
         times.append(1e-9 * block.time_ns)
     values = history.arrays()
@@ -197,11 +170,6 @@ def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkey
     assert history.stride == 8
     assert values["time"] == pytest.approx(np.concatenate(times)[::8], abs=1e-15)
     assert np.array_equal(values["normal_load"], np.concatenate(loads)[::8])
-    assert history.greatest_load == np.concatenate(loads).max()
+    assert history.greatest["normal_load"] == np.concatenate(loads).max()
     with pytest.raises(LogError, match="no sample"):
-        ellipsoids.EllipsoidHistory().arrays()
-
-
-def test_the_summary_of_nothing_is_refused():
-    with pytest.raises(LogError, match="no sample"):
-        summarise(made_up_run())
+        kept.Values().arrays()

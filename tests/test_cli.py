@@ -78,7 +78,7 @@ def test_a_run_is_logged_reported_and_verified(log, capsys):
     assert verification["greatest_deviation"] == 0.0
     assert verification["samples"] == 21
     report = asked(capsys, "report", log, "--strict")
-    assert report["outputs"] == 21
+    assert report["samples"] == 21
     assert report["missing_outputs"] == 0
     assert report["scene"] == "bearing_6203"
     assert len(report["greatest_normal_load_inner_n"]) == 8
@@ -107,7 +107,7 @@ def test_a_cut_log_is_refused_then_recovered(tmp_path, capsys):
     result = asked(capsys, "recover", cut, saved, "--strict", code=DOUBTFUL)
     assert 0 < result["samples"] < 601
     report = asked(capsys, "report", saved)
-    assert report["outputs"] == result["samples"]
+    assert report["samples"] == result["samples"]
     assert asked(capsys, "verify", saved)["greatest_deviation"] == 0.0
 
 
@@ -211,7 +211,7 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     assert out == ""
     assert "Traceback" not in err
     report = asked(capsys, "report", path)
-    assert report["outputs"] > 20
+    assert report["samples"] > 20
     assert report["missing_outputs"] == 0
 
 

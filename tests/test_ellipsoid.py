@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from made_up_run import a_choice
 
 from bearing_twin.command.cli import main
 from bearing_twin.contact import hertz_impact as impact
@@ -132,7 +133,7 @@ def touch_at(motion, state):
 def test_forces_are_the_slope_of_the_elastic_energy(law):
     """Virtual work: -dU by height is the load, -dU by a small turn the moment of the load at its point."""
     scene = load_scene("ellipsoid_tumbling", ["start.height=-2e-5"])
-    motion = EllipsoidMotion(scene.parameters, law, "dop853")
+    motion = EllipsoidMotion(scene.parameters, a_choice(law, "dop853"))
     here = touch_at(motion, motion.state)
     moment = np.cross(here.arm, [0.0, 0.0, here.normal_load])
     lowered = motion.state.copy()
@@ -156,7 +157,7 @@ def test_the_motion_does_not_depend_on_the_direction_of_x():
     first = load_scene("ellipsoid_rocking", ["run.duration=0.05"])
     angle = 0.7
     turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1.0]])
-    motions = [EllipsoidMotion(first.parameters, "hertz", "dop853") for _ in range(2)]
+    motions = [EllipsoidMotion(first.parameters, a_choice("hertz", "dop853")) for _ in range(2)]
     state = motions[1].state
     state[3:7] = quaternion_product(quaternion_from_vector((0.0, 0.0, angle)), tuple(state[3:7]))
     state[7:10], state[10:13] = turn @ state[7:10], turn @ state[10:13]
@@ -419,7 +420,9 @@ def test_a_body_through_the_plane_stops_the_run():
 
 
 def test_the_compiled_kernels_give_the_plain_numbers():
-    motion = EllipsoidMotion(load_scene("ellipsoid_rocking", ["start.height=-1e-6"]).parameters, "hertz", "dop853")
+    motion = EllipsoidMotion(
+        load_scene("ellipsoid_rocking", ["start.height=-1e-6"]).parameters, a_choice("hertz", "dop853")
+    )
     pose = pose_of(motion.body, motion.state)
     plain, compiled = touch_of.py_func(motion.body, motion.state, pose), touch_of(motion.body, motion.state, pose)
     for one, other in zip(plain, compiled, strict=True):
@@ -430,7 +433,7 @@ def test_carried_integrals_stay_on_their_equation_where_they_are_projected():
     """Paper 1, section 3, in lasting contact: one Newton step each keeps them to rounding, without it they drift."""
     off = {}
     for law in ("hertz_differential", "hertz_unprojected"):
-        motion = EllipsoidMotion(load_scene("ellipsoid_rocking").parameters, law, "dop853")
+        motion = EllipsoidMotion(load_scene("ellipsoid_rocking").parameters, a_choice(law, "dop853"))
         motion.advance(np.array([1.0]), 1.0)
         low = ellipsoid_on_plane(motion.body.semi_axes, pose_of(motion.body, motion.state).down)
         fresh = shape_of(low.curvature_small, low.curvature_large)
@@ -446,7 +449,7 @@ def test_carried_integrals_stay_on_their_equation_where_they_are_projected():
 def test_the_viscous_load_vanishes_at_the_onset_and_never_pulls(damper):
     """Paper 1, section 5: d(h) -> 0 with h."""
     overrides = ["start.height=0", "start.velocity=[0,0,-1]", "contact.restitution=1.0", damper]
-    motion = EllipsoidMotion(load_scene("ellipsoid_on_plane", overrides).parameters, "hertz", "dop853")
+    motion = EllipsoidMotion(load_scene("ellipsoid_on_plane", overrides).parameters, a_choice("hertz", "dop853"))
     viscous = []
     for approach in (0.0, 1e-20, 1e-12, 1e-6):
         motion.state[2] = 0.1 - approach
@@ -477,7 +480,7 @@ def test_spin_weakens_the_sliding_friction_of_a_spot():
                          "start.velocity=[0.05,0,0]", "friction.regularisation=1e-4",
                          f"start.angular_velocity=[0,0,{spin}]")  # fmt: skip
             scene = load_scene("ellipsoid_rocking", overrides)
-            motion = EllipsoidMotion(scene.parameters, "hertz", "dop853")
+            motion = EllipsoidMotion(scene.parameters, a_choice("hertz", "dop853"))
             touch = touch_at(motion, motion.state)
             forces[form, spin] = -touch.friction_x / touch.normal_load
     assert forces["spot", 0.0] == pytest.approx(forces["point", 0.0], rel=1e-9) == pytest.approx(0.15, rel=1e-5)

@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from made_up_run import bits, made_up_block, made_up_run, made_up_scene
+from made_up_run import a_choice, bits, made_up_block, made_up_run, made_up_scene
 from ros import (
     Clock,
     DiagnosticArray,
@@ -27,8 +27,8 @@ from ros import (
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.channels import MessageStream, topics
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.recording import RECORD
@@ -41,7 +41,7 @@ NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]
 
 def messages():
     """Topic and bytes of everything a run of BLOCK sends, in order."""
-    stream = MessageStream(SCENE, law="hertz")
+    stream = MessageStream(SCENE, choice=a_choice())
     for part in (stream.messages(BLOCK), stream.flush()):
         yield from ((topic, cdr_bytes) for topic, _, cdr_bytes in part)
 

@@ -6,8 +6,8 @@ from made_up_run import made_up_block, made_up_run, made_up_scene
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.channels import samples_message
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.log.stream import samples_message
 from bearing_twin.nodes.recording import RECORD, Recording, Sequences, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
 

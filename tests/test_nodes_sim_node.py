@@ -30,8 +30,8 @@ from ros import (
 )
 
 from bearing_twin.errors import SceneError
-from bearing_twin.log.channels import MessageStream, topics
 from bearing_twin.log.mcap_log import content_digest, read_log, write_log
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recording import sample_range
 from bearing_twin.nodes.sim_node import SimNode
@@ -47,7 +47,7 @@ PAUSE, RESET, STEP = "/bearing/sim_node/pause", "/bearing/sim_node/reset", "/bea
 def expected(outputs):
     """The messages of the first outputs of the scene, by topic: as computed without ROS."""
     simulation, messages = Simulation(SCENE), defaultdict(list)
-    stream = MessageStream(SCENE, law=simulation.law)
+    stream = MessageStream(SCENE, choice=simulation.choice)
     for part in (stream.messages(simulation.advance(outputs)), stream.flush()):
         for topic, _, cdr in part:
             messages[topic.full_name].append(padded(cdr))

@@ -5,11 +5,11 @@ from collections import defaultdict
 from types import SimpleNamespace
 
 import pytest
-from made_up_run import bits, cut, made_up_block, made_up_scene
+from made_up_run import a_choice, bits, cut, made_up_block, made_up_scene
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.log.channels import MessageStream
 from bearing_twin.log.mcap_log import LogWriter, read_log
+from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.recording import sample_range
 from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
 
@@ -43,7 +43,7 @@ def made_up_loop(**options):
     delivered = defaultdict(list)
     loop = SimulationLoop(
         made_up_simulation(),
-        lambda: MessageStream(SCENE, law="hertz"),
+        lambda: MessageStream(SCENE, choice=a_choice()),
         lambda message: delivered[message.topic].append((message.time_ns, message.cdr)),
         **options,
     )
@@ -60,7 +60,7 @@ def drive(loop, clock, until_ns):
 
 def expected(outputs):
     """The messages of the first `outputs` outputs, by topic."""
-    stream, messages = MessageStream(SCENE, law="hertz"), defaultdict(list)
+    stream, messages = MessageStream(SCENE, choice=a_choice()), defaultdict(list)
     for part in (stream.messages(cut(BLOCK, outputs)[0]), stream.flush()):
         for topic, stamp_ns, cdr in part:
             messages[topic.name].append((stamp_ns, cdr))

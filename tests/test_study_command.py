@@ -9,9 +9,9 @@ import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds import KINDS
 from bearing_twin.log.study_log import read_study
 from bearing_twin.uq.picture import plot_study
-from bearing_twin.uq.quantities import QUANTITIES
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
@@ -109,7 +109,7 @@ def test_the_list_names_every_study_and_quantity(capsys):
     found = asked(capsys, "--list")
     assert [one["name"] for one in found["studies"]] == study_names()
     assert {(one["kind"], one["quantity"]) for one in found["quantities"]} == {
-        (kind, name) for kind, table in QUANTITIES.items() for name in table
+        (kind, name) for kind, row in KINDS.items() for name in row.quantities_of()
     }
     assert main(["study", "--list"]) == DONE
     assert "greatest_ball_load" in capsys.readouterr().err

@@ -20,6 +20,7 @@ from bearing_twin import __version__
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.motion import FIXED_STEP, REFERENCE_SHARE, BearingMotion
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
 FINEST = 1e-7
@@ -91,7 +92,7 @@ class Point:
 def _motion(problem: Problem, stepper: str, setting: float) -> BearingMotion:
     key = "solver.step" if stepper in FIXED_STEP else "solver.tolerance"
     scene = load_scene(problem.scene, (*problem.overrides, f"{key}={setting}"))
-    motion = BearingMotion(scene.parameters, "hertz", stepper)
+    motion = BearingMotion(scene.parameters, choose(scene)._replace(law="hertz", stepper=stepper))
     if stepper in ("dop853", "radau"):
         # As contestants they get the tolerance asked for, not the one that makes them references.
         motion.scales = motion.scales / REFERENCE_SHARE

@@ -8,8 +8,6 @@ from typing import NamedTuple
 from bearing_twin.command import chart_command, contact_command, study_command
 from bearing_twin.command.outcome import Outcome, new_log, picture_path
 
-GREATEST_CLOSURE = 1e-2  # of the work: a run that loses or gains more energy is not to be trusted
-
 
 class Command(NamedTuple):
     """One subcommand."""
@@ -17,25 +15,6 @@ class Command(NamedTuple):
     help: str
     arguments: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace], Outcome]
-
-
-class _Watched:
-    """A run whose blocks are remembered for a picture on their way into a log."""
-
-    def __init__(self, run, history):
-        self._run, self._history = run, history
-
-    def __getattr__(self, name):
-        return getattr(self._run, name)
-
-    def blocks(self):
-        for block in self._run.blocks():
-            self._history.add_block(block)
-            yield block
-
-    def __iter__(self):
-        for block in self.blocks():
-            yield from block
 
 
 def _simulate_arguments(parser):
@@ -59,60 +38,65 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress, said_if_slow
     from bearing_twin.run.simulation import simulate
 
-    history = _pictures_of(scene.kind)[0]()
     with progress(f"simulating {scene.name}") as update:
         run = simulate(scene, update)
         with said_if_slow("compiling the kernel, once on a machine: some 20 s"):
             compile_seconds = run.simulation.warm_up()
-        run = _Watched(run, history)
+        drawing = _Watched(run, bool(picture))
         if log:
             from bearing_twin.log.mcap_log import write_log
 
-            write_log(run, log)
+            write_log(drawing, log)
         else:
-            for _ in run.blocks():
+            for _ in drawing.blocks():
                 pass
     result = run.report.as_dict() | {"compile_s": compile_seconds}
     if log:
         result["log"] = str(log)
     if picture:
-        facts = {"scene": scene, "law": result["law"], "stepper": result["stepper"]}
-        result["plot"] = _draw(history, picture, facts)
+        result["plot"] = drawing.write(picture)
     return Outcome(result, _doubts(result))
 
 
+class _Watched:
+    """A run or log whose blocks are shown to its picture, if one is wanted, on their way somewhere else."""
+
+    def __init__(self, stream, wanted: bool):
+        self._stream = stream
+        self._picture = None
+        if wanted:
+            from bearing_twin.run.picture import picture_of
+
+            self._picture = picture_of(stream)
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def blocks(self):
+        for block in self._stream.blocks():
+            if self._picture is not None:
+                self._picture.add(block)
+            yield block
+
+    def write(self, path) -> str:
+        from bearing_twin.command.terminal import said_if_slow
+
+        with said_if_slow(f"drawing {path}"):
+            return str(self._picture.write(path))
+
+
 def _doubts(result) -> list[str]:
+    status = str(result.get("status", "done"))
     doubts = [str(flag) for flag in result.get("flags", ())]
-    closure = result.get("energy_closure", 0.0)
-    if abs(closure) > GREATEST_CLOSURE and not any("energy" in doubt for doubt in doubts):
-        doubts.append(f"the energy balance is open by {100 * abs(closure):.2g} % of the work")
+    if status == "failed: energy":
+        gained = result["energy_closure"]
+        word = "grew" if gained > 0.0 else "was lost"
+        doubts.append(
+            f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
+        )
+    elif status != "done":
+        doubts.append(status)
     return doubts
-
-
-def _pictures_of(kind):
-    """(history, picture, figures of a log) of a kind of scene."""
-    if kind == "bearing":
-        from bearing_twin.kinds.bearing.history import LoadHistory
-        from bearing_twin.kinds.bearing.picture import plot_ball_loads
-        from bearing_twin.kinds.bearing.summary import summarise
-
-        return LoadHistory, plot_ball_loads, summarise
-    if kind == "ellipsoid_on_plane":
-        from bearing_twin.kinds.ellipsoid.picture import EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
-
-        return EllipsoidHistory, plot_ellipsoid, summarise_ellipsoid
-    from bearing_twin.kinds.impact.picture import ImpactHistory, plot_impact, summarise_impact
-
-    return ImpactHistory, plot_impact, summarise_impact
-
-
-def _draw(history, picture, facts) -> str:
-    from bearing_twin.command.terminal import said_if_slow
-
-    scene = facts["scene"]
-    _, plot, _ = _pictures_of("bearing" if scene is None else scene.kind)
-    with said_if_slow(f"drawing {picture}"):
-        return str(plot(history, picture, facts=facts))
 
 
 def _log_argument(parser):
@@ -137,22 +121,21 @@ def _report_arguments(parser):
 
 def _report(arguments) -> Outcome:
     from bearing_twin.command.terminal import with_progress
-    from bearing_twin.kinds.bearing.summary import run_facts
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.log.study_log import STUDY_RECORD
+    from bearing_twin.run.report_of import report_of
 
     picture = picture_path(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
-    make_history, _, figures = _pictures_of("bearing" if stream.scene is None else stream.scene.kind)
-    history = make_history()
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
-    blocks = with_progress(stream.blocks(), duration, f"reading {arguments.log}")
-    result = {"log": str(arguments.log)} | figures(stream, blocks, history)
+    watched = _Watched(stream, bool(picture))
+    report, missing = report_of(stream, with_progress(watched.blocks(), duration, f"reading {arguments.log}"))
+    result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing}
     if picture:
-        result["plot"] = _draw(history, picture, run_facts(stream))
-    doubts = [f"{result['missing_outputs']} outputs are missing from the log"] if result["missing_outputs"] else []
+        result["plot"] = watched.write(picture)
+    doubts = [f"{missing} outputs are missing from the log"] if missing else []
     return Outcome(result, doubts + _doubts(result))
 
 

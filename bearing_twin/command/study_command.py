@@ -97,15 +97,15 @@ def _interrupted_by_ctrl_c(event):
 
 def _listed() -> Outcome:
     from bearing_twin.command.terminal import say, show_rows
-    from bearing_twin.uq.quantities import QUANTITIES
+    from bearing_twin.kinds import KINDS
     from bearing_twin.uq.study_file import load_study, study_names
 
     studies = [load_study(name) for name in study_names()]
     rows = [{"name": one.name, "scene": one.scene["name"], "description": one.description} for one in studies]
     quantities = [
         {"kind": kind, "quantity": name, "unit": row.unit, "meaning": row.meaning}
-        for kind, table in QUANTITIES.items()
-        for name, row in table.items()
+        for kind, entry in KINDS.items()
+        for name, row in entry.quantities_of().items()
     ]
 
     def show():

@@ -25,6 +25,8 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 MARKERS = "visualization_msgs/msg/MarkerArray"
 SAMPLE_BLOCK = f"{OWN_PACKAGE}/msg/SampleBlock"
 STATE = f"{OWN_PACKAGE}/msg/BearingState"
+STRING = "std_msgs/msg/String"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 
 _RULE = "=" * 80
@@ -38,6 +40,11 @@ _FIELD = re.compile(r"^[ \t]*([a-zA-Z0-9_/]+)(?:<=\d+)?(?:\[[^\]]*\])?[ \t]+[a-z
 def message_class(ros_type: str) -> type:
     """The dataclass of a message type such as `geometry_msgs/msg/WrenchStamped`."""
     return _typestore().types[ros_type]
+
+
+def fields_of(ros_type: str) -> list[tuple]:
+    """(name, description) of each field of a message type, in order, as `rosbags` describes them."""
+    return _typestore().fielddefs[ros_type][1]
 
 
 def is_known(ros_type: str) -> bool:

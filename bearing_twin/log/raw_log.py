@@ -23,6 +23,7 @@ from bearing_twin.log.mcap_write import McapWriter
 
 SUFFIX = ".mcap"
 BAG_RECORD = "rosbag2"
+SCENE_RECORD = "bearing_twin"
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 FLUSH_SECONDS = 1.0
 _LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml

@@ -16,14 +16,15 @@ import numpy as np
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.channels import LARGEST_BLOCK, NAMESPACE, samples_message
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files
 from bearing_twin.log.recover import advice
+from bearing_twin.log.stream import LARGEST_BLOCK, samples_message
 from bearing_twin.sample import Channel
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.study_file import parse_study
 
+NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
 STRING = "std_msgs/msg/String"
 WORK = ("workers", "executor", "memory")  # of a study: what its numbers do not depend on

@@ -21,11 +21,11 @@ from rich.table import Table
 from std_srvs.srv import SetBool
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.kinds.bearing.picture import plot_ball_loads
-from bearing_twin.log.channels import topics
 from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.stream import topics
 from bearing_twin.nodes.messages import rclpy
 from bearing_twin.nodes.watching import Watch, Watcher, ball_table, load_line
+from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import Scene, load_scene
 
 REPLAY_RATE = 2.0
@@ -207,7 +207,7 @@ def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, 
         "recorded": expected - recorded,
         "replayed": expected - replayed.sequences.received,
     }
-    picture = plot_ball_loads(log, folder / "ball_loads.png", facts={"scene": scene, **live.model})
+    picture = plot(log, folder / "ball_loads.png")
     table = Table(title=f"{scene.name}: {duration:g} s, {expected} solver outputs", padding=0)
     for heading in (
         "ball", "greatest load\n[N]\ninner  outer", "contact angle\n[deg]\ninner  outer", "ellipse\ninner\na x b [um]",

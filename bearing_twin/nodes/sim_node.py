@@ -1,4 +1,4 @@
-"""sim_node: runs a scene and publishes it; see the topic table in `bearing_twin.log.channels`.
+"""sim_node: runs a scene and publishes it; see `topics` in `bearing_twin.log.stream`.
 
 Integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
 """
@@ -14,10 +14,11 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds import KINDS
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.channels import NAMESPACE, MessageStream
-from bearing_twin.log.mcap_log import LogWriter
+from bearing_twin.log.mcap_log import LogWriter, choice_record
 from bearing_twin.log.raw_log import refuse_existing
+from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, diagnostics, message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import Outlet
@@ -56,16 +57,11 @@ class SimNode(Node):
     """Publishes a running scene; see PARAMETERS. Raises BearingTwinError for parameters or scenes it cannot use."""
 
     def __init__(self, **options):
-        super().__init__("sim_node", namespace=NAMESPACE, **options)
+        super().__init__("sim_node", namespace=KINDS["bearing"].namespace, **options)
         self.done = threading.Event()
         self.failure: Exception | None = None
         values = declare(self, PARAMETERS)
         scene = load_scene(values["scene"], [one for one in values["overrides"] if one])
-        if scene.kind != "bearing":
-            raise BearingTwinError(
-                f"scene {scene.name} is no bearing but of kind {scene.kind}, whose samples go to a log; "
-                f"use `bearing_twin simulate {scene.name} --out LOG`, and replay_node for its log"
-            )
         if values["log"]:
             refuse_existing(values["log"])
         self.simulation = Simulation(scene)
@@ -75,7 +71,7 @@ class SimNode(Node):
             "stepper": self.simulation.stepper,
             "choice_reason": self.simulation.choice_reason,
         }
-        make_stream = partial(MessageStream, scene, law=self.simulation.law)
+        make_stream = partial(MessageStream, scene, choice=self.simulation.choice)
         stream = make_stream()
         topics = ((topic.name, topic.ros_type, topic.qos) for topic in stream.topics)
         self._outlet = Outlet(self, topics, values["publish_clock"])
@@ -126,8 +122,7 @@ class SimNode(Node):
         path = log_path(self._log_path, number)
         self.get_logger().info(f"log: {path}")
         run = self.simulation
-        choice = {"law": run.law, "stepper": run.stepper, "reason": run.choice_reason}
-        return LogWriter(path, run.scene, choice)
+        return LogWriter(path, run.scene, choice_record(run.choice))
 
     def _warm_up(self) -> None:
         self.get_logger().info("compiling the kernels of this scene (some seconds the first time)")

@@ -96,7 +96,7 @@ class SimulationLoop:
         finally:
             if log is not None:
                 if self.simulation.sequence >= 0:
-                    log.note_report(self.simulation.report().as_dict())
+                    log.note_report(self.simulation.report().record())
                 log.close()
 
     def _next_batch(self) -> list[Timed] | None:

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.channels import NAMESPACE
+from bearing_twin.log.study_log import NAMESPACE
 from bearing_twin.nodes.messages import ERROR, OK, WARN, RunStudy, diagnostics, message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import declare, guarded, run

@@ -10,9 +10,9 @@ from rclpy.node import Node
 from rich.markup import escape
 from rich.table import Table
 
+from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.channels import NAMESPACE
 from bearing_twin.nodes.messages import message_class, qos_profile
 from bearing_twin.nodes.recording import DEPTH, Sequences, sample_range
 from bearing_twin.run.scene import Scene
@@ -93,13 +93,14 @@ class Watcher(Node):
         super().__init__("watcher", **options)
         balls = scene.parameters.geometry.balls
         self.watch = Watch(balls)
+        namespace = KINDS[scene.kind].namespace
         qos = qos_profile(Qos(DEPTH))
         for ball in range(balls):
-            name = f"{NAMESPACE}/ball_{ball}/wrench"
+            name = f"{namespace}/ball_{ball}/wrench"
             self.create_subscription(message_class(cdr.WRENCH), name, self._wrench_of(ball), qos)
-        self.create_subscription(message_class(cdr.CONTACTS), f"{NAMESPACE}/contacts", self.watch.contacts, qos)
+        self.create_subscription(message_class(cdr.CONTACTS), f"{namespace}/contacts", self.watch.contacts, qos)
         samples = message_class(cdr.SAMPLE_BLOCK)
-        self.create_subscription(samples, f"{NAMESPACE}/samples", self.watch.samples, qos, raw=True)
+        self.create_subscription(samples, f"{namespace}/samples", self.watch.samples, qos, raw=True)
 
     def _wrench_of(self, ball: int):
         return lambda message: self.watch.wrench(ball, message)

@@ -1,73 +1,18 @@
 """Scenes: one strict SI YAML file each, read into frozen dataclasses, and back into a resolved dump."""
 
 import dataclasses
-import importlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.beam import parameters as beam_parameters
-from bearing_twin.kinds.bearing import parameters as bearing_parameters
-from bearing_twin.kinds.ellipsoid import parameters as ellipsoid_parameters
-from bearing_twin.kinds.impact import parameters as pair_parameters
+from bearing_twin.kinds import KINDS
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
 
 SCENES = Shelf("scene", "scenes", SceneError)
-
-
-def _as_given(parameters):
-    return parameters
-
-
-class Kind(NamedTuple):
-    """What a scene's `kind` stands for; `module` (imported when needed: it compiles) has `channels(parameters)`.
-
-    `resolve` replaces what a checked scene leaves to be chosen, once, so that all who read it see the same numbers.
-    """
-
-    parameters: type
-    check: Callable[[Any], list[str]]
-    module: str
-    resolve: Callable[[Any], Any] = _as_given
-
-
-KINDS = {
-    "bearing": Kind(
-        bearing_parameters.BearingScene,
-        bearing_parameters.check,
-        "bearing_twin.kinds.bearing.outputs",
-        bearing_parameters.resolve,
-    ),
-    "two_spheres": Kind(
-        pair_parameters.TwoSpheresScene,
-        pair_parameters.check_spheres,
-        "bearing_twin.kinds.impact.spheres",
-        pair_parameters.resolve,
-    ),
-    "two_discs": Kind(
-        pair_parameters.TwoDiscsScene,
-        pair_parameters.check_discs,
-        "bearing_twin.kinds.impact.discs",
-        pair_parameters.resolve,
-    ),
-    "sphere_on_beam": Kind(
-        beam_parameters.SphereOnBeamScene,
-        beam_parameters.check_beam,
-        "bearing_twin.kinds.beam.motion",
-        beam_parameters.resolve,
-    ),
-    "ellipsoid_on_plane": Kind(
-        ellipsoid_parameters.EllipsoidOnPlaneScene,
-        ellipsoid_parameters.check_ellipsoid,
-        "bearing_twin.kinds.ellipsoid.outputs",
-        ellipsoid_parameters.resolve,
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -80,14 +25,14 @@ class Scene:
     parameters: Any
 
     @property
-    def model(self) -> ModuleType:
-        """The module of this scene's kind: its channels, wrenches and contact details."""
-        return importlib.import_module(KINDS[self.kind].module)
-
-    @property
     def channels(self) -> tuple[Channel, ...]:
         """What one sample of this scene holds, in order."""
-        return tuple(self.model.channels(self.parameters))
+        return tuple(KINDS[self.kind].channels(self.parameters))
+
+    @property
+    def output_period_ns(self) -> int:
+        """Nanoseconds between two outputs."""
+        return max(1, round(1e9 / self.parameters.run.output_rate))
 
     def resolved(self) -> dict:
         """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""
@@ -127,6 +72,11 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
 def parse_scene(text_or_mapping, origin: str) -> Scene:
     """The scene in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
     return _resolve(_parse(text_or_mapping, origin))
+
+
+def read_logged(text: str, origin: str) -> Scene:
+    """The scene in a log, also in the words of an earlier version."""
+    return parse_scene(text, origin)
 
 
 def _resolve(scene: Scene) -> Scene:

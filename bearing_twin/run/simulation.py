@@ -7,29 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, LogError
-from bearing_twin.kinds.beam import motion as sphere_on_beam
-from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
-from bearing_twin.kinds.impact import discs as two_discs
-from bearing_twin.kinds.impact import spheres as two_spheres
-from bearing_twin.report import Report
-from bearing_twin.run.fidelity import Choice, choose
+from bearing_twin.kinds import KINDS
+from bearing_twin.report import Choice, Report
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.gathering import BLOCK_OUTPUTS, Gathering
 from bearing_twin.run.scene import Scene, load_scene
-from bearing_twin.sample import Block, Sample
-
-MOTIONS = {
-    "bearing": BearingMotion,
-    "two_spheres": two_spheres.motion,
-    "two_discs": two_discs.motion,
-    "sphere_on_beam": sphere_on_beam.motion,
-    "ellipsoid_on_plane": EllipsoidMotion,
-}
-"""What moves each kind of scene: made from parameters, law and stepper, with `reset`, `first_outputs`,
-`advance(times, duration)` (one array a channel, in their order), `goal_speed`, `statistics`, `found`, `costs`."""
+from bearing_twin.sample import Block, Sample, joined
 
 CHUNK_NS = 20_000_000  # integrate at most this much simulated time between commands ...
 CHUNK_OUTPUTS = 200  # ... and at most this many outputs, so that memory stays small
-BLOCK_OUTPUTS = 50  # outputs in the blocks a Run hands out
 
 
 class Simulation:
@@ -41,15 +27,16 @@ class Simulation:
 
     def __init__(self, scene: Scene):
         self.scene = scene
+        self.kind = KINDS[scene.kind]
         self.choice: Choice = choose(scene)
         self.channels = scene.channels
-        self.output_period_ns = max(1, round(1e9 / scene.parameters.run.output_rate))
+        self.output_period_ns = scene.output_period_ns
         self._per_chunk = max(1, min(CHUNK_OUTPUTS, CHUNK_NS // self.output_period_ns))
         self._motion = self._new_motion()
         self.reset()
 
     def _new_motion(self):
-        return MOTIONS[self.scene.kind](self.scene.parameters, self.choice.law, self.choice.stepper)
+        return self.kind.motion(self.scene.parameters, self.choice)
 
     @property
     def law(self) -> str:
@@ -66,13 +53,17 @@ class Simulation:
         """Why this law and this stepper."""
         return self.choice.reason
 
+    @property
+    def takes_speed(self) -> bool:
+        """Whether `set_speed` means anything to this scene."""
+        return self._motion.takes_speed
+
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
         self._motion.reset()
         self.sequence, self.time_ns = -1, -self.output_period_ns
-        self._pending = self._motion.first_outputs()
-        self._used = 0
-        self._statistics = self._motion.statistics()
+        self._pending = self._block(0, self._motion.first_outputs())
+        self._gathering = Gathering(self.kind.figures_of(self.scene.parameters, self.choice), self.choice)
         self._compute_seconds = 0.0
 
     def warm_up(self) -> float:
@@ -90,54 +81,40 @@ class Simulation:
         """The next solver outputs, at most a chunk's worth is computed ahead; raises IntegrationError with the time."""
         parts, missing = [], outputs
         while missing > 0:
-            available = len(self._pending[0]) - self._used
-            if available == 0:
-                self._compute_chunk()
+            if not len(self._pending):
+                self._compute_chunk(self._pending.first_sequence)
                 continue
-            take = min(available, missing)
-            parts.append([array[self._used : self._used + take] for array in self._pending])
-            self._used += take
+            take = min(len(self._pending), missing)
+            parts.append(self._pending.part(0, take))
+            self._pending = self._pending.part(take, len(self._pending))
             missing -= take
-        arrays = [np.concatenate(column) if len(parts) > 1 else column[0] for column in zip(*parts, strict=True)]
-        first = self.sequence + 1
-        time_ns = (first + np.arange(outputs, dtype=np.int64)) * self.output_period_ns
-        self.sequence, self.time_ns = first + outputs - 1, int(time_ns[-1])
-        names = (channel.name for channel in self.channels)
-        block = Block(self.channels, first, time_ns, dict(zip(names, arrays, strict=True)))
-        self._statistics.add(block)
+        block = joined(parts)
+        self.sequence, self.time_ns = block.first_sequence + outputs - 1, int(block.time_ns[-1])
+        self._gathering.add(block)
         return block
 
-    def _compute_chunk(self) -> None:
+    def _block(self, first: int, arrays) -> Block:
+        time_ns = (first + np.arange(len(arrays[0]), dtype=np.int64)) * self.output_period_ns
+        names = (channel.name for channel in self.channels)
+        return Block(self.channels, first, time_ns, dict(zip(names, arrays, strict=True)), self._motion.take_records())
+
+    def _compute_chunk(self, first: int) -> None:
         start = time.perf_counter()
         period = 1e-9 * self.output_period_ns
         times = period * np.arange(1, self._per_chunk + 1)
         try:
-            self._pending = self._motion.advance(times, times[-1])
+            arrays = self._motion.advance(times, times[-1])
         except IntegrationError as error:
             sentence = f"after {1e-9 * self.time_ns:.9g} s: {error}"
             raise IntegrationError(sentence, error.reason, error.seconds, error.body) from error
-        self._used = 0
+        self._pending = self._block(first, arrays)
         self._compute_seconds += time.perf_counter() - start
 
     def report(self) -> Report:
         """What the run cost and how far to trust it, up to the last output given out."""
-        found = self._motion.found(self._statistics)
         # Outputs computed but not given out took their share of the seconds.
-        share = (self.sequence + 1) / (self.sequence + 1 + len(self._pending[0]) - self._used)
-        return Report(
-            scene=self.scene.name,
-            law=self.choice.law,
-            stepper=self.choice.stepper,
-            choice_reason=self.choice.reason,
-            warnings=self.choice.warnings,
-            flags=found.flags,
-            status=found.status,
-            simulated_seconds=1e-9 * self.time_ns,
-            compute_seconds=share * self._compute_seconds,
-            samples=self.sequence + 1,
-            costs=self._motion.costs(),
-            figures=found.figures,
-        )
+        share = (self.sequence + 1) / (self.sequence + 1 + len(self._pending))
+        return self._gathering.report(self.scene.name, share * self._compute_seconds, self._motion.costs())
 
 
 class Run:
@@ -148,6 +125,11 @@ class Run:
         self.simulation = Simulation(scene)
         self.channels = self.simulation.channels
         self._progress = progress
+
+    @property
+    def choice(self) -> Choice:
+        """Law and stepper in use, and why."""
+        return self.simulation.choice
 
     @property
     def report(self) -> Report:
@@ -212,7 +194,7 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
         )
     simulation = Simulation(log.scene)
     deviations = dict.fromkeys((channel.name for channel in simulation.channels), 0.0)
-    samples = 0
+    samples, names = 0, list(deviations)
     total = log.scene.parameters.run.duration * log.scene.parameters.run.output_rate + 1
     for block in log.blocks():
         again = simulation.advance(len(block))
@@ -220,11 +202,16 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
             raise LogError(
                 f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
             )
-        if samples == 0 and [c.name for c in block.channels] != list(deviations):
+        if samples == 0 and [c.name for c in block.channels] != names:
             raise LogError("this log was written by another version: its channels differ; simulate the scene again")
-        for name in deviations:
+        for name in names:
             difference = np.abs(block.values[name] - again.values[name])
             deviations[name] = max(deviations[name], float(difference.max()))
+        for name, rows in again.records.items():
+            found = block.records.get(name, np.empty((0, rows.shape[1])))
+            same = found.shape == rows.shape
+            difference = float(np.abs(found - rows).max(initial=0.0)) if same else np.inf
+            deviations[name] = max(deviations.get(name, 0.0), difference)
         samples += len(block)
         if progress:
             progress(min(1.0, samples / total))

@@ -18,11 +18,12 @@ from concurrent.futures.process import BrokenProcessPool
 import numpy as np
 
 from bearing_twin.errors import StudyError
+from bearing_twin.kinds import KINDS
 from bearing_twin.uq.realise import Realised, Task, joined, realise
 
 LOOK = 0.1  # s between looks at `cancelled`
 CLOSED_CHUNK = 16384  # realisations by closed forms between such looks
-IMPACT_CHUNK, RUN_CHUNK = 8, 1  # realisations a message to a worker, for impacts and for long runs
+BRIEF_CHUNK, RUN_CHUNK = 8, 1  # realisations a message to a worker, for impacts and for long runs
 DASK = "dask://"
 
 
@@ -71,7 +72,7 @@ class Ensemble:
         return joined(parts, self._task)
 
     def _by_workers(self, values, tell):
-        size = RUN_CHUNK if self._task.scene["kind"] == "bearing" else IMPACT_CHUNK
+        size = BRIEF_CHUNK if KINDS[self._task.scene["kind"]].brief else RUN_CHUNK
         chunks = [values[start : start + size] for start in range(0, len(values), size)]
         self._idle = False
         with _interrupts_kept_from_children():

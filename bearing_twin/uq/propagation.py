@@ -3,6 +3,7 @@
 import numpy as np
 
 from bearing_twin.errors import StatisticError, StudyError
+from bearing_twin.kinds import KINDS
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.change_of_variable import Derived, derive
@@ -21,7 +22,16 @@ def task_of(study: Study) -> Task:
     duration = (settings.history_duration or medians.run.duration) if histories else 0.0
     varied = {key for keys in study.targets for key in keys}
     closed = has_closed_form(study.kind, medians, study.quantities, histories, varied)
-    task = Task(study.scene, study.targets, study.quantities, histories, settings.history_points, duration, closed)
+    task = Task(
+        study.scene,
+        study.targets,
+        study.quantities,
+        histories,
+        settings.history_points,
+        duration,
+        closed,
+        KINDS[study.kind].home,
+    )
     return task if closed else _with_one_stepper(task, median_inputs(study))
 
 

@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds import KINDS, kind_of
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.run.simulation import simulate
-from bearing_twin.uq.quantities import CLOSED_FORMS, KNOWN_WHEN_SOLVED, QUANTITIES
+from bearing_twin.uq.quantities import quantities_of
 from bearing_twin.uq.scene_keys import replaced
 from bearing_twin.uq.study import placed
 
@@ -20,7 +21,8 @@ _NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 class Task(NamedTuple):
     """What a worker must know of a study: small and plain, so that it can be sent to any process.
 
-    `instants` of the histories run from 0 to `duration` [s], `points` of them.
+    `instants` of the histories run from 0 to `duration` [s], `points` of them. `home` is the module that registers the
+    scene's kind, imported where the kind is not known.
     """
 
     scene: dict
@@ -30,6 +32,7 @@ class Task(NamedTuple):
     points: int
     duration: float
     closed: bool
+    home: str = ""
 
     @property
     def instants(self) -> np.ndarray:
@@ -56,6 +59,7 @@ class Realised(NamedTuple):
 
 def realise(task: Task, values: np.ndarray) -> Realised:
     """The realisations at `values` (n, d) of the inputs [SI]; what cannot be simulated fails with its reason."""
+    kind_of(task.scene["kind"], task.home)
     return _by_closed_forms(task, values) if task.closed else _by_simulation(task, values)
 
 
@@ -93,7 +97,7 @@ def empty(task: Task, count: int) -> Realised:
 
 def _by_closed_forms(task, values):
     kind = task.scene["kind"]
-    form, found = CLOSED_FORMS[kind], empty(task, len(values))
+    form, known, found = KINDS[kind].closed_form(), quantities_of(kind), empty(task, len(values))
     parameters: Any = parse_scene(task.scene, "a realisation").parameters
     for column, keys in enumerate(task.targets):
         for key in keys:
@@ -101,7 +105,7 @@ def _by_closed_forms(task, values):
     bodies = form.bodies(parameters)
     with np.errstate(all="ignore"):
         for column, name in enumerate(task.quantities):
-            found.quantities[:, column] = QUANTITIES[kind][name].closed(*bodies)
+            found.quantities[:, column] = known[name].closed(*bodies)
         upright = [_upright(body) for body in bodies]
         for row, channel in enumerate(task.histories):
             found.histories[:, row] = form.histories[channel](task.instants, *upright)
@@ -122,11 +126,11 @@ def _upright(body):
 
 def _by_simulation(task, values):
     kind, found = task.scene["kind"], empty(task, len(values))
-    scene = only_what_is_wanted(task)
+    scene, known = only_what_is_wanted(task), quantities_of(kind)
     for row, these in enumerate(values):
         try:
             realised = parse_scene(placed(scene, task.targets, these), "a realisation")
-            if not task.histories and kind in KNOWN_WHEN_SOLVED:
+            if not task.histories and KINDS[kind].known_when_solved:
                 realised = _with_few_outputs(realised)
             run = simulate(realised)
             histories = _outputs(run, task)
@@ -137,7 +141,7 @@ def _by_simulation(task, values):
         except (ArithmeticError, ValueError) as error:  # of numbers nobody tried before; one must not end all others
             found.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
             continue
-        numbers = [QUANTITIES[kind][name].figure(report.figures) for name in task.quantities]
+        numbers = [known[name].figure(report.figures) for name in task.quantities]
         if report.status != "done":
             found.failures[row] = report.status
         elif not (np.isfinite(numbers).all() and np.isfinite(histories).all()):

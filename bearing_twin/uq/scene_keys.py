@@ -9,8 +9,8 @@ import functools
 import re
 
 from bearing_twin.errors import StudyError
+from bearing_twin.kinds import KINDS
 from bearing_twin.parameters import Parameter, describe, echo, unknown
-from bearing_twin.run.scene import KINDS
 
 _PLACE = re.compile(r"(.+)\[(\d+)\]")
 

@@ -7,7 +7,7 @@ from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, read, unknown
 from bearing_twin.run.scene import open_scene, parse_scene
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
-from bearing_twin.uq.quantities import QUANTITIES, quantity_of
+from bearing_twin.uq.quantities import quantities_of, quantity_of
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys, put, value_at
 from bearing_twin.uq.study import Settings, Study
 from bearing_twin.uq.study_inputs import read_inputs
@@ -147,7 +147,7 @@ def _apply(mapping, kind, override):
 
 
 def _quantities(given, kind, problems):
-    known = tuple(QUANTITIES.get(kind, ()))
+    known = tuple(quantities_of(kind))
     if not given:
         problems.append(f"quantities names nothing: what shall be found out? legal: {', '.join(known)}")
         return ()

@@ -17,8 +17,6 @@ import math
 
 import numpy as np
 
-from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.beam.impact import BeamImpact, hertz_contact_time, throw
 from bearing_twin.kinds.beam.modes import beam_energy, deflection_shapes, first_frequency, modes_of, stress_shapes
 from bearing_twin.kinds.beam.parameters import (
@@ -29,11 +27,12 @@ from bearing_twin.kinds.beam.parameters import (
     touch_speed,
 )
 from bearing_twin.kinds.impact.collision import peak_of
+from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
+from bearing_twin.report import Choice
 from bearing_twin.sample import Channel
 
 FEWEST_MODES, MOST_MODES = 15, 4000
-SLENDER = 10.0  # span / height below which shear and rotary inertia matter
 PEAK_SAMPLES = 4000
 
 
@@ -104,33 +103,28 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     leaving = float(found.motions[-1, 1])
     peak = max((contact.peak_force for contact in found.contacts), default=0.0)
     deflection, stress = _greatest(found, watch)
-    figures = {
-        "impact_speed_m_s": speed,
-        "sphere_velocity_after_m_s": leaving,
-        "contact_count": len(found.contacts),
-        "peak_deflection_m": deflection,
-        "peak_stress_pa": stress,
-        "highest_mode": int(found.modes.index[-1]),
-        "gravity_m_s2": parameters.blow.gravity,
-    }
+    closure = _closure(found, brought)
+    deepest = [(contact.peak_force / found.sphere.coefficient) ** (2.0 / 3.0) for contact in found.contacts]
+    last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
+    known = [last, deflection, stress, closure * brought, found.end, float(found.gone)]
     return Impact(
-        tuple(channel.name for channel in channels(parameters)),
-        watch,
-        parameters.run,
-        found.contacts,
-        -leaving / speed,
-        peak,
-        (peak / found.sphere.coefficient) ** (2.0 / 3.0),
-        _closure(found, brought),
-        tuple(_flags(parameters, found, peak, deflection, stress)),
-        figures,
-        {"steps": len(found.lengths), "modes": len(found.modes.index)},
+        names=tuple(channel.name for channel in channels(parameters)),
+        at=watch,
+        run=parameters.run,
+        contacts=found.contacts,
+        restitution=-leaving / speed,
+        peak_force=peak,
+        greatest_approach=(peak / found.sphere.coefficient) ** (2.0 / 3.0),
+        energy_closure=closure,
+        costs={"steps": len(found.lengths), "modes": len(found.modes.index)},
+        records={"contact": contact_rows(found.contacts, deepest, 0.0, 0.0), "extremes": np.array([known])},
+        extremes={"peak_deflection": deflection, "peak_stress": stress},
     )
 
 
-def motion(parameters: SphereOnBeamScene, law: str, stepper: str) -> ImpactMotion:
+def motion(parameters: SphereOnBeamScene, choice: Choice) -> ImpactMotion:
     """The impact as a run."""
-    return ImpactMotion(solve, parameters, law, stepper)
+    return ImpactMotion(solve, parameters, choice.law, choice.stepper)
 
 
 def _watch(parameters, found, times):
@@ -182,36 +176,3 @@ def _closure(found, brought):
     contact = 0.4 * force[0] * (force[0] / found.sphere.coefficient) ** (2.0 / 3.0)
     fallen = found.sphere.mass * found.sphere.gravity * position[0]
     return float(kinetic + stored + dissipated + contact - fallen - brought) / brought
-
-
-def _flags(parameters, found, peak, deflection, stress):
-    sphere, beam = parameters.sphere, parameters.beam
-    modulus = effective_modulus(sphere.material, beam.material)
-    half_width = (0.75 * peak * sphere.radius / modulus) ** (1.0 / 3.0)
-    pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
-    body, size = min((("radius", sphere.radius), ("height", beam.height)), key=lambda pair: pair[1])
-    transit = max(
-        wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, sphere.material.density),
-        wave_transit(beam.height, beam.material.young_modulus, beam.material.density),
-    )
-    shortest = min((contact.duration for contact in found.contacts), default=math.inf)
-    flags = gathered(
-        pressure_doubt(pressure, parameters.contact.yield_pressure),
-        width_doubt(half_width, size, body=body),
-        wave_doubt(shortest, transit),
-    )
-    if stress > parameters.contact.yield_stress:
-        flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
-    if beam.span < SLENDER * beam.height:
-        flags.append(f"the span is only {beam.span / beam.height:.3g} heights: shear and rotary inertia are left out")
-    if deflection > 0.02 * beam.span:
-        flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
-    total = sum(contact.impulse for contact in found.contacts)
-    most = 2.0 * found.sphere.mass * touch_speed(parameters.blow)
-    if found.sphere.gravity == 0.0 and total > most * (1.0 + 1e-9):
-        flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {most:.4g} N s: the numbers are wrong")
-    if not found.gone:
-        flags.append(
-            f"the sphere was not surely gone at {found.end:.4g} s: further contacts are possible; lengthen run.duration"
-        )
-    return flags

@@ -1,7 +1,6 @@
 """What a bearing run found: loads, speeds, ellipses, the energy balance, and what to doubt."""
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,27 +20,26 @@ from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 ENERGY_GAIN = 0.01  # of the work moved; more is never a success
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
+STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 SUMS = ("count", "load", "torque", "drive_torque", "roll_rate", "speed")
 
 
-@dataclass
-class Statistics:
+class BearingFigures:
     """Gathers a run's figures block by block, in memory that does not grow with the run."""
 
-    parameters: BearingScene
-    law: str
-    samples: int = 0
-    first: dict = field(default_factory=dict)
-    last: dict = field(default_factory=dict)
-
-    def __post_init__(self):
-        balls = self.parameters.geometry.balls
+    def __init__(self, parameters: BearingScene, choice: Choice):
+        self.parameters, self.law, self.samples = parameters, choice.law, 0
+        self.first, self.last = {}, {}
+        balls = parameters.geometry.balls
         self.greatest_load = np.zeros((balls, 2))
+        self.without_contact = np.zeros((balls, 2), np.int64)
         self.at_greatest = {
             name: np.zeros((balls, 2)) for name in ("curvature_small", "curvature_large", "contact_angle", "spin_rate")
         }
@@ -56,6 +54,7 @@ class Statistics:
         self.greatest_load = np.where(better, here, self.greatest_load)
         for name, kept in self.at_greatest.items():
             kept[better] = np.take_along_axis(block.values[name], row[None], axis=0)[0][better]
+        self.without_contact += (load <= 0.0).sum(axis=0)
         if not self.samples:
             self.first = self._instant(block, 0)
         self.last = self._instant(block, len(block) - 1)
@@ -83,8 +82,8 @@ class Statistics:
 
     @staticmethod
     def _instant(block: Block, row: int) -> dict:
-        names = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
-        values = {name: float(block.values[name][row]) for name in names}
+        names = (*STORED, "drive_work", "dissipated", "gross_work", "inner_ring_speed")
+        values = {name: float(block.values[name][row]) for name in names if name in block.values}
         return {
             "time": 1e-9 * int(block.time_ns[row]),
             "orbit_angle": block.values["orbit_angle"][row].copy(),
@@ -101,12 +100,17 @@ class Statistics:
             merged = self._merge(merged, period)
         return merged, before
 
-    def energy_closure(self, gross_work: float) -> float:
-        """Energy gained (+) or lost (-) by the numbers alone, as a share of the work moved through the bearing."""
-        stored = ("kinetic_energy", "elastic_energy", "potential_energy")
-        change = sum(self.last[name] - self.first[name] for name in stored)
-        residual = change + self.last["dissipated"] - self.last["drive_work"]
-        scale = max(gross_work, self.last["dissipated"], abs(change))
+    @property
+    def energy_closure(self) -> float:
+        """Energy gained (+) or lost (-) by the numbers alone, as a share of the work moved through the bearing.
+
+        The work counts each contact's power by its magnitude; logs of the first version hold only the sum.
+        """
+        change = sum(self.last[name] - self.first[name] for name in STORED)
+        lost, work = (self.last[name] - self.first[name] for name in ("dissipated", "drive_work"))
+        residual = change + lost - work
+        moved = self.last["gross_work"] - self.first["gross_work"] if "gross_work" in self.last else abs(work)
+        scale = max(moved, lost, abs(change))
         return residual / scale if scale > 0.0 else 0.0
 
     def _peaks(self) -> dict[str, np.ndarray]:
@@ -155,12 +159,12 @@ class Statistics:
         mass = materials.ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
         return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
 
-    def flags(self, gross_work: float) -> tuple[str, ...]:
+    def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
-        peaks, closure = self._peaks(), self.energy_closure(gross_work)
+        peaks = self._peaks()
         pressure, width = peaks["peak_pressure"].max(), peaks["semi_major"].max()
         ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter
-        flags = gathered(
+        return gathered(
             pressure_doubt(pressure, self.parameters.contact.yield_pressure),
             f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
             if pressure > PERMANENT_PRESSURE
@@ -170,13 +174,12 @@ class Statistics:
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
             self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
         )
-        if closure > ENERGY_GAIN:
-            flags.append(
-                f"energy grew by {100 * closure:.2g} % of the work moved: shorten the step or tighten the tolerance"
-            )
-        return tuple(flags)
 
-    def figures(self, gross_work: float) -> dict:
+    def status(self) -> str:
+        """ "done", or what failed."""
+        return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
+
+    def figures(self) -> dict:
         """The run in numbers, SI unit at the end of each key; one value a ball where it is a list.
 
         Means (`normal_load_*`, `friction_torque_nm`, speeds) are over the second half of the run, `greatest_*` over
@@ -197,18 +200,54 @@ class Statistics:
             ("semi_major", "m", peaks["semi_major"]),
             ("semi_minor", "m", peaks["semi_minor"]),
             ("peak_pressure", "pa", peaks["peak_pressure"]),
+            ("share_without_contact", "", self.without_contact / self.samples),
         ):
             for side, ring in enumerate(("inner", "outer")):
-                pairs[f"{key}_{ring}_{unit}"] = [float(v) for v in array[:, side]]
+                pairs[f"{key}_{ring}_{unit}".rstrip("_")] = [float(v) for v in array[:, side]]
         return {
+            "inner_ring_speed_at_end_rad_s": self.last["inner_ring_speed"],
             "cage_speed_rad_s": float(orbit / span) if span > 0.0 else 0.0,
             "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
             "roll_rate_rad_s": float(late["roll_rate"] / late["count"]),
             "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
-            "energy_closure": self.energy_closure(gross_work),
+            "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": self.last["dissipated"],
             "drive_torque_nm": float(late["drive_torque"] / late["count"]),
             **pairs,
             "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
         }
+
+
+def _of_both(*keys: str):
+    """The greatest number in the lists at these keys."""
+    return lambda figures: max(float(value) for key in keys for value in figures[key])
+
+
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of a bearing."""
+    return {
+        "greatest_ball_load": Quantity(
+            "N",
+            "greatest load of any contact during the run",
+            _of_both("greatest_normal_load_inner_n", "greatest_normal_load_outer_n"),
+        ),
+        "greatest_pressure": Quantity(
+            "Pa",
+            "greatest Hertz pressure of any contact",
+            _of_both("peak_pressure_inner_pa", "peak_pressure_outer_pa"),
+        ),
+        "cage_speed": Quantity(
+            "rad/s", "mean speed of the balls about the axis, second half of the run", read_off("cage_speed_rad_s")
+        ),
+        "roll_rate": Quantity("rad/s", "mean, second half of the run", read_off("roll_rate_rad_s")),
+        "drive_torque": Quantity(
+            "N m", "that turns the inner ring, mean of the second half of the run", read_off("drive_torque_nm")
+        ),
+        "dissipated_energy": Quantity("J", "lost in the contacts during the run", read_off("dissipated_j")),
+        "greatest_contact_angle": Quantity(
+            "rad",
+            "of any contact at its greatest load",
+            _of_both("contact_angle_inner_rad", "contact_angle_outer_rad"),
+        ),
+    }

@@ -1,18 +1,13 @@
 """What a picture needs of a run of any length: the loads over time, no peak lost, and the last sample."""
 
-import itertools
 from collections import deque
-from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.errors import LogError
 from bearing_twin.sample import Block, Sample
 
 GREATEST_COUNT = 4096  # bins of an envelope: more than a picture has columns
 RECENT_VALUES = 2_000_000  # numbers kept of the latest outputs, 16 MB
-ROWS_TOGETHER = 512
 
 
 class LoadHistory:
@@ -34,11 +29,6 @@ class LoadHistory:
         """Take all outputs of a block."""
         if len(block):
             self._add(block.time_ns, block.values["normal_load"], block[0], block[-1])
-
-    def add_samples(self, samples: list[Sample]) -> None:
-        """Take consecutive samples."""
-        load = np.stack([sample["normal_load"] for sample in samples])
-        self._add(np.array([sample.time_ns for sample in samples]), load, samples[0], samples[-1])
 
     @property
     def turns(self) -> float:
@@ -85,32 +75,6 @@ class LoadHistory:
         starts = np.arange(0, len(time), 2)
         self._bins = [(time[starts], np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts))]
         self._stride *= 2
-
-
-def load_history(source) -> tuple[LoadHistory, object]:
-    """The history of a `LoadHistory`, a run, a log, a log's path or an iterable of samples, and the source opened."""
-    if isinstance(source, LoadHistory):
-        return source, source
-    if isinstance(source, (str, Path)):
-        from bearing_twin.log.mcap_log import read_log  # a picture of a run in memory needs no log library
-
-        source = read_log(source)
-    history = LoadHistory()
-    if hasattr(source, "blocks"):
-        for block in source.blocks():
-            history.add_block(block)
-    else:
-        for samples in _batches(source):
-            history.add_samples(samples)
-    if history.last is None:
-        raise LogError("there is no sample to draw; give a run or a log that holds at least one")
-    return history, source
-
-
-def _batches(samples: Iterable[Sample]) -> Iterator[list[Sample]]:
-    samples = iter(samples)
-    while batch := list(itertools.islice(samples, ROWS_TOGETHER)):
-        yield batch
 
 
 def _joined(parts) -> tuple[np.ndarray, ...]:

@@ -17,7 +17,6 @@ from bearing_twin.kinds.bearing.equations import (
     time_apart,
 )
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
-from bearing_twin.kinds.bearing.figures import ENERGY_GAIN, Statistics
 from bearing_twin.kinds.bearing.groups import group_chunk, groups_of
 from bearing_twin.kinds.bearing.imex import imex_chunk
 from bearing_twin.kinds.bearing.jacobian import nudges
@@ -40,7 +39,7 @@ from bearing_twin.kinds.bearing.steps import (
 )
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
-from bearing_twin.sample import Found
+from bearing_twin.report import Choice
 
 NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
@@ -66,14 +65,15 @@ class BearingMotion:
     `counts` holds steps, rejections, evaluations of a ball's rates and Jacobians so far.
     """
 
-    def __init__(self, parameters: BearingScene, law: str, stepper: str):
+    takes_speed = True
+
+    def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters = parameters
-        self.law = law
-        self.bearing = self._bearing = bearing_of(parameters, law)
-        self.stepper = stepper
+        self.bearing = self._bearing = bearing_of(parameters, choice.law)
+        self.stepper = choice.stepper
         start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
         self.rates = fastest_rates(self.bearing, start, parameters.drive.speed)
-        self.step = parameters.solver.step or stable_step(self.rates, stepper)
+        self.step = parameters.solver.step or stable_step(self.rates, choice.stepper)
         self._refuse_long_steps()
         self._start = start
         speed = parameters.contact.friction_regularisation
@@ -113,20 +113,9 @@ class BearingMotion:
         self._changed = self.parameters.drive.change.time == 0.0
         self.counts = np.zeros(4, np.int64)
 
-    def statistics(self) -> Statistics:
-        """An empty collection of the figures of a run."""
-        return Statistics(self.parameters, self.law)
-
-    def gross_work(self) -> float:
-        """Work [J] moved through the inner contacts since the start, each contact's power counted by its magnitude."""
-        return float(self.state[:, GROSS_WORK].sum())
-
-    def found(self, statistics: Statistics) -> Found:
-        """What the run found so far."""
-        work = self.gross_work()
-        figures = statistics.figures(work)
-        status = "failed: energy" if figures["energy_closure"] > ENERGY_GAIN else "done"
-        return Found(figures, statistics.flags(work), status)
+    def take_records(self) -> dict[str, np.ndarray]:
+        """None: the outputs of a bearing say all."""
+        return {}
 
     def costs(self) -> dict[str, int]:
         """Steps, rejected steps, evaluations of one ball's rates, and Jacobians, summed over the balls."""

@@ -12,6 +12,7 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.equations import (
     DISSIPATED,
     DRIVE_WORK,
+    GROSS_WORK,
     ORBIT_ANGLE,
     SPIN,
     VELOCITY,
@@ -67,6 +68,7 @@ class Outputs(NamedTuple):
     potential_energy: np.ndarray
     drive_work: np.ndarray
     dissipated: np.ndarray
+    gross_work: np.ndarray
 
 
 @functools.cache
@@ -107,6 +109,7 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
         Channel("potential_energy", "J", (), "of gravity, zero at the bearing's centre"),
         Channel("drive_work", "J", (), "done on the balls by the inner ring since the start"),
         Channel("dissipated", "J", (), "by friction and contact damping since the start"),
+        Channel("gross_work", "J", (), "as drive_work, the power at each contact counted by its magnitude"),
     )
     if tuple(row.name for row in rows) != Outputs._fields:
         raise AssertionError("channels and Outputs name different quantities")
@@ -198,6 +201,7 @@ def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation,
     out.potential_energy[row] -= bearing.ball_mass * dot(bearing.gravity, position)
     out.drive_work[row] += state[k, DRIVE_WORK]
     out.dissipated[row] += state[k, DISSIPATED]
+    out.gross_work[row] += state[k, GROSS_WORK]
 
 
 @kernel

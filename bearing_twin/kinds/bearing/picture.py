@@ -7,9 +7,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
+from bearing_twin.errors import LogError
 from bearing_twin.kinds.bearing.drawing import draw_bearing
-from bearing_twin.kinds.bearing.history import load_history
-from bearing_twin.kinds.bearing.summary import run_facts
+from bearing_twin.kinds.bearing.history import LoadHistory
+from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.kinds.contract import Facts
 from bearing_twin.pictures.style import (
     GREATEST_LINES,
     LOAD_MAP,
@@ -21,6 +23,7 @@ from bearing_twin.pictures.style import (
     frame,
     heading,
 )
+from bearing_twin.sample import Block
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
@@ -28,27 +31,31 @@ GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this becom
 FEW = 40  # outputs that are marked one by one
 
 
-def plot_ball_loads(source, png_path, title: str | None = None, facts: dict | None = None) -> Path:
-    """Write the picture of a run, a log (or its path), or an iterable of samples; raises BearingTwinError.
+class BearingPicture:
+    """Loads over time, the bearing and its contacts at the last output; of logs without a scene what is known."""
 
-    `facts` may name `scene` (a Scene), `law` and `stepper` where the source does not; returns the path.
-    """
-    history, source = load_history(source)
-    facts = run_facts(source) | (facts or {})
-    scene = facts.get("scene")
-    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
-    edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
-    grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
-    left = grid[0].subgridspec(2, 1, hspace=0.16)
-    right = grid[1].subgridspec(3, 1, height_ratios=(4.0, 0.95, 0.7), hspace=0.2)
+    def __init__(self, facts: Facts):
+        self._facts, self._history = facts, LoadHistory()
 
-    _draw_loads(figure, [figure.add_subplot(left[row]) for row in (0, 1)], history)
-    draw_bearing(figure.add_subplot(right[0]), history.last, scene)
-    _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        self._history.add_block(block)
 
-    title = title or _title(history, scene)
-    return finish(figure, title, _footer(facts, history), png_path)
+    def write(self, path) -> Path:
+        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
+        history, scene = self._history, self._facts.scene
+        if history.last is None:
+            raise LogError("there is no sample to draw; give a run or a log that holds at least one")
+        figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+        FigureCanvasAgg(figure)
+        edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
+        grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
+        left = grid[0].subgridspec(2, 1, hspace=0.16)
+        right = grid[1].subgridspec(3, 1, height_ratios=(4.0, 0.95, 0.7), hspace=0.2)
+        _draw_loads(figure, [figure.add_subplot(left[row]) for row in (0, 1)], history)
+        draw_bearing(figure.add_subplot(right[0]), history.last, scene)
+        _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
+        return finish(figure, _title(history, scene), _footer(self._facts, history), path)
 
 
 def _draw_loads(figure, axes, history):
@@ -120,7 +127,7 @@ def _draw_contacts(axes, angles, sample, scene):
         axis.set_xlim(-0.6, len(balls) - 0.4)
         axis.set_xticks(balls[:: -(-len(balls) // 16)])
     degrees = np.degrees(sample["contact_angle"])
-    details = scene.model.contact_details(scene.parameters, sample) if scene else {}
+    details = contact_details(scene.parameters, sample) if scene else {}
     for raceway, colour in enumerate(RACEWAY_COLOURS):
         touching = balls[in_contact[:, raceway]]
         where = touching + (-0.14, 0.14)[raceway]
@@ -154,9 +161,9 @@ def _title(history, scene):
 
 def _footer(facts, history):
     words = [
-        f"scene {facts['scene'].name}" if facts["scene"] else "",
-        f"law {facts['law']}" if facts["law"] else "",
-        f"stepper {facts['stepper']}" if facts["stepper"] else "",
+        f"scene {facts.scene.name}" if facts.scene else "",
+        f"law {facts.law}" if facts.law else "",
+        f"stepper {facts.stepper}" if facts.stepper else "",
         f"{history.outputs} output{'s' * (history.outputs != 1)} up to {history.last.time_ns * 1e-9:.6g} s",
         f"bearing_twin {__version__}",
     ]

@@ -48,6 +48,12 @@ RECORD = 15
 """Of a contact: times [s], peak load [N] with approach, curvatures and law's coefficient there, speeds [m/s], impulse
 [N s] (velocities at the touch until it ends); the rest is work room."""
 
+RECORDED = (
+    ENDED, BEGAN, PEAK_LOAD, PEAK_APPROACH, PEAK_SMALL, PEAK_LARGE, PEAK_COEFFICIENT, SPEED_IN, SPEED_OUT,
+    IMPULSE_X, IMPULSE_Y, IMPULSE_Z,
+)  # fmt: skip
+"""What is given out of a contact that has ended, in the order of the table `figures.CONTACT`."""
+
 FIRST_STEP = 1e-6  # of the contact time expected: loads begin as t^1.5, viscous ones as t^0.25, which no method likes
 LONGEST_FLIGHT = 1.0  # s a step
 FLIGHT_TURN = 0.02  # rad a step of a fixed-step method in flight

@@ -1,115 +1,219 @@
-"""What a run of an ellipsoid on a plane found: its contacts, the balances, and what to doubt."""
+"""The figures of an ellipsoid on a plane: its contacts, the balances, what to doubt; of outputs and records alone."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.ellipsoid.chunk import (
-    BEGAN,
-    ENDED,
-    IMPULSE_X,
-    IMPULSE_Y,
-    IMPULSE_Z,
-    PEAK_APPROACH,
-    PEAK_COEFFICIENT,
-    PEAK_LARGE,
-    PEAK_LOAD,
-    PEAK_SMALL,
-    SPEED_IN,
-    SPEED_OUT,
-)
-from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
-from bearing_twin.kinds.impact.impact import ENERGY_GAIN
-from bearing_twin.sample import Block
+from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene, modulus_of
+from bearing_twin.kinds.impact.figures import ENERGY_GAIN, impact_quantities
+from bearing_twin.report import Choice
+from bearing_twin.sample import Block, Channel, Table
 
 LISTED = 200  # contacts named one by one in a report
 NOTABLE = 0.01  # of the greatest load: lighter touches say nothing about waves in the body
+GREATEST_DRIFT = 1e-6  # of a quaternion's norm in one step
 ENERGIES = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_viscous", "dissipated_friction")
+
+TOUCH = Table("touch", (Channel("time", "s", (), "begin of the contact"),), "a contact that begins")
+CONTACT = Table(
+    "contact",
+    (
+        Channel("time", "s", (), "end of the contact"),
+        Channel("start", "s", (), "begin of the contact"),
+        Channel("peak_load", "N", (), "greatest normal load"),
+        Channel("approach", "m", (), "at the greatest load"),
+        Channel("curvature_small", "1/m", (), "of the gap at the greatest load, P in z = P x^2 + Q y^2"),
+        Channel("curvature_large", "1/m", (), "of the gap at the greatest load, Q in z = P x^2 + Q y^2"),
+        Channel("coefficient", "N/m^1.5", (), "of the elastic law at the greatest load"),
+        Channel("speed_in", "m/s", (), "approach rate at the touch"),
+        Channel("speed_out", "m/s", (), "rate of departure at the end"),
+        Channel("impulse_x", "N s", (), "on the body, of gravity and contact together"),
+        Channel("impulse_y", "N s", (), "on the body"),
+        Channel("impulse_z", "N s", (), "on the body, by the contact alone"),
+    ),
+    "a contact that has ended",
+)
+
+
+def tables(parameters) -> tuple[Table, ...]:
+    """What an ellipsoid on a plane records."""
+    return (TOUCH, CONTACT)
 
 
 class Bounce(NamedTuple):
-    """One contact: seconds, N, m, N s; `restitution` None where it has not ended by the last output."""
+    """One contact: seconds, N, m, Pa, N s; of one that goes on, peaks are those at the outputs, the rest is None."""
 
     start: float
     duration: float
-    open: bool
     peak_load: float
     approach: float
-    small: float
-    large: float
-    coefficient: float
-    impulse: float | None
-    friction_impulse: float | None
-    restitution: float | None
+    semi_axes: tuple[float, float]
+    radii: tuple[float, float]
+    peak_pressure: float
+    law_error: float
+    impulse: float | None = None
+    friction_impulse: float | None = None
+    restitution: float | None = None
+
+    @property
+    def open(self) -> bool:
+        """Whether it has not ended by the last output."""
+        return self.impulse is None
 
 
-def _bounce(row, until):
-    ended = row[ENDED] <= until  # False for NaN too
-    into, out = float(row[SPEED_IN]), float(row[SPEED_OUT])
+def _ended(row: np.ndarray, modulus: float) -> Bounce:
+    end, start, load, approach, small, large, coefficient, into, out, x, y, z = map(float, row)
+    spot = ellipse(small, large, modulus, load)
+    exact = hertz_coefficient(small, large, modulus) if load > 0.0 else 1.0
     return Bounce(
-        float(row[BEGAN]),
-        float((row[ENDED] if ended else until) - row[BEGAN]),
-        not ended,
-        float(row[PEAK_LOAD]),
-        float(row[PEAK_APPROACH]),
-        float(row[PEAK_SMALL]),
-        float(row[PEAK_LARGE]),
-        float(row[PEAK_COEFFICIENT]),
-        float(row[IMPULSE_Z]) if ended else None,
-        math.hypot(row[IMPULSE_X], row[IMPULSE_Y]) if ended else None,
-        out / into if ended and into > 0.0 else None,
+        start=start,
+        duration=end - start,
+        peak_load=load,
+        approach=approach,
+        semi_axes=(spot.semi_major, spot.semi_minor),
+        radii=(0.5 / small, 0.5 / large) if load > 0.0 else (math.inf, math.inf),
+        peak_pressure=spot.peak_pressure,
+        law_error=coefficient / exact - 1.0 if load > 0.0 else 0.0,
+        impulse=z,
+        friction_impulse=math.hypot(x, y),
+        restitution=out / into if into > 0.0 else None,
     )
 
 
-def bounces_until(records, open_record, until: float) -> list[Bounce]:
-    """The contacts begun by `until` [s], from rows of a chunk's records and the row of the contact still going on."""
-    rows = records if open_record is None else [*records, open_record]
-    return [_bounce(row, until) for row in rows if row[BEGAN] <= until]
+class _OpenContact:
+    """The greatest load of the contact that goes on, as seen at the outputs."""
+
+    def __init__(self):
+        self.start: float | None = None
+        self.peak = np.zeros(5)  # load, approach, semi-axes, pressure
+
+    def add(self, block: Block) -> None:
+        """Takes a block in: only outputs after the last touch count."""
+        touches = block.records.get(TOUCH.name, ())
+        if len(touches):
+            self.start, self.peak = float(touches[-1, 0]), np.zeros(5)
+        ends = block.records.get(CONTACT.name, ())
+        if self.start is not None and len(ends) and float(ends[-1, 0]) >= self.start:
+            self.start = None
+        if self.start is None:
+            return
+        names = ("normal_load", "approach", "semi_major", "semi_minor", "peak_pressure")
+        rows = 1e-9 * block.time_ns >= self.start
+        for place, name in enumerate(names):
+            self.peak[place] = max(self.peak[place], float(block.values[name][rows].max(initial=0.0)))
+
+    def bounce(self, until: float) -> Bounce:
+        """As a bounce that has not ended."""
+        load, approach, major, minor, pressure = map(float, self.peak)
+        return Bounce(
+            self.start, until - self.start, load, approach, (major, minor), (math.inf, math.inf), pressure, 0.0
+        )
 
 
-def contact_figures(bounces: list[Bounce], modulus: float) -> dict:
-    """What the contacts amount to, by SI-suffixed keys; the first 200 one by one."""
-    lasting = bool(bounces) and bounces[-1].open
-    return {
-        "peak_force_n": max((one.peak_load for one in bounces), default=0.0),
-        "contact_count": len(bounces),
-        "contact_duration_s": math.fsum(one.duration for one in bounces),
-        "contacts": [_row(one) for one in bounces[:LISTED]],
-        "restitution": bounces[0].restitution if bounces else None,
-        "resting_since_s": bounces[-1].start if lasting else None,
-        "greatest_approach_m": max((one.approach for one in bounces), default=0.0),
-        "peak_pressure_pa": max((_ellipse(one, modulus).peak_pressure for one in bounces), default=0.0),
-    }
+class EllipsoidFigures:
+    """Gathers contacts and the books of energy and momentum of the outputs given out."""
 
+    def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
+        self.parameters, self.law, self.modulus = parameters, choice.law, modulus_of(parameters)
+        self.until, self.first, self.last, self.gain, self.scale = 0.0, {}, {}, 0.0, 0.0
+        self._contacts: list[np.ndarray] = []
+        self._going_on = _OpenContact()
 
-def contact_flags(bounces: list[Bounce], parameters: EllipsoidOnPlaneScene, law: str, modulus: float) -> list[str]:
-    """What in the contacts lies outside the theory, one sentence each."""
-    loaded = [one for one in bounces if one.peak_load > 0.0]
-    if not loaded:
-        return []
-    body, material = parameters.body, parameters.body.material
-    hardest = max(loaded, key=lambda one: _ellipse(one, modulus).peak_pressure)
-    deepest = max(loaded, key=lambda one: one.approach)
-    worst = max(loaded, key=lambda one: abs(_law_error(one, modulus)))
-    wide, spot = _ellipse(deepest, modulus), _ellipse(worst, modulus)
-    heavy = NOTABLE * max(one.peak_load for one in loaded)
-    shortest = min((one.duration for one in loaded if not one.open and one.peak_load > heavy), default=math.inf)
-    return gathered(
-        pressure_doubt(_ellipse(hardest, modulus).peak_pressure, parameters.contact.yield_pressure),
-        width_doubt(wide.semi_major, 0.5 / deepest.small),
-        width_doubt(wide.semi_minor, 0.5 / deepest.large),
-        law_doubt(law, _law_error(worst, modulus), spot.semi_minor / spot.semi_major),
-        wave_doubt(shortest, wave_transit(2.0 * max(body.semi_axes), material.young_modulus, material.density)),
-    )
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        stored = sum(block.values[name] for name in ENERGIES[:3])
+        total = stored + sum(block.values[name] for name in ENERGIES[3:])
+        if not self.first:
+            self.first = self._instant(block, stored, total, 0)
+        self.last = self._instant(block, stored, total, -1)
+        self.scale = max(self.scale, float(stored.max()))
+        if self.scale > 0.0:
+            self.gain = max(self.gain, float(total.max() - self.first["total"]) / self.scale)
+        self.until = 1e-9 * float(block.time_ns[-1])
+        self._contacts.extend(block.records.get(CONTACT.name, ()))
+        self._going_on.add(block)
 
+    @staticmethod
+    def _instant(block, stored, total, row):
+        kept = {name: block.values[name][row] + 0.0 for name in ("velocity", "angular_momentum", "position")}
+        names = (*ENERGIES[3:], "quaternion_drift")
+        numbers = {name: float(block.values[name][row]) for name in names if name in block.values}
+        return {"stored": float(stored[row]), "total": float(total[row]), **numbers, **kept}
 
-def _ellipse(bounce, modulus):
-    return ellipse(bounce.small, bounce.large, modulus, bounce.peak_load)
+    def _bounces(self) -> list[Bounce]:
+        bounces = [_ended(row, self.modulus) for row in self._contacts]
+        return bounces if self._going_on.start is None else [*bounces, self._going_on.bounce(self.until)]
 
+    def figures(self) -> dict[str, Any]:
+        """Contacts and balances; velocities and angular momentum as changes since the first output.
 
-def _law_error(bounce, modulus):
-    return bounce.coefficient / hertz_coefficient(bounce.small, bounce.large, modulus) - 1.0
+        The first 200 contacts are listed one by one. `restitution` is that of the first, `resting_since_s` the begin of
+        one that goes on at the end.
+        """
+        bounces = self._bounces()
+        velocity, turning = (self.last[name] - self.first[name] for name in ("velocity", "angular_momentum"))
+        return {
+            "peak_force_n": max((one.peak_load for one in bounces), default=0.0),
+            "contact_count": len(bounces),
+            "contact_duration_s": math.fsum(one.duration for one in bounces),
+            "contacts": [_row(one) for one in bounces[:LISTED]],
+            "restitution": bounces[0].restitution if bounces else None,
+            "resting_since_s": self._going_on.start,
+            "greatest_approach_m": max((one.approach for one in bounces), default=0.0),
+            "peak_pressure_pa": max((one.peak_pressure for one in bounces), default=0.0),
+            "energy_closure": self.closure,
+            "greatest_energy_gain": self.gain,
+            "energy_start_j": self.first["stored"],
+            "energy_end_j": self.last["stored"],
+            "dissipated_viscous_j": self.last["dissipated_viscous"],
+            "dissipated_friction_j": self.last["dissipated_friction"],
+            "velocity_change_x_m_s": float(velocity[0]),
+            "velocity_change_y_m_s": float(velocity[1]),
+            "angular_momentum_change_vertical_nms": float(turning[2]),
+            "height_at_end_m": float(self.last["position"][2]),
+            "quaternion_drift": self.last.get("quaternion_drift", math.nan),
+        }
+
+    def flags(self) -> list[str]:
+        """What in the run lies outside the theory, one sentence each."""
+        drift = self.last.get("quaternion_drift", 0.0)
+        drifted = (
+            f"the quaternion's norm drifted by {drift:.2g} in one step before it was put right: "
+            "tighten wanted.tolerance"
+        )
+        return self._contact_flags() + ([drifted] if drift > GREATEST_DRIFT else [])
+
+    def _contact_flags(self) -> list[str]:
+        loaded = [one for one in self._bounces() if one.peak_load > 0.0]
+        if not loaded:
+            return []
+        body, material = self.parameters.body, self.parameters.body.material
+        hardest = max(loaded, key=lambda one: one.peak_pressure)
+        deepest = max(loaded, key=lambda one: one.approach)
+        worst = max(loaded, key=lambda one: abs(one.law_error))
+        heavy = NOTABLE * max(one.peak_load for one in loaded)
+        shortest = min((one.duration for one in loaded if not one.open and one.peak_load > heavy), default=math.inf)
+        return gathered(
+            pressure_doubt(hardest.peak_pressure, self.parameters.contact.yield_pressure),
+            width_doubt(deepest.semi_axes[0], deepest.radii[0]),
+            width_doubt(deepest.semi_axes[1], deepest.radii[1]),
+            law_doubt(self.law, worst.law_error, worst.semi_axes[1] / worst.semi_axes[0]),
+            wave_doubt(shortest, wave_transit(2.0 * max(body.semi_axes), material.young_modulus, material.density)),
+        )
+
+    @property
+    def closure(self) -> float:
+        """Energy gained (+) or lost (-) by the numbers, as a share of the greatest energy stored."""
+        return (self.last["total"] - self.first["total"]) / self.scale if self.scale > 0.0 else 0.0
+
+    def status(self) -> str:
+        """ "done", or what failed."""
+        wrong = not max(abs(self.closure), self.gain) <= ENERGY_GAIN
+        return "failed: energy" if wrong else "done"
 
 
 def _row(bounce):
@@ -123,52 +227,12 @@ def _row(bounce):
     }
 
 
-class Books:
-    """Energy and momentum of the outputs given out."""
-
-    def __init__(self):
-        self.until, self.first, self.last, self.gain, self.scale = 0.0, {}, {}, 0.0, 0.0
-
-    def add(self, block: Block) -> None:
-        """Takes a block in."""
-        stored = sum(block.values[name] for name in ENERGIES[:3])
-        total = stored + sum(block.values[name] for name in ENERGIES[3:])
-        if not self.first:
-            self.first = self._instant(block, stored, total, 0)
-        self.last = self._instant(block, stored, total, -1)
-        self.scale = max(self.scale, float(stored.max()))
-        if self.scale > 0.0:
-            self.gain = max(self.gain, float(total.max() - self.first["total"]) / self.scale)
-        self.until = 1e-9 * float(block.time_ns[-1])
-
-    @staticmethod
-    def _instant(block, stored, total, row):
-        kept = {name: block.values[name][row] + 0.0 for name in ("velocity", "angular_momentum")}
-        lost = {name: float(block.values[name][row]) for name in ENERGIES[3:]}
-        return {"stored": float(stored[row]), "total": float(total[row]), **lost, **kept}
-
-    def figures(self) -> dict:
-        """Balances by SI-suffixed keys; velocities and angular momentum as changes since the first output."""
-        velocity, turning = (self.last[name] - self.first[name] for name in ("velocity", "angular_momentum"))
-        return {
-            "energy_closure": self.closure,
-            "greatest_energy_gain": self.gain,
-            "energy_start_j": self.first["stored"],
-            "energy_end_j": self.last["stored"],
-            "dissipated_viscous_j": self.last["dissipated_viscous"],
-            "dissipated_friction_j": self.last["dissipated_friction"],
-            "velocity_change_x_m_s": float(velocity[0]),
-            "velocity_change_y_m_s": float(velocity[1]),
-            "angular_momentum_change_vertical_nms": float(turning[2]),
-        }
-
-    @property
-    def closure(self) -> float:
-        """Energy gained by the numbers, as a share of the greatest energy stored."""
-        return (self.last["total"] - self.first["total"]) / self.scale if self.scale > 0.0 else 0.0
-
-    @property
-    def status(self) -> str:
-        """ "done", or what failed."""
-        wrong = not max(abs(self.closure), self.gain) <= ENERGY_GAIN
-        return "failed: energy" if wrong else "done"
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of an ellipsoid on a plane."""
+    return {
+        **{name: row for name, row in impact_quantities().items() if name != "impulse"},
+        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
+        "peak_pressure": Quantity("Pa", "greatest Hertz pressure", read_off("peak_pressure_pa")),
+        "dissipated_viscous": Quantity("J", "lost to damping", read_off("dissipated_viscous_j")),
+        "dissipated_friction": Quantity("J", "lost to friction", read_off("dissipated_friction_j")),
+    }

@@ -9,6 +9,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import Material
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.ellipsoid.chunk import (
+    BEGAN,
     CLOCK,
     DRIFT,
     FULL,
@@ -16,6 +17,7 @@ from bearing_twin.kinds.ellipsoid.chunk import (
     NOT_FINITE,
     OK,
     RECORD,
+    RECORDED,
     STALLED,
     STEP,
     TIME,
@@ -23,7 +25,6 @@ from bearing_twin.kinds.ellipsoid.chunk import (
     advance,
 )
 from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
-from bearing_twin.kinds.ellipsoid.figures import Books, bounces_until, contact_figures, contact_flags
 from bearing_twin.kinds.ellipsoid.outputs import outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import (
     ELLIPSOID_LAWS,
@@ -37,12 +38,11 @@ from bearing_twin.kinds.ellipsoid.parameters import (
 )
 from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
 from bearing_twin.numerics.steppers import DOP853, RK4
-from bearing_twin.sample import Found
+from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach
 
 FLOOR = 1e-4  # of the shortest contact
 RECORDS = 256  # completed in one call of the kernel
-GREATEST_DRIFT = 1e-6  # of a quaternion's norm in one step
 
 
 def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
@@ -91,11 +91,11 @@ def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
 class EllipsoidMotion:
     """The ellipsoid in motion: `advance` integrates one chunk and returns its outputs; `records` are its contacts."""
 
-    goal_speed = 0.0  # takes no commands
+    takes_speed = False
 
-    def __init__(self, parameters: EllipsoidOnPlaneScene, law: str, stepper: str):
-        self.parameters, self.law = parameters, law
-        self.body, self.plan = ellipsoid_of(parameters, law), plan_of(parameters, stepper)
+    def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
+        self.parameters = parameters
+        self.body, self.plan = ellipsoid_of(parameters, choice.law), plan_of(parameters, choice.stepper)
         self.reset()
 
     def reset(self) -> None:
@@ -108,13 +108,14 @@ class EllipsoidMotion:
         self.clock[STEP] = math.inf
         self.record = np.zeros(RECORD)
         self.counts = np.zeros(COUNTS, np.int64)
-        self.records: list[np.ndarray] = []
+        self._ended: list[np.ndarray] = []  # contacts since records were taken
+        self._touched = -math.inf  # begin [s] of the last touch recorded
         self._work = Work(np.zeros((len(self.plan.method.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(4)))
         self._now = 0.0
 
     def first_outputs(self):
         """The outputs at the present instant."""
-        return outputs_of(self.body, self.state[None].copy())
+        return outputs_of(self.body, self.state[None].copy(), float(self.clock[DRIFT]))
 
     def advance(self, times: np.ndarray, duration: float):
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
@@ -127,7 +128,7 @@ class EllipsoidMotion:
                 self.body, self.plan, self.state, self.clock, due, until, states, self.record, finished, self.counts,
                 self._work,
             )  # fmt: skip
-            self.records.extend(finished[:count].copy())
+            self._ended.extend(finished[:count].copy())
         if status != OK:
             reasons = {
                 NOT_FINITE: "the state is not finite any more; lower the speeds or shorten solver.step",
@@ -136,28 +137,16 @@ class EllipsoidMotion:
             }
             raise IntegrationError(f"at {self.clock[TIME]:.9g} s {reasons[status]}")
         self._now = until
-        return outputs_of(self.body, states)
+        return outputs_of(self.body, states, float(self.clock[DRIFT]))
 
-    def statistics(self) -> Books:
-        """Empty books of energy and momentum."""
-        return Books()
-
-    def found(self, statistics: Books) -> Found:
-        """What the run found up to the last output given out."""
-        open_record = self.record if self.clock[IN_CONTACT] else None
-        bounces = bounces_until(self.records, open_record, statistics.until)
-        figures = {
-            **contact_figures(bounces, self.body.modulus),
-            **statistics.figures(),
-            "quaternion_drift": float(self.clock[DRIFT]),
-        }
-        flags = contact_flags(bounces, self.parameters, self.law, self.body.modulus)
-        if self.clock[DRIFT] > GREATEST_DRIFT:
-            flags.append(
-                f"the quaternion's norm drifted by {self.clock[DRIFT]:.2g} in one step before it was put right: "
-                "tighten solver.tolerance"
-            )
-        return Found(figures, tuple(flags), statistics.status)
+    def take_records(self) -> dict[str, np.ndarray]:
+        """The touches and the ends of contacts since the last call."""
+        began = [row[BEGAN] for row in self._ended] + ([self.record[BEGAN]] if self.clock[IN_CONTACT] else [])
+        began = [time for time in began if time > self._touched]
+        ended = np.array([row[list(RECORDED)] for row in self._ended]).reshape(-1, len(RECORDED))
+        self._ended = []
+        self._touched = max(began, default=self._touched)
+        return {"touch": np.array(began).reshape(-1, 1), "contact": ended}
 
     def costs(self) -> dict[str, int]:
         """Steps, rejected steps and evaluations of the rates."""

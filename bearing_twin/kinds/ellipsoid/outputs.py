@@ -33,8 +33,11 @@ CHANNELS = (
     Channel("elastic_energy", "J", (), "stored in the contact"),
     Channel("dissipated_viscous", "J", (), "by the viscous part of the normal load since the start"),
     Channel("dissipated_friction", "J", (), "by friction since the start"),
+    Channel(
+        "quaternion_drift", "1", (), "greatest drift of the quaternion's norm in a step so far, before it is undone"
+    ),
 )
-WIDTH = sum(channel.width for channel in CHANNELS)
+WIDTH = sum(channel.width for channel in CHANNELS[:-1])  # of what follows from the state
 
 
 def channels(parameters: EllipsoidOnPlaneScene) -> tuple[Channel, ...]:
@@ -85,12 +88,13 @@ def write_rows(body, lowest, states, rows):
         write_row(body, lowest, states[n], rows[n])
 
 
-def outputs_of(body: Ellipsoid, states: np.ndarray) -> tuple[np.ndarray, ...]:
-    """One array a channel, in their order, of states (n, COLUMNS)."""
+def outputs_of(body: Ellipsoid, states: np.ndarray, drift: float) -> tuple[np.ndarray, ...]:
+    """One array a channel, in their order, of states (n, COLUMNS); `drift` is the last channel."""
     rows = np.empty((len(states), WIDTH))
     write_rows(body, min(body.semi_axes), states.reshape(-1, COLUMNS), rows)
-    edges = np.cumsum([0, *(channel.width for channel in CHANNELS)])
-    return tuple(
+    edges = np.cumsum([0, *(channel.width for channel in CHANNELS[:-1])])
+    parts = (
         np.ascontiguousarray(rows[:, low:high]).reshape(len(states), *channel.shape)
-        for channel, low, high in zip(CHANNELS, edges[:-1], edges[1:], strict=True)
+        for channel, low, high in zip(CHANNELS[:-1], edges[:-1], edges[1:], strict=True)
     )
+    return (*parts, np.full(len(states), drift))

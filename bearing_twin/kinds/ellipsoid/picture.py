@@ -9,111 +9,47 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from bearing_twin import __version__
-from bearing_twin.kinds.bearing.summary import run_facts
-from bearing_twin.kinds.ellipsoid.figures import Books
-from bearing_twin.kinds.impact.picture import ImpactHistory
+from bearing_twin.kinds.contract import Facts
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
+from bearing_twin.pictures.values import Values, footer
+from bearing_twin.sample import Block
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
-GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
 OUTLINES = 9  # of the body along its path
 STORED = (("kinetic_energy", "kinetic"), ("potential_energy", "of height"), ("elastic_energy", "in the contact"))
 LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
 """Channels and words of the energies, in the order in which they are stacked."""
 
 
-class EllipsoidHistory(ImpactHistory):
-    """The outputs of a run of any length, thinned where they are too many; `stride` tells how much."""
+class EllipsoidPicture:
+    """The picture of one run of any length."""
 
-    def __init__(self):
-        super().__init__()
-        self.stride, self._rows = 1, 0
-        self._time, self._values = [], []
-        self.greatest_load = 0.0
+    def __init__(self, facts: Facts):
+        self._facts, self._values = facts, Values()
 
-    def add_block(self, block) -> None:
+    def add(self, block: Block) -> None:
         """Takes a block in."""
-        self.greatest_load = max(self.greatest_load, float(block.values["normal_load"].max(initial=0.0)))
-        keep = slice(-block.first_sequence % self.stride, None, self.stride)
-        self._time.append(1e-9 * block.time_ns[keep])
-        self._values.append({name: values[keep] for name, values in block.values.items()})
-        self._rows += len(self._time[-1])
-        self.blocks = self._time
-        if self._rows > GREATEST_ROWS:
-            whole = self.arrays()
-            self.stride *= 2
-            self._time = [whole.pop("time")[::2]]
-            self._values = [{name: values[::2] for name, values in whole.items()}]
-            self._rows = len(self._time[0])
+        self._values.add(block)
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """As `ImpactHistory.arrays`, of the outputs kept."""
-        if not self._rows:
-            return super().arrays()
-        values = {name: np.concatenate([part[name] for part in self._values]) for name in self._values[0]}
-        return {"time": np.concatenate(self._time), **values}
-
-
-def plot_ellipsoid(source, png_path, facts: dict | None = None) -> Path:
-    """Write the picture of an ellipsoid on a plane: a run, a log or an `EllipsoidHistory`; returns the path.
-
-    `facts` may name `scene` (a Scene), `law` and `stepper` where the source does not. Raises BearingTwinError.
-    """
-    history = source
-    if not isinstance(source, EllipsoidHistory):
-        history = EllipsoidHistory()
-        for block in source.blocks():
-            history.add_block(block)
-    facts, values = run_facts(source) | (facts or {}), history.arrays()
-    scene = facts["scene"]
-    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
-    grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.16)
-    _draw_side(figure.add_subplot(grid[0, 0]), values, scene)
-    _draw_plan(figure.add_subplot(grid[1:, 0]), values, scene)
-    time, tilt = values["time"], figure.add_subplot(grid[0, 1])
-    _draw_tilt(tilt, time, values)
-    load = figure.add_subplot(grid[1, 1], sharex=tilt)
-    _draw_load(load, time, values, history)
-    energy = figure.add_subplot(grid[2, 1], sharex=tilt)
-    _draw_energy(energy, time, values)
-    for axis in (tilt, load):
-        axis.tick_params(labelbottom=False)
-    title = scene.description if scene.description else scene.name
-    words = [scene.name, f"{len(time)} outputs" + (f", every {history.stride}th" if history.stride > 1 else "")]
-    words += [f"{name}: {facts[name]}" for name in ("law", "stepper") if facts.get(name)]
-    footer = f"{', '.join(words)}; bearing_twin {__version__}"
-    return finish(figure, title, footer, png_path, size=17)
-
-
-def summarise_ellipsoid(stream, blocks, history: EllipsoidHistory) -> dict:
-    """The balances of a log read off its samples alone, as plain data with SI-suffixed keys; blocks go to `history`.
-
-    Contacts shorter than the spacing of the outputs are not in them, so bounces are not counted.
-    """
-    missing = following = outputs = 0
-    books = Books()
-    for block in blocks:
-        history.add_block(block)
-        books.add(block)
-        missing += max(block.first_sequence - following, 0)
-        following = block.first_sequence + len(block)
-        outputs += len(block)
-    last = {name: values[-1] for name, values in history.arrays().items()}
-    facts = run_facts(stream)
-    return {
-        "scene": facts["scene"].name if facts["scene"] else None,
-        "law": facts["law"],
-        "stepper": facts["stepper"],
-        "outputs": outputs,
-        "missing_outputs": missing,
-        "end_s": books.until,
-        "greatest_normal_load_n": history.greatest_load,
-        "height_at_end_m": float(last["position"][2]),
-        "in_contact_at_end": bool(last["in_contact"]),
-        **books.figures(),
-    }
+    def write(self, path) -> Path:
+        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
+        values, scene = self._values.arrays(), self._facts.scene
+        figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
+        FigureCanvasAgg(figure)
+        grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.16)
+        _draw_side(figure.add_subplot(grid[0, 0]), values, scene)
+        _draw_plan(figure.add_subplot(grid[1:, 0]), values, scene)
+        time, tilt = values["time"], figure.add_subplot(grid[0, 1])
+        _draw_tilt(tilt, time, values)
+        load = figure.add_subplot(grid[1, 1], sharex=tilt)
+        _draw_load(load, time, values, self._values.greatest["normal_load"])
+        energy = figure.add_subplot(grid[2, 1], sharex=tilt)
+        _draw_energy(energy, time, values)
+        for axis in (tilt, load):
+            axis.tick_params(labelbottom=False)
+        title = scene.description or scene.name
+        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17)
 
 
 def _draw_side(axis, values, scene):
@@ -201,7 +137,7 @@ def _draw_tilt(axis, time, values):
     heading(axis, "Tilt of the body's axes")
 
 
-def _draw_load(axis, time, values, history):
+def _draw_load(axis, time, values, greatest):
     frame(axis)
     load = values["normal_load"]
     loaded = np.where(load > 0.0, load, np.nan)
@@ -212,7 +148,7 @@ def _draw_load(axis, time, values, history):
     axis.set_yscale("log")
     axis.set_ylabel("normal load [N]")
     axis.margins(x=0.0)
-    heading(axis, f"Normal load at the outputs, at most {history.greatest_load:.4g} N")
+    heading(axis, f"Normal load at the outputs, at most {greatest:.4g} N")
 
 
 def _draw_energy(axis, time, values):

@@ -2,7 +2,7 @@
 
     (m / 2) x'' = -F(x),   F from eq. (14) or from Johnson's law, both inverted by Lambert's function,
 
-x being the mutual approach of the centres. The closed form is the quadrature of `reference.disc_impact` for contact
+x being the mutual approach of the centres. The closed form is the quadrature of `disc_closed_form` for contact
 time and peak force; histories come from the same quadrature run up to each instant, or from the differential
 equation. Thick discs answer nearly in plane strain, as Johnson's law assumes.
 
@@ -10,7 +10,6 @@ Breaks: where the kinetic energy exceeds what the law can store it has no soluti
 elasticity), and where the half-width of the contact is no longer small against the radius.
 """
 
-import functools
 import math
 
 import numpy as np
@@ -19,38 +18,75 @@ from scipy.interpolate import CubicHermiteSpline
 from bearing_twin.contact.line import approach_of, load_of_energy
 from bearing_twin.contact.line import energy as energy_of
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.impact import disc_closed_form as disc_impact
+from bearing_twin.kinds.contract import ClosedForm, Quantity
+from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
 from bearing_twin.kinds.impact.collision import Contact, Spring
+from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures, impact_quantities
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
-from bearing_twin.kinds.impact.pair import CHANNELS, pair_impact
-from bearing_twin.kinds.impact.parameters import TwoDiscsScene, disc_law, disc_mass
-from bearing_twin.sample import Channel
+from bearing_twin.kinds.impact.pair import pair_impact
+from bearing_twin.kinds.impact.parameters import TwoDiscsScene, disc_law, disc_mass, meeting_speed
+from bearing_twin.report import Choice
 
 PIECES = 400  # of the history by quadrature
-
-
-def channels(parameters: TwoDiscsScene) -> tuple[Channel, ...]:
-    """What one sample of this scene holds."""
-    return CHANNELS
 
 
 def solve(parameters: TwoDiscsScene, law: str = "johnson", stepper: str = "closed_form") -> Impact:
     """The impact with the law `line` or `johnson`, by a stepper as in `two_spheres`; raises IntegrationError."""
     mass, speed = disc_mass(parameters.disc), parameters.motion.speed
     line = disc_law(parameters.disc, law)
-    duration = float(disc_impact.contact_time(line, 0.5 * mass, speed))
+    duration = float(disc_closed_form.contact_time(line, 0.5 * mass, speed))
     closed = _closed(line, 0.5 * mass, speed, duration) if stepper == "closed_form" else None
-    flags = functools.partial(_flags, parameters)
-    return pair_impact(parameters, Spring(0.0, line, 0.0), (mass, mass), stepper, duration, closed, flags)
+    return pair_impact(parameters, Spring(0.0, line, 0.0), (mass, mass), stepper, duration, closed)
 
 
-def motion(parameters: TwoDiscsScene, law: str, stepper: str) -> ImpactMotion:
+def motion(parameters: TwoDiscsScene, choice: Choice) -> ImpactMotion:
     """The impact as a run."""
-    return ImpactMotion(solve, parameters, law, stepper)
+    return ImpactMotion(solve, parameters, choice.law, choice.stepper)
+
+
+class DiscFigures(ImpactFigures):
+    """The figures of two discs."""
+
+    def __init__(self, parameters: TwoDiscsScene, choice: Choice):
+        super().__init__(parameters, choice, parameters.motion.speed)
+
+    def flags(self) -> list[str]:
+        """What in this impact lies outside the theory of line contact."""
+        if not len(self.contacts):
+            return []
+        return _flags(self.parameters, self.peak_force, float(self.contacts[:, DURATION].min())) + super().flags()
+
+
+figures = DiscFigures
+
+
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of two discs."""
+    return impact_quantities(
+        contact_duration=disc_closed_form.contact_time,
+        peak_force=disc_closed_form.peak_force,
+        greatest_approach=disc_closed_form.greatest_approach,
+        impulse=lambda law, reduced, speed: 2.0 * reduced * speed,
+    )
+
+
+def closed_form() -> ClosedForm:
+    """Discs by quadrature, many at once."""
+    return ClosedForm(
+        describes=lambda parameters: parameters.solver.stepper in ("auto", "closed_form"),
+        bodies=_bodies,
+        histories={},
+        no_solution="the law of line contact cannot store the energy of this impact",
+    )
+
+
+def _bodies(parameters) -> tuple:
+    name = "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal
+    return disc_law(parameters.disc, name), 0.5 * disc_mass(parameters.disc), meeting_speed(parameters)
 
 
 def _closed(line, reduced, speed, duration):
-    peak = float(disc_impact.peak_force(line, reduced, speed))
+    peak = float(disc_closed_form.peak_force(line, reduced, speed))
     brought = 0.5 * reduced * speed**2
     times, approach, rates = _half_history(line, reduced, speed)
     times *= 0.5 * duration / times[-1]
@@ -78,18 +114,16 @@ def _half_history(line, reduced, speed):
     return np.concatenate([[0.0], np.cumsum(spans)]), approach, speed * np.cos(edges)
 
 
-def _flags(parameters, contact):
+def _flags(parameters, peak_force, duration):
     disc = parameters.disc
     modulus = 0.5 * disc.material.young_modulus / (1.0 - disc.material.poisson_ratio**2)
-    per_length = contact.peak_force / disc.thickness
+    per_length = peak_force / disc.thickness
     half_width = math.sqrt(2.0 * per_length * disc.radius / (math.pi * modulus))
     pressure = 2.0 * per_length / (math.pi * half_width)
     flags = gathered(
         pressure_doubt(pressure, parameters.contact.yield_pressure),
         width_doubt(half_width, disc.radius),
-        wave_doubt(
-            contact.duration, wave_transit(2.0 * disc.radius, disc.material.young_modulus, disc.material.density)
-        ),
+        wave_doubt(duration, wave_transit(2.0 * disc.radius, disc.material.young_modulus, disc.material.density)),
     )
     if disc.thickness < disc.radius:
         flags.append(

@@ -1,26 +1,24 @@
-"""What every impact scene hands back, and how it becomes a run like any other: an impact is a run, only short."""
+"""An impact solved at once, and how it becomes a run like any other: an impact is a run, only short."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from bearing_twin.kinds.impact.collision import Contact
-from bearing_twin.sample import Found
-
-ENERGY_GAIN = 0.01  # of the energy brought; more is never a success
+from bearing_twin.sample import between
 
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """An impact, solved: figures, and `at(times)` -> one array a channel at increasing times [s] from the start.
+    """An impact, solved: `at(times)` -> one array a channel at increasing times [s] from the start, and what it was.
 
     `run` is the resolved one: `time`, `values` and the histories read off them are its outputs, computed when asked.
     `contacts` in order, `restitution` = relative speed away over relative speed before (negative: the sphere follows
-    the beam), `energy_closure` = energy gained by the numbers as a share of what was brought, `figures` the scene's
-    own with SI-suffixed keys, `costs` of the solution.
+    the beam), `energy_closure` = energy gained by the numbers as a share of what was brought, `extremes` what else is
+    greatest in the whole motion, `costs` of the solution.
     """
 
     names: tuple[str, ...]
@@ -31,9 +29,9 @@ class Impact:
     peak_force: float
     greatest_approach: float
     energy_closure: float
-    flags: tuple[str, ...]
-    figures: dict[str, Any]
     costs: dict[str, int]
+    records: Mapping[str, np.ndarray]
+    extremes: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def time(self) -> np.ndarray:
@@ -61,48 +59,14 @@ class Impact:
         """Total time in contact [s]."""
         return sum(contact.duration for contact in self.contacts)
 
-    @property
-    def status(self) -> str:
-        """ "done", or what failed."""
-        gained = not abs(self.energy_closure) <= ENERGY_GAIN
-        return "failed: energy" if gained else "done"
-
-    def summary(self) -> dict[str, Any]:
-        """The figures for `--json`."""
-        return {
-            "peak_force_n": self.peak_force,
-            "contact_duration_s": self.contact_duration,
-            "contacts": [
-                {
-                    "start_s": contact.start,
-                    "duration_s": contact.duration,
-                    "peak_force_n": contact.peak_force,
-                    "impulse_ns": contact.impulse,
-                }
-                for contact in self.contacts
-            ],
-            "greatest_approach_m": self.greatest_approach,
-            "restitution": self.restitution,
-            "energy_closure": self.energy_closure,
-            **self.figures,
-        }
-
-
-class Watched:
-    """How far the outputs have been given out; an impact's figures are known beforehand."""
-
-    def __init__(self):
-        self.until = 0.0
-
-    def add(self, block) -> None:
-        """Takes a block in."""
-        self.until = 1e-9 * float(block.time_ns[-1])
-
 
 class ImpactMotion:
-    """An impact as `simulate` wants it: solved when the first output after the start is asked for, then read off."""
+    """An impact as `simulate` wants it: solved when the first output after the start is asked for, then read off.
 
-    goal_speed = 0.0  # an impact takes no commands
+    A record whose time lies beyond the last output of the scene's run is given with that output.
+    """
+
+    takes_speed = False
 
     def __init__(self, solve, parameters, law: str, stepper: str):
         self._solve = lambda: solve(parameters, law, stepper)
@@ -110,16 +74,13 @@ class ImpactMotion:
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start; the impact will be solved again."""
-        self._impact, self._now = None, 0.0
+        """Back to the start; what is solved already stays solved."""
+        self._now, self._given = 0.0, -np.inf
 
-    @property
+    @cached_property
     def impact(self) -> Impact:
         """The solved impact."""
-        if self._impact is None:
-            self._impact = self._solve()
-            self._start = self._impact.at(np.zeros(1))
-        return self._impact
+        return self._solve()
 
     def first_outputs(self):
         """The outputs at the start."""
@@ -133,17 +94,16 @@ class ImpactMotion:
         self._now += duration
         return values
 
-    def statistics(self) -> Watched:
-        """An empty record of what has been given out."""
-        return Watched()
-
-    def found(self, statistics: Watched) -> Found:
-        """What the impact amounts to."""
-        impact, flags = self.impact, self.impact.flags
-        last = max((contact.start + contact.duration for contact in impact.contacts), default=0.0)
-        if statistics.until < last:
-            flags = (*flags, f"the outputs end at {statistics.until:.4g} s, before the contact does at {last:.4g} s")
-        return Found(impact.summary(), flags, impact.status)
+    def take_records(self) -> dict[str, np.ndarray]:
+        """The records since the last call."""
+        last, found = float(self.impact.time[-1]), {}
+        now = round(1e9 * self._now)
+        for name, rows in self.impact.records.items():
+            rows = rows.copy()
+            rows[:, 0] = np.minimum(rows[:, 0], last)
+            found[name] = between(rows, self._given, now)
+        self._given = now
+        return found
 
     def costs(self) -> dict[str, int]:
         """What the solution took."""

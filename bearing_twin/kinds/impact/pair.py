@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import Contact, Spring, collide, spring_elastic, spring_energy, spring_load
+from bearing_twin.kinds.impact.collision import Contact, Spring, collide, spring_energy, spring_load
+from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
 from bearing_twin.kinds.impact.parameters import resolve
 from bearing_twin.sample import Channel
@@ -17,15 +18,20 @@ CHANNELS = (
 )
 
 
+def channels(parameters) -> tuple[Channel, ...]:
+    """What one sample of two bodies holds."""
+    return CHANNELS
+
+
 def steps_of(solver, expected: float) -> float:
     """Step [s] of the fixed-step methods."""
     return solver.step or expected / 500.0
 
 
-def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, flags_of) -> Impact:
+def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -> Impact:
     """The impact of two bodies; `closed` = (Contact, greatest approach, restitution, closure, history) or None.
 
-    `history(times)` from the first touch gives approach [m] and its rate [m/s]; `flags_of(contact)` the doubts.
+    `history(times)` from the first touch gives approach [m] and its rate [m/s].
     """
     parameters = resolve(parameters)
     motion = parameters.motion
@@ -68,19 +74,20 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, f
         )
 
     placed = Contact(touch, *contact[1:])
+    gained = closure * 0.5 * reduced * motion.speed**2
     return Impact(
-        tuple(channel.name for channel in CHANNELS), at, parameters.run, (placed,), restitution,
-        contact.peak_force, deepest, closure, tuple(flags_of(contact)), {"impact_speed_m_s": motion.speed}, costs,
-    )  # fmt: skip
+        names=tuple(channel.name for channel in CHANNELS),
+        at=at,
+        run=parameters.run,
+        contacts=(placed,),
+        restitution=restitution,
+        peak_force=contact.peak_force,
+        greatest_approach=deepest,
+        energy_closure=closure,
+        costs=costs,
+        records={"contact": contact_rows((placed,), (deepest,), leaving, gained)},
+    )
 
 
 def _each(function, spring, approach, rate):
     return np.array([function(spring, x, v) for x, v in zip(approach, rate, strict=True)])
-
-
-def elastic_contact(spring: Spring, reduced_mass, speed, duration, deepest):
-    """(Contact, energy closure) of a closed form: the elastic energy at the greatest approach against what came."""
-    brought = 0.5 * reduced_mass * speed**2
-    peak = float(spring_elastic(spring, deepest))
-    contact = Contact(0.0, float(duration), peak, 2.0 * reduced_mass * speed)
-    return contact, float(spring_energy(spring, deepest)) / brought - 1.0

@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.line import LINE_LAWS, greatest_energy, line_law
 from bearing_twin.contact.materials import Material, effective_modulus
-from bearing_twin.kinds.impact import disc_closed_form as disc_impact
+from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS, FIXED_STEP
 from bearing_twin.kinds.impact.impact_parameters import Run, Sphere, check_run, resolved_run, sphere_mass
 from bearing_twin.parameters import choice, quantity, section
@@ -124,6 +124,12 @@ def disc_law(disc: Disc, name: str):
     return line_law(name, disc.radius, disc.thickness, material.young_modulus, material.poisson_ratio)
 
 
+def meeting_speed(parameters):
+    """Relative speed [m/s], NaN where the bodies never meet; numbers or arrays."""
+    speed = np.asarray(parameters.motion.speed, float)
+    return np.where(speed > 0.0, speed, np.nan)
+
+
 def pair_contact_time(parameters) -> float:
     """About the contact time [s] of a checked pair: the closed form without damping."""
     speed = parameters.motion.speed
@@ -136,7 +142,7 @@ def pair_contact_time(parameters) -> float:
 def contact_time_by(parameters: TwoDiscsScene, law: str) -> float:
     """Contact time [s] of the discs by one law of line contact; NaN where it has no solution."""
     reduced = 0.5 * disc_mass(parameters.disc)
-    return float(disc_impact.contact_time(disc_law(parameters.disc, law), reduced, parameters.motion.speed))
+    return float(disc_closed_form.contact_time(disc_law(parameters.disc, law), reduced, parameters.motion.speed))
 
 
 def check_spheres(parameters: TwoSpheresScene) -> list[str]:

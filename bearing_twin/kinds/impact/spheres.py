@@ -10,7 +10,6 @@ Or a term that loses the same share at every speed (`damping_law: steady`); then
 Breaks: at speeds where the peak pressure exceeds yield or waves cannot cross the spheres several times in a contact.
 """
 
-import functools
 import math
 
 import numpy as np
@@ -20,17 +19,14 @@ from bearing_twin.contact import hertz_impact as closed_forms
 from bearing_twin.contact.damping import damping_for_restitution, steady_damping
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
+from bearing_twin.kinds.contract import ClosedForm, Quantity
 from bearing_twin.kinds.impact.collision import NO_LINE, Contact, Spring
+from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures, impact_quantities
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.impact_parameters import sphere_mass
-from bearing_twin.kinds.impact.pair import CHANNELS, pair_impact
-from bearing_twin.kinds.impact.parameters import TwoSpheresScene, pair_contact_time, sphere_pair
-from bearing_twin.sample import Channel
-
-
-def channels(parameters: TwoSpheresScene) -> tuple[Channel, ...]:
-    """What one sample of this scene holds."""
-    return CHANNELS
+from bearing_twin.kinds.impact.pair import pair_impact
+from bearing_twin.kinds.impact.parameters import TwoSpheresScene, meeting_speed, pair_contact_time, sphere_pair
+from bearing_twin.report import Choice
 
 
 def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "closed_form") -> Impact:
@@ -46,15 +42,56 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
     closed = None
     if stepper == "closed_form":
         closed = _closed(coefficient, reduced, speed, damping, restitution)
-    return pair_impact(
-        parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed,
-        functools.partial(_flags, parameters),
-    )  # fmt: skip
+    return pair_impact(parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed)
 
 
-def motion(parameters: TwoSpheresScene, law: str, stepper: str) -> ImpactMotion:
+def motion(parameters: TwoSpheresScene, choice: Choice) -> ImpactMotion:
     """The impact as a run."""
-    return ImpactMotion(solve, parameters, law, stepper)
+    return ImpactMotion(solve, parameters, choice.law, choice.stepper)
+
+
+class SphereFigures(ImpactFigures):
+    """The figures of two spheres."""
+
+    def __init__(self, parameters: TwoSpheresScene, choice: Choice):
+        super().__init__(parameters, choice, parameters.motion.speed)
+
+    def flags(self) -> list[str]:
+        """What in this impact lies outside Hertz's theory."""
+        if not len(self.contacts):
+            return []
+        return _flags(self.parameters, self.peak_force, float(self.contacts[:, DURATION].min())) + super().flags()
+
+
+figures = SphereFigures
+
+
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of two spheres."""
+    return impact_quantities(
+        contact_duration=closed_forms.contact_time,
+        peak_force=closed_forms.peak_force,
+        greatest_approach=closed_forms.greatest_approach,
+        impulse=lambda coefficient, reduced, speed: 2.0 * reduced * speed,
+    )
+
+
+def closed_form() -> ClosedForm:
+    """Spheres without loss, many at once."""
+    return ClosedForm(
+        describes=lambda parameters: (
+            parameters.contact.restitution == 1.0 and parameters.solver.stepper in ("auto", "closed_form")
+        ),
+        bodies=_bodies,
+        histories={"normal_load": closed_forms.force_history, "approach": closed_forms.approach_history},
+        no_solution="the closed form is not finite at these values",
+        without=("contact.restitution",),
+    )
+
+
+def _bodies(parameters) -> tuple:
+    coefficient, first, second = sphere_pair(parameters)
+    return coefficient, first * second / (first + second), meeting_speed(parameters)
 
 
 def _closed(coefficient, reduced, speed, damping, wanted):
@@ -81,13 +118,13 @@ def _closed(coefficient, reduced, speed, damping, wanted):
     return contact, float(deepest), restitution, closure, history
 
 
-def _flags(parameters, contact):
+def _flags(parameters, peak_force, duration):
     first, second = parameters.first, parameters.second
     radius = first.radius * second.radius / (first.radius + second.radius)
     modulus = effective_modulus(first.material, second.material)
     smaller = min(first.radius, second.radius)
-    half_width = (0.75 * contact.peak_force * radius / modulus) ** (1.0 / 3.0)
-    pressure = 1.5 * contact.peak_force / (math.pi * half_width**2)
+    half_width = (0.75 * peak_force * radius / modulus) ** (1.0 / 3.0)
+    pressure = 1.5 * peak_force / (math.pi * half_width**2)
     transits = []
     for sphere in (first, second):
         density = sphere_mass(sphere) / (4.0 / 3.0 * math.pi * sphere.radius**3)
@@ -95,5 +132,5 @@ def _flags(parameters, contact):
     return gathered(
         pressure_doubt(pressure, parameters.contact.yield_pressure),
         width_doubt(half_width, smaller, body="smaller radius"),
-        wave_doubt(contact.duration, max(transits)),
+        wave_doubt(duration, max(transits)),
     )

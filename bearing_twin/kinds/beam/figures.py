@@ -1,0 +1,130 @@
+"""The figures of a sphere on a beam: a function of outputs and records alone."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
+from bearing_twin.kinds.beam.motion import modes_for
+from bearing_twin.kinds.beam.parameters import SphereOnBeamScene, thrown_sphere, touch_speed
+from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, impact_quantities
+from bearing_twin.report import Choice
+from bearing_twin.sample import Block, Channel, Table
+
+SLENDER = 10.0  # span / height below which shear and rotary inertia matter
+LARGE_DEFLECTION = 0.02  # of the span
+
+EXTREMES = Table(
+    "extremes",
+    (
+        Channel("time", "s", (), "end of the last contact: what follows is free motion"),
+        Channel("peak_deflection", "m", (), "greatest by magnitude, of all watched points and the whole motion"),
+        Channel("peak_stress", "Pa", (), "greatest bending stress by magnitude, likewise"),
+        Channel("energy_gained", "J", (), "by the numbers alone"),
+        Channel("known_until", "s", (), "to where the motion is solved"),
+        Channel("gone", "1", (), "1 where no further contact can follow"),
+    ),
+    "what is greatest in the whole motion",
+)
+
+
+def tables(parameters) -> tuple[Table, ...]:
+    """What a sphere on a beam records."""
+    return (CONTACT, EXTREMES)
+
+
+class BeamFigures(ImpactFigures):
+    """The figures of a sphere on a beam."""
+
+    def __init__(self, parameters: SphereOnBeamScene, choice: Choice):
+        super().__init__(parameters, choice, touch_speed(parameters.blow))
+        self._extremes: dict[str, float] = {}
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        super().add(block)
+        for row in block.records.get("extremes", ()):
+            self._extremes = dict(zip((column.name for column in EXTREMES.columns), map(float, row), strict=True))
+
+    @property
+    def restitution(self) -> float | None:
+        """Speed of the sphere away from the beam at the end over its speed before; negative: it follows the beam."""
+        return -float(self.last["sphere_velocity"]) / self.speed if self.last else None
+
+    @property
+    def energy_closure(self) -> float:
+        """Energy gained (+) or lost (-) by the numbers alone, as a share of what the sphere brought."""
+        return self._extremes.get("energy_gained", 0.0) / self.brought if self.brought else 0.0
+
+    def figures(self) -> dict[str, Any]:
+        """As those of every impact, and what the beam bears."""
+        return {
+            **super().figures(),
+            "sphere_velocity_after_m_s": float(self.last["sphere_velocity"]) if self.last else None,
+            "contact_count": len(self.contacts),
+            "peak_deflection_m": self._extremes.get("peak_deflection"),
+            "peak_stress_pa": self._extremes.get("peak_stress"),
+            "highest_mode": modes_for(self.parameters, self.choice.stepper),
+            "gravity_m_s2": self.parameters.blow.gravity,
+        }
+
+    def flags(self) -> list[str]:
+        """What in this impact lies outside the theory, one sentence each."""
+        parameters, peak = self.parameters, self.peak_force
+        sphere, beam = parameters.sphere, parameters.beam
+        modulus = effective_modulus(sphere.material, beam.material)
+        half_width = (0.75 * peak * sphere.radius / modulus) ** (1.0 / 3.0)
+        pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
+        body, size = min((("radius", sphere.radius), ("height", beam.height)), key=lambda pair: pair[1])
+        transit = max(
+            wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, sphere.material.density),
+            wave_transit(beam.height, beam.material.young_modulus, beam.material.density),
+        )
+        shortest = float(self.contacts[:, DURATION].min(initial=math.inf))
+        return [
+            *gathered(
+                pressure_doubt(pressure, parameters.contact.yield_pressure),
+                width_doubt(half_width, size, body=body),
+                wave_doubt(shortest, transit),
+            ),
+            *self._beam_flags(),
+            *super().flags(),
+        ]
+
+    def _beam_flags(self) -> list[str]:
+        beam, contact, extremes = self.parameters.beam, self.parameters.contact, self._extremes
+        stress, deflection = extremes.get("peak_stress", 0.0), extremes.get("peak_deflection", 0.0)
+        flags = []
+        if stress > contact.yield_stress:
+            flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
+        if beam.span < SLENDER * beam.height:
+            heights = beam.span / beam.height
+            flags.append(f"the span is only {heights:.3g} heights: shear and rotary inertia are left out")
+        if deflection > LARGE_DEFLECTION * beam.span:
+            flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
+        sphere, total = thrown_sphere(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))
+        most = 2.0 * sphere.mass * self.speed
+        if sphere.gravity == 0.0 and total > most * (1.0 + 1e-9):
+            flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {most:.4g} N s: the numbers are wrong")
+        if extremes and not extremes["gone"]:
+            flags.append(
+                f"the sphere was not surely gone at {extremes['known_until']:.4g} s: further contacts are possible; "
+                "lengthen run.duration"
+            )
+        return flags
+
+
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of a sphere on a beam."""
+    return {
+        **impact_quantities(),
+        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
+        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m")),
+        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa")),
+        "velocity_after": Quantity(
+            "m/s", "of the sphere at the end, positive along the blow", read_off("sphere_velocity_after_m_s")
+        ),
+    }

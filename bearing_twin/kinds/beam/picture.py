@@ -1,0 +1,86 @@
+"""The picture of a sphere on a beam: force, deflection and stress over time, the beam at instants, energies."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.pictures.values import scaled_time
+
+ENERGIES = (
+    ("kinetic_energy", "kinetic"),
+    ("elastic_energy", "in the contact"),
+    ("beam_energy", "in the beam"),
+)
+
+
+class BeamPicture(PairPicture):
+    """The picture of one impact on a beam, from all its outputs."""
+
+    def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
+        """Fills the figure with panels."""
+        _draw_beam(figure, values, self._facts.scene)
+
+
+def _draw_beam(figure, values, scene):
+    grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.34, wspace=0.16)
+    time, scale, unit = scaled_time(values["time"])
+    force, deflection, stress = (figure.add_subplot(grid[row, 0]) for row in range(3))
+    draw_force(force, time, values)
+    shares, point = scene.parameters.outputs.points, scene.parameters.blow.point
+    others = {i + 1: share for i, share in enumerate(shares) if share != point}
+    names, columns = ["impact", *(f"{share:g} of the span" for share in others.values())], [0, *others]
+    _draw_points(deflection, time, 1e6 * values["deflection"], columns, names)
+    deflection.set_ylabel("deflection [µm]")
+    deflection.invert_yaxis()
+    heading(deflection, "Deflection, downward")
+    deflection.legend(frameon=False, fontsize=10, ncol=4, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
+    _draw_points(stress, time, 1e-6 * values["bending_stress"], columns, names)
+    stress.set_ylabel("bending stress [MPa]")
+    heading(stress, "Bending stress of the lower fibre, tension positive")
+    stress.set_xlabel(f"time [{unit}]")
+    for axis in (force, deflection):
+        axis.tick_params(labelbottom=False)
+    shapes = figure.add_subplot(grid[:2, 1])
+    _draw_shapes(shapes, values, scene, scale, unit)
+    draw_energies(figure.add_subplot(grid[2, 1]), time, unit, values, ENERGIES)
+
+
+def _draw_points(axis, time, lines, columns, names):
+    frame(axis)
+    for i, (column, name) in enumerate(zip(columns, names, strict=True)):
+        style = "-" if i == 0 else (0, (5, 1 + 2 * i))
+        axis.plot(time, lines[:, column], color=BALL_COLOURS[i], linewidth=1.8, linestyle=style, label=name)
+    axis.margins(x=0.0)
+
+
+def _draw_shapes(axis, values, scene, scale, unit):
+    """The beam and the sphere at the start, at the greatest force and the greatest deflection (paper 2, figs 2, 3)."""
+    frame(axis)
+    parameters = scene.parameters
+    span, point = 1e3 * parameters.beam.span, 1e3 * parameters.beam.span * parameters.blow.point
+    stations = np.linspace(0.0, span, values["shape"].shape[1])
+    greatest = values["shape"].max() or 1.0
+    instants = (
+        ("start", 0), ("greatest force", int(values["normal_load"].argmax())),
+        ("greatest deflection", _first_peak(values["deflection"][:, 0])),
+    )  # fmt: skip
+    for i, (name, row) in enumerate(instants):
+        label = f"{name}, {scale * values['time'][row]:.4g} {unit}"
+        axis.plot(stations, 1e6 * values["shape"][row], color=BALL_COLOURS[i], linewidth=2.6, label=label)
+        bottom = values["sphere_position"][row] - max(values["approach"][row], 0.0)
+        axis.plot(point, 1e6 * bottom, "o", color=BALL_COLOURS[i], markersize=11, markeredgecolor="white")
+    axis.plot([0.0, span], [0.0, 0.0], "^", color=STYLE["edge"], markersize=12, clip_on=False)
+    axis.set_ylim(1.35e6 * greatest, -0.75e6 * greatest)
+    axis.set_xlabel("along the beam [mm]")
+    axis.set_ylabel("deflection, downward [µm]")
+    axis.legend(frameon=False, fontsize=11, loc="lower left")
+    heading(axis, "The beam at three instants; dots: the sphere's lowest point")
+    if not (-0.75 * greatest < values["sphere_position"][instants[2][1]] < 1.35 * greatest):
+        axis.text(0.98, 0.96, "by the last instant the sphere has left the picture", transform=axis.transAxes,
+                  ha="right", va="top", fontsize=10.5, color=STYLE["soft"])  # fmt: skip
+
+
+def _first_peak(values) -> int:
+    """The first sample within a thousandth of the greatest: an undamped beam comes back to it again and again."""
+    return int(np.argmax(values >= 0.999 * values.max()))

@@ -1,0 +1,24 @@
+"""The row of a sphere on a beam in the table of kinds."""
+
+from bearing_twin.kinds.beam.parameters import SphereOnBeamScene, check_beam, resolve
+from bearing_twin.kinds.contract import Kind, late
+
+HERE = "bearing_twin.kinds.beam"
+
+SPHERE_ON_BEAM = Kind(
+    name="sphere_on_beam",
+    help="a sphere strikes a simply supported beam",
+    home=HERE,
+    parameters=SphereOnBeamScene,
+    check=check_beam,
+    resolve=resolve,
+    choose=late(f"{HERE}.models:choose"),
+    motion=late(f"{HERE}.motion:motion"),
+    channels=late(f"{HERE}.motion:channels"),
+    records=late(f"{HERE}.figures:tables"),
+    figures=late(f"{HERE}.figures:BeamFigures"),
+    quantities=late(f"{HERE}.figures:quantities"),
+    known_when_solved=True,
+    brief=True,
+    picture=late(f"{HERE}.picture:BeamPicture"),
+)

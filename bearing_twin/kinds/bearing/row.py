@@ -1,0 +1,23 @@
+"""The row of bearings in the table of kinds."""
+
+from bearing_twin.kinds.bearing.parameters import BearingScene, check, resolve
+from bearing_twin.kinds.contract import Kind, late
+
+HERE = "bearing_twin.kinds.bearing"
+
+BEARING = Kind(
+    name="bearing",
+    help="balls between two grooved raceways, the inner ring turning",
+    home=HERE,
+    parameters=BearingScene,
+    check=check,
+    resolve=resolve,
+    choose=late(f"{HERE}.models:choose"),
+    motion=late(f"{HERE}.motion:BearingMotion"),
+    channels=late(f"{HERE}.outputs:channels"),
+    figures=late(f"{HERE}.figures:BearingFigures"),
+    quantities=late(f"{HERE}.figures:quantities"),
+    frame="bearing_link",
+    topics=late(f"{HERE}.topics:topics"),
+    picture=late(f"{HERE}.picture:BearingPicture"),
+)

@@ -1,0 +1,100 @@
+"""The topics of a bearing: wrenches, contacts, state, joints and markers, as fields of messages."""
+
+from functools import partial
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.markers import markers
+from bearing_twin.kinds.bearing.outputs import FRAME, contact_details, wrenches
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.sample import Sample
+
+CONTACT_CHANNELS = (
+    "approach", "normal_load", "contact_angle", "spin_rate", "point", "normal", "friction_force", "slip",
+)  # fmt: skip
+CONTACT_DETAILS = ("in_contact", "semi_major", "semi_minor", "peak_pressure", "major_axis")
+STATE_ARRAYS = ("orbit_angle", "position", "velocity", "orientation", "angular_velocity", "roll_rate")
+STATE_NUMBERS = (
+    "inner_ring_angle", "inner_ring_speed", "kinetic_energy", "elastic_energy", "potential_energy", "drive_work",
+    "dissipated",
+)  # fmt: skip
+CONTACTS = "bearing_twin_msgs/msg/Contacts"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+
+
+def topics(parameters: BearingScene) -> tuple[Topic, ...]:
+    """The topics of a bearing with these balls."""
+    balls = parameters.geometry.balls
+    rows = [(f"ball_{k}/wrench", f"on ball {k}, by both raceways, about its centre") for k in range(balls)]
+    rows += [(f"{ring}/wrench", "on the ring, by the balls, about its centre") for ring in ("inner_ring", "outer_ring")]
+    return (
+        *(Topic(name, WRENCH, PUBLISH, partial(wrench, row), text, FRAME) for row, (name, text) in enumerate(rows)),
+        Topic("contacts", CONTACTS, PUBLISH, contacts, "all ball-raceway contacts as arrays", FRAME),
+        Topic(
+            "state", "bearing_twin_msgs/msg/BearingState", PUBLISH, state, "motion of balls and rings, energies", FRAME
+        ),
+        Topic(
+            "joint_states", "sensor_msgs/msg/JointState", PUBLISH, joints, "angles of inner ring and orbits", FRAME
+        ),
+        Topic(
+            "markers", "visualization_msgs/msg/MarkerArray", MARKERS, marker_fields,
+            "balls, rings, ellipses, loads to look at", FRAME,
+        ),
+    )  # fmt: skip
+
+
+def wrench(row: int, output: Output) -> dict:
+    """geometry_msgs/WrenchStamped of row `row` of the bearing's wrenches."""
+    found = output.once(wrenches)[row]
+    return {"wrench": {"force": found.force, "torque": found.torque}}
+
+
+def contacts(output: Output) -> dict:
+    """bearing_twin_msgs/Contacts."""
+    details = output.once(contact_details)
+    return {
+        "sequence": output.sample.sequence,
+        "law": output.law,
+        "balls": output.parameters.geometry.balls,
+        **{name: output.sample[name] for name in CONTACT_CHANNELS},
+        **{name: details[name] for name in CONTACT_DETAILS},
+    }
+
+
+def state(output: Output) -> dict:
+    """bearing_twin_msgs/BearingState."""
+    sample = output.sample
+    return {
+        "sequence": sample.sequence,
+        "balls": output.parameters.geometry.balls,
+        "cage_speed": float(orbit_rates(sample).mean()),
+        "inner_ring_offset": sample["inner_ring_offset"],
+        "drive_torque": -float(sample["inner_ring_torque"][2]),
+        **{name: sample[name] for name in STATE_ARRAYS},
+        **{name: float(sample[name]) for name in STATE_NUMBERS},
+    }
+
+
+def joints(output: Output) -> dict:
+    """sensor_msgs/JointState: angle [rad] and speed [rad/s] of the inner ring and of each ball's orbit."""
+    sample = output.sample
+    balls = output.parameters.geometry.balls
+    return {
+        "name": ["inner_ring_joint", *(f"ball_{k}_orbit_joint" for k in range(balls))],
+        "position": np.concatenate([[float(sample["inner_ring_angle"])], sample["orbit_angle"]]),
+        "velocity": np.concatenate([[float(sample["inner_ring_speed"])], orbit_rates(sample)]),
+    }
+
+
+def marker_fields(output: Output) -> dict:
+    """visualization_msgs/MarkerArray."""
+    details = output.once(contact_details)
+    return {"markers": list(markers(output.parameters, output.sample, details))}
+
+
+def orbit_rates(sample: Sample) -> np.ndarray:
+    """Angular velocity [rad/s] of each ball's centre about the bearing's axis."""
+    position, velocity = sample["position"], sample["velocity"]
+    moment = position[:, 0] * velocity[:, 1] - position[:, 1] * velocity[:, 0]
+    return moment / (position[:, 0] ** 2 + position[:, 1] ** 2)

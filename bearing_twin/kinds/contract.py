@@ -1,0 +1,266 @@
+"""What a kind of scene gives to the rest of the house: one row, `Kind`, and the protocols of its parts.
+
+`parameters`, `motion` and `channels` are needed; what else a kind leaves out is drawn from its channels. Parts that
+compile or plot are named by `late`, so that reading the table imports nothing heavy.
+"""
+
+import importlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from bearing_twin.report import Choice
+from bearing_twin.sample import Block, Channel, Sample, Table
+from bearing_twin.units import suffix_of
+
+PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
+"""How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, or at the start."""
+
+
+class Motion(Protocol):
+    """What moves a scene, made from its parameters and the choice of a model.
+
+    1. `advance` does not depend on how a run is cut into chunks: twice 10 ms give what 20 ms give.
+    2. `take_records` gives each record once, in order of time, those up to the end of the last chunk.
+    3. Whatever cannot go on raises IntegrationError with reason, seconds and body.
+    """
+
+    takes_speed: bool
+    """Whether `goal_speed` [rad/s] may be set, as by the node's topic command/speed."""
+
+    def reset(self) -> None:
+        """Back to the start."""
+
+    def first_outputs(self) -> tuple[np.ndarray, ...]:
+        """One array (1, *shape) a channel, in the channels' order, at the present instant."""
+
+    def advance(self, times: np.ndarray, duration: float) -> tuple[np.ndarray, ...]:
+        """Moves on by `duration` [s]; one array (len(times), *shape) a channel at `times` [s] from now, increasing."""
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """Rows of each of the kind's tables since the last call."""
+
+    def costs(self) -> dict[str, int]:
+        """Steps, evaluations and what else the motion cost so far."""
+
+
+class Figures(Protocol):
+    """The one writer of a run's figures: blocks in, numbers out, the same for a run, its log, a study and a node."""
+
+    def add(self, block: Block) -> None:
+        """Takes a block in; every block but the last ends before a sequence number divisible by 50."""
+
+    def figures(self) -> dict[str, Any]:
+        """Numbers by SI-suffixed keys: what they are is in the key or in the kind's `meanings`."""
+
+    def flags(self) -> list[str]:
+        """What lies outside the theory's validity, one sentence each."""
+
+    def status(self) -> str:
+        """ "done", or what failed."""
+
+
+class Facts(NamedTuple):
+    """What a picture says about where its numbers come from; `scene` is None for a log that does not hold one."""
+
+    scene: Any
+    law: str
+    stepper: str
+
+
+class Picture(Protocol):
+    """The picture of one run, made from `Facts`."""
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+
+    def write(self, path) -> Any:
+        """Draws what was taken in; returns the path. Raises BearingTwinError."""
+
+
+class Topic(NamedTuple):
+    """One topic: name below the kind's namespace, ROS type, rate class, builder of its fields, meaning.
+
+    `fields(output)` gives the message's fields by name, nested messages as mappings, arrays as arrays; the header, with
+    `frame`, is filled in by who sends it. None: the topic is built by the stream itself (samples, records, scene).
+    """
+
+    name: str
+    ros_type: str
+    rate: str
+    fields: Callable[["Output"], Mapping[str, Any]] | None
+    meaning: str
+    frame: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Output:
+    """One solver output on its way out: what several topics need of it is computed once."""
+
+    parameters: Any
+    law: str
+    sample: Sample
+    _known: dict = field(default_factory=dict)
+
+    def once(self, function: Callable[[Any, Sample], Any]) -> Any:
+        """`function(parameters, sample)`, computed at the first call."""
+        if function not in self._known:
+            self._known[function] = function(self.parameters, self.sample)
+        return self._known[function]
+
+
+class Quantity(NamedTuple):
+    """What a study may ask: `unit`, `meaning`, `figure` of a run's figures, vectorised `closed` form or None."""
+
+    unit: str
+    meaning: str
+    figure: Callable[[Mapping], float]
+    closed: Callable[..., np.ndarray] | None = None
+
+
+class ClosedForm(NamedTuple):
+    """When a kind has closed forms, and what they share: `bodies(parameters)` is handed to each of them.
+
+    Parameters may hold arrays in place of numbers. `histories` maps channels to functions (times, *bodies) -> array.
+    """
+
+    describes: Callable[[Any], bool]
+    bodies: Callable[[Any], tuple]
+    histories: dict[str, Callable]
+    no_solution: str
+    without: tuple[str, ...] = ()
+
+
+def late(place: str) -> Callable:
+    """The function or class at "module:name", imported at the first call."""
+
+    def call(*arguments, **named):
+        module, _, name = place.partition(":")
+        return getattr(importlib.import_module(module), name)(*arguments, **named)
+
+    call.__name__ = place
+    return call
+
+
+def no_problems(parameters) -> list[str]:
+    """The check of a kind whose keys cannot contradict each other."""
+    return []
+
+
+def as_given(parameters):
+    """The resolution of a kind that leaves nothing to be chosen."""
+    return parameters
+
+
+def one_model(parameters) -> Choice:
+    """The choice of a kind with one law and one method."""
+    return Choice("-", "-", 0.0, "this kind has one model", ())
+
+
+def no_records(parameters) -> tuple[Table, ...]:
+    """The tables of a kind whose outputs say all."""
+    return ()
+
+
+def no_topics(parameters) -> tuple[Topic, ...]:
+    """The topics of a kind beside its samples, records and scene."""
+    return ()
+
+
+class PlainFigures:
+    """Figures drawn from the channels alone: every channel of one number at the end and at its greatest magnitude."""
+
+    def __init__(self, parameters, choice: Choice, channels: tuple[Channel, ...]):
+        self._channels = [channel for channel in channels if channel.shape == ()]
+        self._last: dict[str, float] = {}
+        self._greatest: dict[str, float] = {}
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        for channel in self._channels:
+            values = block.values[channel.name]
+            self._last[channel.name] = float(values[-1])
+            self._greatest[channel.name] = max(self._greatest.get(channel.name, 0.0), float(np.abs(values).max()))
+
+    def figures(self) -> dict[str, Any]:
+        """`<channel>_at_end_<unit>` and `greatest_<channel>_<unit>`."""
+        found = {}
+        for channel in self._channels:
+            suffix = suffix_of(channel.unit)
+            found[f"{channel.name}_at_end{suffix}"] = self._last.get(channel.name, math.nan)
+            found[f"greatest_{channel.name}{suffix}"] = self._greatest.get(channel.name, math.nan)
+        return found
+
+    def flags(self) -> list[str]:
+        """None: nothing is known of this theory."""
+        return []
+
+    def status(self) -> str:
+        """ "done" while all numbers are finite."""
+        return "done" if all(map(math.isfinite, self._last.values())) else "failed: not finite"
+
+
+def read_off(key: str, pick: Callable = lambda value: value) -> Callable[[Mapping], float]:
+    """A quantity's `figure`: that key of the figures, through `pick`; NaN where a run has none."""
+    return lambda figures: math.nan if figures.get(key) is None else float(pick(figures[key]))
+
+
+plain_picture = late("bearing_twin.pictures.channels:ChannelPicture")
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One row of `KINDS`: all that is known of a kind of scene.
+
+    `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
+    `moved` maps keys of earlier versions to (new key, what becomes of the value): refused in scenes, read in old logs.
+    """
+
+    name: str
+    help: str
+    home: str
+    parameters: type
+    motion: Callable[[Any, Choice], Motion]
+    channels: Callable[[Any], tuple[Channel, ...]]
+    check: Callable[[Any], list[str]] = no_problems
+    resolve: Callable[[Any], Any] = as_given
+    choose: Callable[[Any], Choice] = one_model
+    records: Callable[[Any], tuple[Table, ...]] = no_records
+    figures: Callable[[Any, Choice], Figures] | None = None
+    quantities: Callable[[], dict[str, Quantity]] | None = None
+    closed_form: Callable[[], ClosedForm | None] = lambda: None
+    known_when_solved: bool = False
+    brief: bool = False
+    frame: str = "world"
+    topics: Callable[[Any], tuple[Topic, ...]] = no_topics
+    picture: Callable[[Facts], Picture] = plain_picture
+    moved: Mapping[str, tuple[str, Callable]] | None = None
+
+    @property
+    def namespace(self) -> str:
+        """Where the topics of such a scene stand."""
+        return f"/{self.name}"
+
+    def figures_of(self, parameters, choice: Choice) -> Figures:
+        """An empty figures writer of a scene of this kind."""
+        if self.figures is None:
+            return PlainFigures(parameters, choice, self.channels(parameters))
+        return self.figures(parameters, choice)
+
+    def quantities_of(self) -> dict[str, Quantity]:
+        """What a study may ask; by default every figure drawn from the channels."""
+        if self.quantities is not None:
+            return self.quantities()
+        found = {}
+        for channel in self.channels(self.parameters()):
+            if channel.shape == ():
+                suffix = suffix_of(channel.unit)
+                for name, key, words in (
+                    (f"{channel.name}_at_end", f"{channel.name}_at_end{suffix}", "at the end"),
+                    (f"greatest_{channel.name}", f"greatest_{channel.name}{suffix}", "greatest magnitude"),
+                ):
+                    found[name] = Quantity(channel.unit, f"{channel.meaning}, {words}", read_off(key))
+        return found

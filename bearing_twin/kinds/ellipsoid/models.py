@@ -1,0 +1,36 @@
+"""Law and stepper of an ellipsoid on a plane: laws are weighed over the whole surface."""
+
+from bearing_twin.contact.validity import LAW_TOLERANCE
+from bearing_twin.kinds.ellipsoid.parameters import law_error_over, shortest_contact
+from bearing_twin.kinds.impact.collision import FEW_STEPS
+from bearing_twin.report import Choice
+
+
+def choose(parameters) -> Choice:
+    """An ellipsoid on a plane: hertz and dop853 unless others are asked for; laws weighed over the whole surface."""
+    warnings = []
+    pinned, solver = parameters.contact.normal, parameters.solver
+    law = "hertz" if pinned == "auto" else pinned
+    stepper = "dop853" if solver.stepper == "auto" else solver.stepper
+    error = law_error_over(parameters, law)
+    if pinned == "auto":
+        reason = "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
+    else:
+        reason = f"{law}, as the scene asks"
+    if error > LAW_TOLERANCE:
+        warnings.append(
+            f"the law {law} is {100.0 * error:.2g} % off exact Hertz somewhere on this body; "
+            "contact.normal: hertz costs no more"
+        )
+    if law == "hertz_unprojected":
+        warnings.append("nothing pulls the errors of hertz_unprojected back; contact.normal: hertz_differential does")
+    if solver.stepper == "auto":
+        reason += "; dop853, because its steps follow the contact's own time and its error is controlled"
+    else:
+        reason += f"; {stepper}, as the scene asks"
+    if stepper == "rk4" and solver.step > shortest_contact(parameters) / FEW_STEPS:
+        warnings.append(
+            f"solver.step = {solver.step:g} s is less than {FEW_STEPS} steps a contact: restitution may be off by 2 %; "
+            f"use {shortest_contact(parameters) / FEW_STEPS:.3g} s or less"
+        )
+    return Choice(law, stepper, error, reason, tuple(warnings))

@@ -1,0 +1,23 @@
+"""The row of an ellipsoid on a plane in the table of kinds."""
+
+from bearing_twin.kinds.contract import Kind, late
+from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene, check_ellipsoid, resolve
+
+HERE = "bearing_twin.kinds.ellipsoid"
+
+ELLIPSOID_ON_PLANE = Kind(
+    name="ellipsoid_on_plane",
+    help="an ellipsoid falls on a plane, bounces, slides and rocks under gravity",
+    home=HERE,
+    parameters=EllipsoidOnPlaneScene,
+    check=check_ellipsoid,
+    resolve=resolve,
+    choose=late(f"{HERE}.models:choose"),
+    motion=late(f"{HERE}.motion:EllipsoidMotion"),
+    channels=late(f"{HERE}.outputs:channels"),
+    records=late(f"{HERE}.figures:tables"),
+    figures=late(f"{HERE}.figures:EllipsoidFigures"),
+    quantities=late(f"{HERE}.figures:quantities"),
+    brief=True,
+    picture=late(f"{HERE}.picture:EllipsoidPicture"),
+)

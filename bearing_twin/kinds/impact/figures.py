@@ -1,0 +1,135 @@
+"""The figures of impacts, written once for spheres, discs and beams: a function of outputs and records alone."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.sample import Block, Channel, Table
+
+ENERGY_GAIN = 0.01  # of the energy brought; more, either way, is never a success
+
+CONTACT = Table(
+    "contact",
+    (
+        Channel("time", "s", (), "end of the contact"),
+        Channel("start", "s", (), "begin of the contact"),
+        Channel("duration", "s", (), "of the contact"),
+        Channel("peak_force", "N", (), "greatest contact force"),
+        Channel("impulse", "N s", (), "of the contact force"),
+        Channel("greatest_approach", "m", (), "greatest mutual approach"),
+        Channel("leaving_speed", "m/s", (), "relative speed away at its end"),
+        Channel("energy_gained", "J", (), "by the numbers alone"),
+    ),
+    "a contact that has ended",
+)
+START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
+
+
+def tables(parameters) -> tuple[Table, ...]:
+    """What two bodies record."""
+    return (CONTACT,)
+
+
+def contact_rows(contacts, deepest, leaving: float, gained: float) -> np.ndarray:
+    """Rows (n, columns) of CONTACT; the last one carries the speed away and the energy gained in all [J]."""
+    rows = np.zeros((len(contacts), len(CONTACT.columns)))
+    for row, contact, depth in zip(rows, contacts, deepest, strict=True):
+        end = contact.start + contact.duration
+        row[:] = end, contact.start, contact.duration, contact.peak_force, contact.impulse, depth, 0.0, 0.0
+    if len(rows):
+        rows[-1, LEAVING], rows[-1, GAINED] = leaving, gained
+    return rows
+
+
+class ImpactFigures:
+    """Gathers the records of an impact and its first and last output; `speed` [m/s] is that of the first touch."""
+
+    def __init__(self, parameters, choice, speed: float):
+        self.parameters, self.choice, self.speed = parameters, choice, speed
+        self.until, self.brought = 0.0, None
+        self.last: dict[str, np.ndarray] = {}
+        self._rows: list[np.ndarray] = []
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        if self.brought is None:
+            self.brought = float(block.values["kinetic_energy"][0])
+        self._rows.append(block.records.get("contact", np.empty((0, len(CONTACT.columns)))))
+        self.last = {name: values[-1] for name, values in block.values.items() if values.ndim == 1}
+        self.until = 1e-9 * float(block.time_ns[-1])
+
+    @property
+    def contacts(self) -> np.ndarray:
+        """The contacts so far, rows of CONTACT."""
+        return np.concatenate(self._rows) if self._rows else np.empty((0, len(CONTACT.columns)))
+
+    @property
+    def peak_force(self) -> float:
+        """Greatest contact force [N]."""
+        return float(self.contacts[:, PEAK_FORCE].max(initial=0.0))
+
+    @property
+    def greatest_approach(self) -> float:
+        """Greatest mutual approach [m]."""
+        return float(self.contacts[:, DEEPEST].max(initial=0.0))
+
+    @property
+    def restitution(self) -> float | None:
+        """Relative speed away over relative speed before; None before the first contact has ended."""
+        return float(self.contacts[-1, LEAVING]) / self.speed if len(self.contacts) else None
+
+    @property
+    def energy_closure(self) -> float:
+        """Energy gained (+) or lost (-) by the numbers alone, as a share of what was brought."""
+        gained = math.fsum(self.contacts[:, GAINED])
+        return gained / self.brought if self.brought else 0.0
+
+    def figures(self) -> dict[str, Any]:
+        """Numbers by SI-suffixed keys, over all contacts that have ended."""
+        contacts = self.contacts
+        return {
+            "peak_force_n": self.peak_force,
+            "contact_duration_s": sum(map(float, contacts[:, DURATION])),
+            "contacts": [
+                {
+                    "start_s": float(row[START]),
+                    "duration_s": float(row[DURATION]),
+                    "peak_force_n": float(row[PEAK_FORCE]),
+                    "impulse_ns": float(row[IMPULSE]),
+                }
+                for row in contacts
+            ],
+            "greatest_approach_m": self.greatest_approach,
+            "restitution": self.restitution,
+            "energy_closure": self.energy_closure,
+            "impact_speed_m_s": self.speed,
+        }
+
+    def flags(self) -> list[str]:
+        """Whether the outputs hold the whole contact."""
+        last = max((float(row[START] + row[DURATION]) for row in self.contacts), default=0.0)
+        if self.until < last:
+            return [f"the outputs end at {self.until:.4g} s, before the contact does at {last:.4g} s"]
+        return []
+
+    def status(self) -> str:
+        """ "done", or what failed."""
+        return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
+
+
+def _total_impulse(contacts) -> float:
+    return sum(float(contact["impulse_ns"]) for contact in contacts)
+
+
+def impact_quantities(**closed) -> dict[str, Quantity]:
+    """What a study may ask of any impact; closed forms by the quantity's name."""
+    rows = {
+        "contact_duration": Quantity("s", "total time in contact", read_off("contact_duration_s")),
+        "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
+        "greatest_approach": Quantity("m", "greatest mutual approach", read_off("greatest_approach_m")),
+        "impulse": Quantity("N s", "of the contact force, over all contacts", read_off("contacts", _total_impulse)),
+        "restitution": Quantity("1", "relative speed away over relative speed before", read_off("restitution")),
+    }
+    return {name: row._replace(closed=closed.get(name)) for name, row in rows.items()}

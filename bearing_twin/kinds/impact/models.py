@@ -1,0 +1,67 @@
+"""Law and stepper of two bodies that meet: closed forms wherever they say all that is wanted."""
+
+from bearing_twin.kinds.impact.collision import FEW_STEPS, FIXED_STEP
+from bearing_twin.kinds.impact.parameters import contact_time_by, pair_contact_time
+from bearing_twin.report import Choice
+
+JOHNSON_ERROR = 0.04
+"""Of contact times by Johnson's line contact, against plane-strain elasticity of a disc as thick as its radius."""
+
+
+def choose_spheres(parameters) -> Choice:
+    """Two spheres: closed forms wherever they say all that is wanted."""
+    contact, solver = parameters.contact, parameters.solver
+    law = "measured" if contact.measured_alpha else "hertz"
+    reasons = ["the measured alpha, as the scene asks" if contact.measured_alpha else "hertz, the law of spheres"]
+    if solver.stepper != "auto":
+        stepper = solver.stepper
+        reasons.append(f"{stepper}, as the scene asks")
+    elif contact.damping_law == "steady" and contact.restitution < 1.0:
+        stepper = "dop853"
+        reasons.append("dop853, because steady damping has no closed form for times and forces")
+    elif contact.restitution == 1.0:
+        stepper = "closed_form"
+        reasons.append("closed_form, because contact time, peak force and history are exact without any step")
+    elif parameters.run.wanted == "peaks":
+        stepper = "closed_form"
+        reasons.append("closed_form, because only contact time and peak force are wanted: a quadrature gives them")
+    else:
+        stepper = "dop853"
+        reasons.append("dop853, because the force history with losses needs the differential equation")
+    return Choice(law, stepper, 0.0, "; ".join(reasons), _step_warnings(parameters, stepper))
+
+
+def choose_discs(parameters) -> Choice:
+    """Two discs: Johnson's law unless another is asked for, by quadrature when only peaks are wanted."""
+    pinned, solver, warnings = parameters.contact.normal, parameters.solver, []
+    law = "johnson" if pinned == "auto" else pinned
+    if pinned == "auto":
+        error, reasons = JOHNSON_ERROR, ["johnson, because thick discs follow its two-dimensional solution"]
+    else:
+        times = [contact_time_by(parameters, one) for one in (law, "johnson")]
+        error, reasons = JOHNSON_ERROR + abs(times[0] / times[1] - 1.0), [f"{law}, as the scene asks"]
+        if error > 2.0 * JOHNSON_ERROR:
+            warnings.append(
+                f"the law {law} gives a contact time {100.0 * (times[0] / times[1] - 1.0):.2g} % from Johnson's, "
+                "which thick discs follow; contact.normal: johnson costs no more"
+            )
+    if solver.stepper != "auto":
+        stepper = solver.stepper
+        reasons.append(f"{stepper}, as the scene asks")
+    elif parameters.run.wanted == "peaks":
+        stepper = "closed_form"
+        reasons.append("closed_form, because contact time and peak force are a quadrature exact to 1e-12")
+    else:
+        stepper = "dop853"
+        reasons.append("dop853, because a force history is wanted")
+    return Choice(law, stepper, error, "; ".join(reasons), (*warnings, *_step_warnings(parameters, stepper)))
+
+
+def _step_warnings(parameters, stepper: str) -> tuple[str, ...]:
+    expected = pair_contact_time(parameters)
+    if stepper not in FIXED_STEP or parameters.solver.step <= expected / FEW_STEPS:
+        return ()
+    return (
+        f"solver.step = {parameters.solver.step:g} s is less than {FEW_STEPS} steps a contact: restitution may be off "
+        f"by 2 %; use {expected / FEW_STEPS:.3g} s or less",
+    )

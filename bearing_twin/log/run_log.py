@@ -1,0 +1,218 @@
+"""Reading logs of runs: every sample bit for bit, the scene, the model, and the records between outputs."""
+
+import dataclasses
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from bearing_twin.errors import LogError, SceneError
+from bearing_twin.log import cdr
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
+from bearing_twin.log.raw_log import RUN_RECORD, SCENE_RECORD, log_files
+from bearing_twin.log.recover import advice
+from bearing_twin.report import Choice
+from bearing_twin.run.scene import Scene, parse_scene, read_logged
+from bearing_twin.sample import Block, Channel, Sample, between
+
+
+def read_log(path, allow_gaps: bool = False, topic: str | None = None) -> "LogStream":
+    """The samples of a log (.mcap file or bag folder), as the run gave them out.
+
+    Raises LogError if it is no log, is damaged (then also how much `recover` saves) or holds no `samples`; with several
+    such topics `topic` chooses one. While iterating, outputs that are missing raise LogError unless `allow_gaps`.
+    """
+    return LogStream(path, allow_gaps, topic)
+
+
+class LogStream:
+    """The samples of a log: iterate it, or its `blocks()`, as often as wanted. Made by `read_log`.
+
+    `scene` is that of the metadata or, of a recording, of its topic `scene`; None where there is neither. `choice` is
+    the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
+    its texts. `missing` counts outputs that were found missing so far (with `allow_gaps`).
+    """
+
+    def __init__(self, path, allow_gaps: bool, topic: str | None):
+        self.path = Path(path)
+        self.missing = 0
+        self.metadata: dict[str, dict[str, str]] = {}
+        self._allow_gaps = allow_gaps
+        self._files = log_files(path)
+        found, texts = set(), set()
+        try:
+            for file in self._files:
+                with McapReader(file) as reader:
+                    summary = reader.summary()
+                    self.metadata.update((record.name, record.metadata) for record in reader.metadata(summary))
+                    for channel in summary.channels.values():
+                        name = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
+                        if name == cdr.SAMPLE_BLOCK:
+                            found.add(channel.topic)
+                        elif name == cdr.STRING:
+                            texts.add(channel.topic)
+        except DamagedLog as error:
+            raise advice(path, error) from error
+        self._topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
+        self._namespace = self._topic.rpartition("/")[0]
+        self._tables = {name for name in found if name.startswith(f"{self._namespace}/records/")}
+        described = self.metadata.get(SCENE_RECORD, {})
+        if not described.get("scene") and f"{self._namespace}/scene" in texts:
+            described = self._described()
+        stored = described.get("scene")
+        try:
+            self.scene: Scene | None = read_logged(stored, f"the scene in {self.path.name}") if stored else None
+        except SceneError as error:
+            raise LogError(f"{error}; the log is damaged, or was written by another version") from error
+        self.choice = _choice(described)
+        self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
+        first = next(self._sample_blocks(), None)
+        self.channels: tuple[Channel, ...] = () if first is None else _channels(self.scene, first)
+
+    def __iter__(self) -> Iterator[Sample]:
+        for block in self.blocks():
+            yield from block
+
+    def blocks(self) -> Iterator[Block]:
+        """The blocks as recorded; raises LogError where the log is damaged or outputs are missing."""
+        self.missing = 0
+        expected, held, records = None, None, self._records()
+        names = [channel.name for channel in self.channels]
+        widths = [channel.width for channel in self.channels]
+        for message in self._sample_blocks():
+            if message.channel_name != names or message.channel_width.tolist() != widths:
+                raise LogError(f"{self.path} changes its channels at output {message.first_sequence}; record it again")
+            if expected is not None and message.first_sequence != expected:
+                self._gap(expected, message.first_sequence)
+            expected = message.first_sequence + message.count
+            block = _block(self.channels, message)
+            if held is not None:
+                yield self._with_records(held, records, int(held.time_ns[-1]))
+            held = block
+        if held is not None:
+            yield self._with_records(held, records, np.inf)
+
+    @staticmethod
+    def _with_records(block: Block, records: dict[str, np.ndarray], until: float) -> Block:
+        """The block with the records up to `until` [ns], which are taken out of `records`."""
+        found = {}
+        for name, rows in records.items():
+            found[name] = between(rows, -np.inf, until)
+            records[name] = between(rows, until, np.inf)
+        return dataclasses.replace(block, records=found)
+
+    def _records(self) -> dict[str, np.ndarray]:
+        """Every record of the log in order of time, by the name of its table."""
+        found: dict[str, list[np.ndarray]] = {name.rpartition("/")[2]: [] for name in self._tables}
+        if self._tables:
+            for name, message in self._messages_of(self._tables):
+                found[name.rpartition("/")[2]].append(message.values.reshape(message.count, -1))
+        joined = {name: np.concatenate(parts) for name, parts in found.items() if parts}
+        return {name: rows[np.argsort(rows[:, 0], kind="stable")] for name, rows in joined.items()}
+
+    def _described(self) -> dict[str, str]:
+        """What the topic `scene` of a recording says, as texts; empty where it says nothing usable."""
+        try:
+            for file in self._files:
+                with McapReader(file) as reader:
+                    for item in reader.content():
+                        if isinstance(item, LoggedMessage) and item.topic.name == f"{self._namespace}/scene":
+                            said = json.loads(cdr.deserialise(cdr.STRING, item.data).data)
+                            return {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
+        except (DamagedLog, ValueError, AttributeError) as error:
+            raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
+        return {}
+
+    def _gap(self, expected: int, found: int) -> None:
+        lost = max(found - expected, 0)
+        self.missing += lost
+        if self._allow_gaps:
+            return
+        if found < expected:
+            raise LogError(
+                f"the run in {self.path} starts again: output {found} follows {expected - 1} (it was reset while "
+                "recorded); read it with allow_gaps=True"
+            )
+        raise LogError(
+            f"{lost} outputs are missing in {self.path}, from sequence {expected} to {found - 1}: they were lost while "
+            "recording; read the rest with allow_gaps=True"
+        )
+
+    def _sample_blocks(self):
+        """The SampleBlock messages of the samples, checked."""
+        return (message for _, message in self._messages_of({self._topic}))
+
+    def _messages_of(self, names: set[str]):
+        """(topic, SampleBlock) of these topics, checked."""
+        try:
+            for file in self._files:
+                with McapReader(file) as reader:
+                    for item in reader.content():
+                        if isinstance(item, LoggedMessage) and item.topic.name in names:
+                            message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
+                            _check(self.path, message)
+                            yield item.topic.name, message
+        except DamagedLog as error:
+            raise advice(self.path, error) from error
+
+
+def _report(record: Mapping[str, str]) -> dict | None:
+    try:
+        return json.loads(record["report"])
+    except (KeyError, ValueError):
+        return None
+
+
+def _choice(record: Mapping[str, str]) -> Choice:
+    """The model named in a log's metadata; empty texts where there is none."""
+    try:
+        warnings = tuple(map(str, json.loads(record.get("warnings", "[]"))))
+    except (ValueError, TypeError):
+        warnings = ()
+    return Choice(record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""), warnings)
+
+
+def _chosen(path, found: set[str], topic: str | None) -> str:
+    if not found:
+        raise LogError(f"{path} holds no topic of type {cdr.SAMPLE_BLOCK}; record /bearing/samples to read it back")
+    if topic is None and len(found) == 1:
+        return next(iter(found))
+    if topic not in found:
+        asked = f"not {topic!r} " if topic else ""
+        raise LogError(f"{path} holds samples on {', '.join(sorted(found))}, {asked}- name one of these as `topic`")
+    return topic
+
+
+def _check(path, message) -> None:
+    row = int(message.channel_width.sum(dtype=np.int64))
+    fits = (
+        message.count == len(message.time_ns) > 0
+        and len(message.channel_name) == len(message.channel_unit) == len(message.channel_width)
+        and len(message.values) == message.count * row
+    )
+    if not fits:
+        raise LogError(f"{path}: the SampleBlock at output {message.first_sequence} contradicts itself; record again")
+
+
+def _channels(scene: Scene | None, message) -> tuple[Channel, ...]:
+    """The channels of a SampleBlock; shapes and meanings where the names are those of a bearing, else flat."""
+    widths = dict(zip(message.channel_name, message.channel_width.tolist(), strict=True))
+    if scene is None and widths.get("orbit_angle"):
+        scene = parse_scene({"kind": "bearing", "geometry": {"balls": widths["orbit_angle"]}}, "recorded")
+    known = {channel.name: channel for channel in scene.channels} if scene is not None else {}
+    rows = []
+    for (name, width), unit in zip(widths.items(), message.channel_unit, strict=True):
+        channel = known.get(name)
+        fits = channel is not None and channel.width == width and channel.unit == unit
+        rows.append(channel if fits else Channel(name, unit, (width,), ""))
+    return tuple(rows)
+
+
+def _block(channels: tuple[Channel, ...], message) -> Block:
+    matrix = message.values.reshape(message.count, -1)
+    views = Block.from_matrix(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
+    # Copies: compiled code is made for arrays that lie in one piece, as they come from a simulation.
+    values = {name: np.array(view, order="C") for name, view in views.values.items()}
+    return Block(channels, views.first_sequence, views.time_ns, values)

@@ -1,0 +1,28 @@
+"""The report on a log: the figures that the run itself printed, from the outputs in the log alone."""
+
+from collections.abc import Iterable
+
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import PlainFigures
+from bearing_twin.report import Report
+from bearing_twin.run.gathering import Gathering
+from bearing_twin.sample import Block
+
+
+def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
+    """(report, outputs missing) of a log, whose `blocks` may be handed in; raises LogError without an output.
+
+    Of a recording that holds no scene every channel of one number is reported. What a run cost is taken from the
+    log's own record, where there is one.
+    """
+    if log.scene is None:
+        figures = PlainFigures(None, log.choice, log.channels)
+    else:
+        figures = KINDS[log.scene.kind].figures_of(log.scene.parameters, log.choice)
+    gathering = Gathering(figures, log.choice)
+    for block in log.blocks() if blocks is None else blocks:
+        gathering.add(block)
+    said = log.report or {}
+    name = log.scene.name if log.scene else ""
+    report = gathering.report(name, float(said.get("compute_s", 0.0)), said.get("costs"))
+    return report, gathering.missing
