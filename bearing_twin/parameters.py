@@ -67,9 +67,17 @@ def choice(default, options, help, refused=None):
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def section(cls, default_name=None, names=None):
-    """A nested dataclass; with `names` (a table name -> instance) it may also be given as one of those names."""
-    if default_name is None:
+def section(cls, default_name=None, names=None, default=None):
+    """A nested dataclass; with `names` (a table name -> instance) it may also be given as one of those names.
+
+    `default` is an instance that holds the defaults of the place where the section stands.
+    """
+    if default is not None:
+        instance = default
+
+        def default():
+            return instance
+    elif default_name is None:
         default = cls
     else:
         table = names
@@ -88,10 +96,21 @@ def read_strict(cls, mapping, where):
     return instance
 
 
-def read(cls, mapping) -> tuple[Any, list[str]]:
-    """As `read_strict`, but returns (instance, problems): where there are problems the defaults stand in."""
-    problems = []
-    return _read_section(cls, mapping, "", problems, cls()), problems
+def read(cls, mapping, explain=lambda path, taken: None) -> tuple[Any, list[str]]:
+    """As `read_strict`, but returns (instance, problems): where there are problems the defaults stand in.
+
+    `explain(path, legal keys)` may give a better sentence for a key that is not there than that it is not there.
+    """
+    problems = _Problems(explain)
+    return _read_section(cls, mapping, "", problems, cls()), list(problems)
+
+
+class _Problems(list):
+    """The sentences so far, and what explains unknown keys."""
+
+    def __init__(self, explain):
+        super().__init__()
+        self.explain = explain
 
 
 def raise_problems(where: str, problems: list[str]) -> None:
@@ -183,7 +202,8 @@ def _read_section(cls, mapping, path, problems, defaults):
     for key, given in mapping.items():
         full = f"{path}.{key}" if path else str(key)
         if key not in fields:
-            problems.append(f"{full[:LONGEST_ECHO]} is not a key; {unknown(key, fields)}")
+            why = problems.explain(full[:LONGEST_ECHO], tuple(fields))
+            problems.append(why or f"{full[:LONGEST_ECHO]} is not a key; {unknown(key, fields)}")
             continue
         values[key] = _read_field(fields[key], given, full, problems, getattr(defaults, key))
     return dataclasses.replace(defaults, **values)

@@ -145,7 +145,7 @@ def test_turning_everything_turns_the_answer():
     def outputs(vectors):
         names = ("drive.offset", "gravity")
         values = (f"{name}={list(map(float, vector))}" for name, vector in zip(names, vectors, strict=True))
-        return run("initial.motion=rest", "solver.tolerance=1e-5", *values, count=10, period=2e-5)[1]
+        return run("initial.motion=rest", "wanted.tolerance=1e-5", *values, count=10, period=2e-5)[1]
 
     first = outputs((offset, gravity))
     second = outputs((rotation.apply(offset), rotation.apply(gravity)))

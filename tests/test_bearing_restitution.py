@@ -17,7 +17,7 @@ ALONE = (
     "drive.speed=0.0",
     "contact.friction_coefficient=0.0",
     "initial.motion=rest",
-    "solver.tolerance=1e-5",
+    "wanted.tolerance=1e-5",
 )
 
 

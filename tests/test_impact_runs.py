@@ -86,7 +86,9 @@ def test_every_kind_can_be_chosen_for():
 def test_the_closed_form_is_chosen_when_it_says_all_that_is_wanted():
     assert choose(load_scene("two_spheres")).stepper == "closed_form"
     assert choose(load_scene("two_spheres", ["contact.restitution=0.8"])).stepper == "dop853"
-    assert choose(load_scene("two_spheres", ["contact.restitution=0.8", "run.wanted=peaks"])).stepper == "closed_form"
+    assert (
+        choose(load_scene("two_spheres", ["contact.restitution=0.8", "wanted.outputs=peaks"])).stepper == "closed_form"
+    )
     assert choose(load_scene("two_spheres", ["contact.measured_alpha=1.138e-4"])).law == "measured"
 
 

@@ -11,10 +11,10 @@ from runs import reported
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import volterra
+from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.impact import hertz_contact_time, throw
 from bearing_twin.kinds.beam.modes import modes_of
 from bearing_twin.kinds.beam.motion import solve
-from bearing_twin.kinds.beam.parameters import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.ellipsoid.free_flight import gap_and_rate, next_touch
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -58,7 +58,7 @@ def test_the_classical_impact():
 
 
 def test_the_drop_of_50_mm_strikes_twice():
-    found = solved("sphere_on_beam_drop_50mm", "solver.tolerance=1e-8")
+    found = solved("sphere_on_beam_drop_50mm", "wanted.tolerance=1e-8")
     first, second = found.contacts
     assert (first.peak_force, second.peak_force) == pytest.approx((1062.59264, 752.19563), rel=2e-8)
     assert (first.duration, second.duration) == pytest.approx((62.09069e-6, 47.73981e-6), rel=1e-7)
@@ -131,8 +131,8 @@ def test_errors_fall_as_the_cube_of_the_modes_and_faster_with_the_static_tail():
 @pytest.mark.parametrize("tail", ["contact", "outputs"])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_modes_and_steps_follow_from_the_tolerance(tail, tolerance):
-    exact = solved("sphere_on_beam_drop_50mm", "solver.tolerance=1e-9")
-    found = solved("sphere_on_beam_drop_50mm", f"solver.tolerance={tolerance}", f"solver.static_tail={tail}")
+    exact = solved("sphere_on_beam_drop_50mm", "wanted.tolerance=1e-9")
+    found = solved("sphere_on_beam_drop_50mm", f"wanted.tolerance={tolerance}", f"solver.static_tail={tail}")
     assert found.restitution == pytest.approx(exact.restitution, rel=tolerance)
     assert found.peak_force == pytest.approx(exact.peak_force, rel=tolerance)
     assert found.extremes["peak_stress"] == pytest.approx(exact.extremes["peak_stress"], rel=10 * tolerance)

@@ -35,18 +35,18 @@ def errors_of(reference, out):
 @pytest.mark.parametrize("stepper", ["dopri5", "dop853"])
 def test_explicit_error_control_gets_the_load_right_and_the_friction_torque_wrong_in_silence(stepper):
     """Settled rolling: its steps ride on the stability limit, so slip rattles; not so rodas4 at the same tolerance."""
-    reference = run("solver.tolerance=1e-6", count=2, period=1e-3)[1]
-    load, torque = errors_of(reference, run("solver.tolerance=1e-1", stepper=stepper, count=2, period=1e-3)[1])
+    reference = run("wanted.tolerance=1e-6", count=2, period=1e-3)[1]
+    load, torque = errors_of(reference, run("wanted.tolerance=1e-1", stepper=stepper, count=2, period=1e-3)[1])
     assert load < 1e-3
     assert torque > 1e-2
-    load, torque = errors_of(reference, run("solver.tolerance=1e-1", count=2, period=1e-3)[1])
+    load, torque = errors_of(reference, run("wanted.tolerance=1e-1", count=2, period=1e-3)[1])
     assert max(load, torque) < 5e-3
 
 
 def test_imex_rings_where_slip_ought_to_die_within_a_step():
     """Friction of a tenth of a millimetre per second: stable, but its torque is not to be had by a fixed step."""
     tiny = (*TURNED_REST, "contact.friction_regularisation=1e-4")
-    reference = run(*tiny, "solver.tolerance=1e-5", count=4, period=1e-3)[1]
+    reference = run(*tiny, "wanted.tolerance=1e-5", count=4, period=1e-3)[1]
     load, torque = errors_of(reference, run(*tiny, stepper="imex", count=4, period=1e-3)[1])
     assert load < 1e-2
     assert torque > 1e-2
@@ -68,10 +68,10 @@ def test_imex_at_eight_microseconds_is_refused_and_would_fail():
 
 def test_tolerance_buys_accuracy_through_lift_off():
     """Balls that leave and find the inner raceway cost the torque most; ten times the tolerance is felt there."""
-    reference = run("solver.tolerance=1e-7", scene="bearing_6203_loose", count=10, period=1e-3)[1]
+    reference = run("wanted.tolerance=1e-7", scene="bearing_6203_loose", count=10, period=1e-3)[1]
     errors = {}
     for tolerance in (1e-3, 1e-5):
-        out = run(f"solver.tolerance={tolerance}", scene="bearing_6203_loose", count=10, period=1e-3)[1]
+        out = run(f"wanted.tolerance={tolerance}", scene="bearing_6203_loose", count=10, period=1e-3)[1]
         errors[tolerance] = max(errors_of(reference, out))
     assert errors[1e-3] > 1e-3
     assert errors[1e-5] < 1e-3
@@ -79,10 +79,10 @@ def test_tolerance_buys_accuracy_through_lift_off():
 
 def test_landing_on_the_instants_where_contacts_change_gives_the_same_answer():
     """Steps end at gap = 0; error control had found those instants before, so errors and steps change little."""
-    reference = run("solver.tolerance=1e-7", scene="bearing_6203_loose", count=10, period=1e-3)[1]
-    plain, _ = run("solver.tolerance=1e-4", scene="bearing_6203_loose", count=10, period=1e-3)
+    reference = run("wanted.tolerance=1e-7", scene="bearing_6203_loose", count=10, period=1e-3)[1]
+    plain, _ = run("wanted.tolerance=1e-4", scene="bearing_6203_loose", count=10, period=1e-3)
     landing, out = run(
-        "solver.tolerance=1e-4", scene="bearing_6203_loose", stepper="rodas4_landing", count=10, period=1e-3
+        "wanted.tolerance=1e-4", scene="bearing_6203_loose", stepper="rodas4_landing", count=10, period=1e-3
     )
     assert max(errors_of(reference, out)) < 1e-2
     assert landing.costs() != plain.costs()

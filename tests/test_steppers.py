@@ -135,14 +135,14 @@ def reference():
 @pytest.mark.parametrize("stepper", ["rodas4", "rodas3", "imex", "rk4", "dopri5", "dop853"])
 def test_steppers_agree_with_radau_inside_the_transient(reference, stepper):
     """Load and friction torque within the wanted 1e-3, from rest through sliding and ringing."""
-    tight = ("solver.tolerance=1e-5",) if stepper == "dopri5" else ()
+    tight = ("wanted.tolerance=1e-5",) if stepper == "dopri5" else ()
     out = run(*TURNED_REST, *tight, stepper=stepper)[1]
     assert np.all(errors_against(reference, out) < 1e-3)
     assert out.orientation == pytest.approx(reference.orientation, abs=1e-6)
 
 
 def test_a_tighter_tolerance_is_more_accurate_and_dearer(reference):
-    runs = [run(*TURNED_REST, f"solver.tolerance={tolerance}") for tolerance in (1e-2, 1e-4, 1e-5)]
+    runs = [run(*TURNED_REST, f"wanted.tolerance={tolerance}") for tolerance in (1e-2, 1e-4, 1e-5)]
     errors = np.array([errors_against(reference, out).max() for _, out in runs])
     steps = [moving.costs()["ball_steps"] for moving, _ in runs]
     assert np.all(np.diff(errors) < 0.0)
@@ -163,7 +163,7 @@ def test_no_fixed_step_serves_a_tiny_regularisation_but_rodas4_does():
         motion(*tiny, "solver.step=2e-7", stepper="rk4")
     moving, out = run(*tiny, count=10, period=1e-3)
     assert moving.costs()["ball_steps"] < 8 * 400
-    finer = run(*tiny, "solver.tolerance=1e-5", count=10, period=1e-3)[1]
+    finer = run(*tiny, "wanted.tolerance=1e-5", count=10, period=1e-3)[1]
     assert np.all(errors_against(finer, out)[0] < 1e-3)
 
 

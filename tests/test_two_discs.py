@@ -54,7 +54,7 @@ def test_quadrature_has_twelve_digits(law):
 @pytest.mark.parametrize("law", line.LINE_LAWS)
 def test_the_differential_equation_gives_the_quadrature(law):
     exact = solved(law=law)
-    found = solved("solver.tolerance=1e-12", law=law, stepper="dop853")
+    found = solved("wanted.tolerance=1e-12", law=law, stepper="dop853")
     for name in ("contact_duration", "peak_force", "greatest_approach", "restitution"):
         assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-9)
     assert found.force == pytest.approx(exact.force, abs=1e-7 * exact.peak_force)
@@ -85,7 +85,7 @@ def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
 
     assert choose(load_scene("two_discs")).law == "line"
     assert "johnson costs no more" in choose(load_scene("two_discs")).warnings[0]
-    free = choose(load_scene("two_discs", ["contact.normal=auto", "run.wanted=peaks"]))
+    free = choose(load_scene("two_discs", ["contact.normal=auto", "wanted.outputs=peaks"]))
     assert (free.law, free.stepper, free.warnings) == ("johnson", "closed_form", ())
 
 

@@ -78,7 +78,7 @@ def test_a_million_impacts_at_once():
 
 
 def test_the_differential_equation_gives_the_closed_form():
-    exact, found = solved(), solved("solver.tolerance=1e-12", stepper="dop853")
+    exact, found = solved(), solved("wanted.tolerance=1e-12", stepper="dop853")
     for name in ("contact_duration", "peak_force", "greatest_approach", "restitution"):
         assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-10)
     assert found.force == pytest.approx(exact.force, abs=1e-9 * exact.peak_force)
@@ -90,7 +90,7 @@ def test_damping_gives_exactly_the_restitution_asked_for(restitution, product):
     """chi v (1 + e) = ln[(1 + chi v) / (1 - e chi v)]; usual shortcuts give 0.47 to 0.73 for 0.5."""
     assert damping_for_restitution(restitution, 20.0) * 20.0 == pytest.approx(product, abs=6e-6)
     by_quadrature = solved(f"contact.restitution={restitution}")
-    by_equation = solved(f"contact.restitution={restitution}", "solver.tolerance=1e-12", stepper="dop853")
+    by_equation = solved(f"contact.restitution={restitution}", "wanted.tolerance=1e-12", stepper="dop853")
     for found in (by_quadrature, by_equation):
         assert found.restitution == pytest.approx(restitution, rel=1e-9)
         assert abs(found.energy_closure) < 1e-9
@@ -147,7 +147,7 @@ def test_momentum_is_kept_and_velocities_part_as_restitution_says(heavier, secon
 
 
 def test_energy_is_kept_through_the_contact():
-    found = solved("solver.tolerance=1e-11", stepper="dop853")
+    found = solved("wanted.tolerance=1e-11", stepper="dop853")
     total = found.values["kinetic_energy"] + found.values["elastic_energy"]
     assert total == pytest.approx(0.5 * MASS * 400.0, rel=1e-8)
 

@@ -8,22 +8,26 @@ from bearing_twin.run.simulation import simulate
 CALM = {
     "bearing_6203": (),
     "two_spheres": ("motion.first_velocity=0.01",),
-    "two_discs": ("motion.first_velocity=1e-4", "disc.material.young_modulus=2e11", "contact.yield_pressure=1e12"),
+    "two_discs": (
+        "motion.first_velocity=1e-4",
+        "disc.material.young_modulus=2e11",
+        "disc.material.yield_strength=1e12",
+    ),
     "sphere_on_beam": (),
 }
 DOUBTFUL = [
-    ("bearing_6203", "yield pressure", "contact.yield_pressure=5e8"),
+    ("bearing_6203", "yield pressure", "materials.ball.yield_strength=3e8"),
     ("bearing_6203", "keep dents", "geometry.radial_clearance=-1.2e-4"),
     ("bearing_6203", "half-space", "geometry.inner_conformity=0.501"),
     ("bearing_6203", "law volumetric", "contact.normal=volumetric", "geometry.inner_conformity=0.501"),
     ("bearing_6203", "wave", "geometry.radial_clearance=-1.2e-4"),
-    ("two_spheres", "yield pressure", "contact.yield_pressure=1e8"),
+    ("two_spheres", "yield pressure", "first.material.yield_strength=1e8"),
     ("two_spheres", "half-space", "motion.first_velocity=500"),
     ("two_spheres", "wave", "motion.first_velocity=500"),
-    ("two_discs", "yield pressure", "contact.yield_pressure=1e3"),
+    ("two_discs", "yield pressure", "disc.material.yield_strength=1e3"),
     ("two_discs", "half-space", "motion.first_velocity=30"),
     ("two_discs", "wave", "motion.first_velocity=30"),
-    ("sphere_on_beam", "yield pressure", "contact.yield_pressure=1e6"),
+    ("sphere_on_beam", "yield pressure", "sphere.material.yield_strength=1e6"),
     ("sphere_on_beam", "half-space", "blow.speed=30"),
     ("sphere_on_beam", "wave", "beam.height=0.05", "blow.speed=10"),
 ]

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.normal import LAWS, load_coefficient
-from bearing_twin.kinds.ellipsoid.parameters import ellipsoid_mass, modulus_of
+from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
 from bearing_twin.reference import bounce
 from bearing_twin.run.scene import load_scene
@@ -24,7 +24,7 @@ from bearing_twin.run.simulation import simulate
 
 SCENE = "ellipsoid_on_plane"
 DURATION, RESTITUTION = 3.2, 0.8  # s; of speed, at every speed, by Hertz
-TOLERANCE = "solver.tolerance=1e-11"  # two runs are subtracted
+TOLERANCE = "wanted.tolerance=1e-11"  # two runs are subtracted
 RATE = 5000.0  # Hz, of the altitude over the whole run
 FINE = 2e5  # Hz, of the altitude about one impact
 PAIR = ("hertz", "volumetric")

@@ -16,7 +16,7 @@ from bearing_twin.charts.study_samples import (
     short,
 )  # fmt: skip
 from bearing_twin.contact import hertz_impact as impact
-from bearing_twin.kinds.impact.parameters import sphere_pair
+from bearing_twin.kinds.impact.derived import sphere_pair
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.run.scene import load_scene
 from bearing_twin.uq.run import run_study

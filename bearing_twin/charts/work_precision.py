@@ -90,7 +90,7 @@ class Point:
 
 
 def _motion(problem: Problem, stepper: str, setting: float) -> BearingMotion:
-    key = "solver.step" if stepper in FIXED_STEP else "solver.tolerance"
+    key = "solver.step" if stepper in FIXED_STEP else "wanted.tolerance"
     scene = load_scene(problem.scene, (*problem.overrides, f"{key}={setting}"))
     motion = BearingMotion(scene.parameters, choose(scene)._replace(law="hertz", stepper=stepper))
     if stepper in ("dop853", "radau"):

@@ -140,14 +140,11 @@ def _materials(arguments, bodies):
 
 
 def _yield_strength(arguments, bodies):
-    from bearing_twin.contact.materials import MATERIALS
-    from bearing_twin.contact.validity import YIELD_STRENGTH
-
     if arguments.yield_strength is not None:
         if not (math.isfinite(arguments.yield_strength) and arguments.yield_strength > 0.0):
             raise SceneError(f"--yield-strength {arguments.yield_strength:g} must be a finite number of Pa above zero")
         return arguments.yield_strength
-    known = [strength for name, strength in YIELD_STRENGTH.items() if MATERIALS[name] in bodies]
+    known = [body.yield_strength for body in bodies if body.yield_strength > 0.0]
     return min(known, default=None)
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from bearing_twin.contact import validity
 from bearing_twin.contact.differential import coefficient_from_circle
 from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, curvature_ratio, ellipse, hertz_coefficient
-from bearing_twin.contact.materials import Material, effective_modulus
+from bearing_twin.contact.materials import YIELD_ONSET, Material, effective_modulus
 from bearing_twin.contact.normal import LAWS, elastic_load, load_coefficient
 from bearing_twin.contact.stress import greatest_shear
 from bearing_twin.errors import SceneError
@@ -191,7 +191,7 @@ def answer(
     shears = [greatest_shear(*spot, body.poisson_ratio) for body in (first, second)]
     shear = max(shears, key=lambda one: one.stress)
     flags = validity.gathered(
-        validity.pressure_doubt(contact.peak_pressure, yield_strength and validity.YIELD_ONSET * yield_strength),
+        validity.pressure_doubt(contact.peak_pressure, yield_strength and YIELD_ONSET * yield_strength),
         validity.width_doubt(contact.semi_major, gap.least_radius),
         *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if name != "constant"),
     )

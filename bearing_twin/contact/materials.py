@@ -1,4 +1,4 @@
-"""Elastic materials by name, and the effective modulus of a pair."""
+"""Materials by name: steel is hardened bearing steel 100Cr6, aluminium 6061-T6; what a pair of them amounts to."""
 
 from dataclasses import dataclass
 
@@ -12,13 +12,25 @@ class Material:
     young_modulus: float = quantity(2.075e11, "Pa", "Young's modulus", above=0.0)
     poisson_ratio: float = quantity(0.3, "1", "Poisson's ratio", above=-1.0, below=0.5)
     density: float = quantity(7850.0, "kg/m^3", "mass density", above=0.0)
+    yield_strength: float = quantity(
+        2.0e9, "Pa", "uniaxial yield strength; a contact yields from 1.6 times it on; 0 = not known", at_least=0.0
+    )
 
+
+YIELD_ONSET = 1.6
+"""Peak pressure over yield strength at which a Hertz contact begins to yield (Johnson, Contact Mechanics, 6.1)."""
 
 MATERIALS = {
-    "steel": Material(2.075e11, 0.3, 7850.0),
-    "silicon_nitride": Material(3.1e11, 0.27, 3250.0),
-    "aluminium": Material(7.0e10, 0.33, 2700.0),
+    "steel": Material(2.075e11, 0.3, 7850.0, 2.0e9),
+    "silicon_nitride": Material(3.1e11, 0.27, 3250.0, 0.0),
+    "aluminium": Material(7.0e10, 0.33, 2700.0, 2.8e8),
 }
+
+
+def yield_pressure(*materials: Material) -> float | None:
+    """Peak pressure [Pa] of first yield between these bodies, that of the weaker one; None where none is known."""
+    known = [material.yield_strength for material in materials if material.yield_strength > 0.0]
+    return YIELD_ONSET * min(known) if known else None
 
 
 def effective_modulus(first: Material, second: Material) -> float:

@@ -2,9 +2,6 @@
 
 import math
 
-YIELD_ONSET = 1.6
-"""Peak pressure over yield strength at which a Hertz contact begins to yield (Johnson, Contact Mechanics, 6.1)."""
-
 WIDEST_ELLIPSE = 0.1
 """Semi-axis over radius of the body above which the half-space is a rough picture."""
 
@@ -17,12 +14,9 @@ FEWEST_TRANSITS = 5.0
 LAW_TOLERANCE = 0.005
 """Relative error of a law's load that paper 1, section 4, claims for the volumetric law: more is named."""
 
-YIELD_STRENGTH = {"steel": 2.0e9, "aluminium": 2.8e8}
-"""Yield strength [Pa] of named materials as used here: hardened bearing steel 100Cr6, aluminium 6061-T6."""
-
 
 def pressure_doubt(peak_pressure: float, yield_pressure: float | None) -> str | None:
-    """Doubt about a peak pressure [Pa]: beyond `yield_pressure`, YIELD_ONSET times the strength of the weaker body."""
+    """Doubt about a peak pressure [Pa]: beyond the `yield_pressure` of the two bodies (None: not known)."""
     if yield_pressure is None or peak_pressure <= yield_pressure:
         return None
     return (

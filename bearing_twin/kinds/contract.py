@@ -216,7 +216,8 @@ class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
-    `moved` maps keys of earlier versions to (new key, what becomes of the value): refused in scenes, read in old logs.
+    `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
+    data of a scene in a log of an earlier version.
     """
 
     name: str
@@ -237,7 +238,8 @@ class Kind:
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = no_topics
     picture: Callable[[Facts], Picture] = plain_picture
-    moved: Mapping[str, tuple[str, Callable]] | None = None
+    moved: Mapping[str, str] = field(default_factory=dict)
+    upgraded: Callable[[dict], dict] = as_given
 
     @property
     def namespace(self) -> str:

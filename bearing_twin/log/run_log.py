@@ -71,6 +71,11 @@ class LogStream:
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else _channels(self.scene, first)
 
+    @property
+    def has_records(self) -> bool:
+        """Whether the log has topics for what happens between outputs."""
+        return bool(self._tables)
+
     def __iter__(self) -> Iterator[Sample]:
         for block in self.blocks():
             yield from block

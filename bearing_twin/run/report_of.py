@@ -12,13 +12,15 @@ from bearing_twin.sample import Block
 def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     """(report, outputs missing) of a log, whose `blocks` may be handed in; raises LogError without an output.
 
-    Of a recording that holds no scene every channel of one number is reported. What a run cost is taken from the
+    Of a recording that holds no scene, and of a log without the records that its figures need (of an earlier version),
+    every channel of one number is reported. What a run cost is taken from the
     log's own record, where there is one.
     """
-    if log.scene is None:
+    kind = KINDS[log.scene.kind] if log.scene else None
+    if kind is None or (kind.records(log.scene.parameters) and not log.has_records):
         figures = PlainFigures(None, log.choice, log.channels)
     else:
-        figures = KINDS[log.scene.kind].figures_of(log.scene.parameters, log.choice)
+        figures = kind.figures_of(log.scene.parameters, log.choice)
     gathering = Gathering(figures, log.choice)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)

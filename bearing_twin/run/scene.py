@@ -1,5 +1,6 @@
 """Scenes: one strict SI YAML file each, read into frozen dataclasses, and back into a resolved dump."""
 
+import copy
 import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from typing import Any
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.sections import ALIASES, not_here
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
@@ -47,8 +49,7 @@ def scene_names() -> list[str]:
 
 def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
     """The scene of that name or YAML file, with overrides such as `contact.normal=volumetric`; raises SceneError."""
-    mapping, origin = open_scene(name_or_path, overrides)
-    return parse_scene(mapping, origin)
+    return parse_scene(*_opened(name_or_path, overrides))
 
 
 def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
@@ -56,17 +57,8 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
 
     `source` is a name, a path or a scene's plain data.
     """
-    if isinstance(source, Mapping):
-        text, origin = source, f"scene {source.get('name', 'without a name')}"
-    else:
-        path = SCENES.find(source)
-        text, origin = SCENES.read_text(path), f"scene {path.name}"
-    overrides = tuple(overrides)
-    scene = _parse(text, origin)
-    mapping = scene.resolved()
-    for override in overrides:
-        _apply(KINDS[scene.kind].parameters, mapping, override)
-    return mapping, " ".join((origin, *(("with",) if overrides else ()), *overrides))
+    mapping, origin = _opened(source, overrides)
+    return _parse(mapping, origin).resolved(), origin
 
 
 def parse_scene(text_or_mapping, origin: str) -> Scene:
@@ -76,7 +68,67 @@ def parse_scene(text_or_mapping, origin: str) -> Scene:
 
 def read_logged(text: str, origin: str) -> Scene:
     """The scene in a log, also in the words of an earlier version."""
-    return parse_scene(text, origin)
+    mapping = _canonical(_mapping_of(text, origin))
+    return parse_scene(KINDS[_kind_of(mapping, origin)].upgraded(mapping), origin)
+
+
+def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
+    """The plain data of a scene as given, with its overrides, and where it comes from."""
+    if isinstance(source, Mapping):
+        text, origin = source, f"scene {source.get('name', 'without a name')}"
+    else:
+        path = SCENES.find(source)
+        text, origin = SCENES.read_text(path), f"scene {path.name}"
+    overrides = tuple(overrides)
+    mapping = _canonical(_mapping_of(text, origin))
+    mapping.setdefault("name", Path(origin.removeprefix("scene ")).stem)
+    kind = _kind_of(mapping, origin)
+    for override in overrides:
+        _apply(KINDS[kind].parameters, mapping, override)
+    return mapping, " ".join((origin, *(("with",) if overrides else ()), *overrides))
+
+
+def _mapping_of(text_or_mapping, origin: str) -> dict:
+    mapping = SCENES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
+    if not isinstance(mapping, Mapping):
+        raise SceneError(f"{origin} holds no keys; start it with `kind: bearing`")
+    return dict(mapping)
+
+
+def _kind_of(mapping: Mapping, origin: str) -> str:
+    if "kind" not in mapping:
+        raise SceneError(f"{origin} has no key `kind`; legal: {', '.join(KINDS)}")
+    kind = mapping["kind"]
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise SceneError(f"{origin}: kind = {echo(kind)} is not known; {unknown(kind, KINDS)}")
+    return kind
+
+
+def _canonical(mapping: dict) -> dict:
+    """The same with keys by their first names; what is given under both names stays, to be refused."""
+    mapping = copy.deepcopy(mapping)
+    for other, first in ALIASES.items():
+        section, key = other.split(".")
+        home, name = first.split(".")
+        if isinstance(mapping.get(section), dict) and key in mapping[section]:
+            new = mapping.setdefault(home, {})
+            if isinstance(new, dict) and name not in new:
+                new[name] = mapping[section].pop(key)
+    return mapping
+
+
+def _explained(kind: str):
+    """What explains a key that a kind does not take."""
+    moved = KINDS[kind].moved
+
+    def explain(path: str, taken: tuple[str, ...]) -> str | None:
+        if path in moved:
+            return f"{path} is not a key any more; use {moved[path]}"
+        if path in ALIASES:
+            return f"{path} is another name of {ALIASES[path]}, which is given too; keep one of them"
+        return not_here(kind, path, taken)
+
+    return explain
 
 
 def _resolve(scene: Scene) -> Scene:
@@ -85,18 +137,12 @@ def _resolve(scene: Scene) -> Scene:
 
 def _parse(text_or_mapping, origin: str) -> Scene:
     """The scene as given, checked, with what it leaves to be chosen still open: overrides come before choices."""
-    mapping = SCENES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
-    if not isinstance(mapping, Mapping):
-        raise SceneError(f"{origin} holds no keys; start it with `kind: bearing`")
-    mapping = dict(mapping)
-    if "kind" not in mapping:
-        raise SceneError(f"{origin} has no key `kind`; legal: {', '.join(KINDS)}")
-    kind = mapping.pop("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise SceneError(f"{origin}: kind = {echo(kind)} is not known; {unknown(kind, KINDS)}")
+    mapping = _canonical(_mapping_of(text_or_mapping, origin))
+    kind = _kind_of(mapping, origin)
+    del mapping["kind"]
     name = mapping.pop("name", Path(origin.removeprefix("scene ")).stem)
     description = mapping.pop("description", "")
-    parameters, problems = read(KINDS[kind].parameters, mapping)
+    parameters, problems = read(KINDS[kind].parameters, mapping, _explained(kind))
     if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
         problems.append(f"name = {echo(name)} must be text of 1 to {LONGEST_NAME} characters on one line")
     if not isinstance(description, str) or len(description) > LONGEST_DESCRIPTION:
@@ -113,6 +159,7 @@ def _apply(parameters: type, mapping: dict, override: str) -> None:
         raise SceneError(f"override {echo(override)} must look like contact.normal=volumetric")
     if words[0] in ("name", "kind", "description"):
         raise SceneError(f"override {echo(override)} cannot change {words[0]}; write a scene file for that")
+    words = ALIASES.get(".".join(words), ".".join(words)).split(".")
     for depth, word in enumerate(words[:-1], start=1):
         inner = mapping.setdefault(word, {})
         names = names_at(parameters, words[:depth])

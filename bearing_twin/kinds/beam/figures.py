@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
+from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.motion import modes_for
-from bearing_twin.kinds.beam.parameters import SphereOnBeamScene, thrown_sphere, touch_speed
+from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, impact_quantities
 from bearing_twin.report import Choice
@@ -86,7 +87,7 @@ class BeamFigures(ImpactFigures):
         shortest = float(self.contacts[:, DURATION].min(initial=math.inf))
         return [
             *gathered(
-                pressure_doubt(pressure, parameters.contact.yield_pressure),
+                pressure_doubt(pressure, yield_pressure(sphere.material, beam.material)),
                 width_doubt(half_width, size, body=body),
                 wave_doubt(shortest, transit),
             ),
@@ -95,10 +96,10 @@ class BeamFigures(ImpactFigures):
         ]
 
     def _beam_flags(self) -> list[str]:
-        beam, contact, extremes = self.parameters.beam, self.parameters.contact, self._extremes
+        beam, extremes = self.parameters.beam, self._extremes
         stress, deflection = extremes.get("peak_stress", 0.0), extremes.get("peak_deflection", 0.0)
         flags = []
-        if stress > contact.yield_stress:
+        if 0.0 < beam.material.yield_strength < stress:
             flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
         if beam.span < SLENDER * beam.height:
             heights = beam.span / beam.height

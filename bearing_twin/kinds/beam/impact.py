@@ -13,7 +13,6 @@ from bearing_twin.kinds.beam.modes import TERMS, Beam, Modes, beam_energy, respo
 from bearing_twin.kinds.ellipsoid.free_flight import next_touch
 from bearing_twin.kinds.impact.collision import Contact
 
-METHODS = ("modes", "volterra", "sinusoidal")
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 GREATEST_CONTACTS = 1000
 LONGEST_CONTACT = 200  # in Hertz contact times: a sphere 20 times as heavy as the beam stays for some 60

@@ -17,15 +17,10 @@ import math
 
 import numpy as np
 
+from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.impact import BeamImpact, hertz_contact_time, throw
 from bearing_twin.kinds.beam.modes import beam_energy, deflection_shapes, first_frequency, modes_of, stress_shapes
-from bearing_twin.kinds.beam.parameters import (
-    SphereOnBeamScene,
-    beam_of,
-    resolve,
-    thrown_sphere,
-    touch_speed,
-)
+from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.impact.collision import peak_of
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
@@ -64,9 +59,9 @@ def modes_for(parameters: SphereOnBeamScene, stepper: str) -> int:
         return solver.modes
     tau = hertz_contact_time(thrown_sphere(parameters), touch_speed(parameters.blow))
     if solver.static_tail == "contact":
-        wanted = 40.0 * solver.tolerance ** (-1.0 / 3.5)
+        wanted = 40.0 * parameters.wanted.tolerance ** (-1.0 / 3.5)
     else:
-        wanted = (150.0 / solver.tolerance) ** (2.0 / 3.0)
+        wanted = (150.0 / parameters.wanted.tolerance) ** (2.0 / 3.0)
     highest = math.ceil(math.sqrt(wanted / (first_frequency(beam_of(parameters)) * tau)))
     return min(max(highest, FEWEST_MODES), MOST_MODES) | 1
 
@@ -77,8 +72,8 @@ def steps_for(parameters: SphereOnBeamScene, stepper: str) -> int:
     if solver.steps:
         return solver.steps
     if stepper == "volterra":
-        return max(500, math.ceil(math.sqrt(7.0 / solver.tolerance)))
-    return max(40, math.ceil(12.0 * solver.tolerance ** (-1.0 / 6.0)))
+        return max(500, math.ceil(math.sqrt(7.0 / parameters.wanted.tolerance)))
+    return max(40, math.ceil(12.0 * parameters.wanted.tolerance ** (-1.0 / 6.0)))
 
 
 def throw_scene(parameters: SphereOnBeamScene, stepper: str = "modes") -> BeamImpact:

@@ -1,23 +1,14 @@
-"""A sphere on a beam: YAML keys, units, defaults and limits; what is impossible together."""
+"""A sphere on a beam: YAML keys, units, defaults and limits."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
-import dataclasses
-import math
 from dataclasses import dataclass
 
-from bearing_twin.contact.materials import Material, effective_modulus
-from bearing_twin.kinds.beam.contact import Sphere as ThrownSphere
-from bearing_twin.kinds.beam.impact import METHODS, hertz_contact_time
-from bearing_twin.kinds.beam.modes import Beam, first_frequency, rectangular_beam, static_deflection
-from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
-from bearing_twin.kinds.impact.impact_parameters import Run, Sphere, check_run, resolved_run, sphere_mass
+from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.kinds.impact.parameters import Sphere
+from bearing_twin.kinds.sections import Run, WantedImpact
 from bearing_twin.parameters import choice, quantity, section
 
-STANDARD_GRAVITY = 9.80665
-OUTPUTS = 1500  # of a run whose output_rate is left to be chosen
-PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is left to be chosen
-HEAVIEST = 20.0  # sphere mass / beam mass
-GREATEST_BEND = 0.1  # deflection / span: beyond it the beam's own length change carries load
+METHODS = ("modes", "volterra", "sinusoidal")
 
 
 @dataclass(frozen=True)
@@ -28,7 +19,7 @@ class BeamParameters:
     width: float = quantity(0.01, "m", "width across the blow", above=0.0)
     height: float = quantity(0.01, "m", "height along the blow", above=0.0)
     damping_ratio: float = quantity(0.0, "1", "of every mode, as a share of critical damping", at_least=0.0, below=1.0)
-    material: Material = section(Material)
+    material: Material = section(Material, "steel", MATERIALS)
 
 
 @dataclass(frozen=True)
@@ -44,26 +35,22 @@ class Blow:
 
 
 @dataclass(frozen=True)
-class BeamContact:
-    """Where the elastic theory ends."""
-
-    yield_pressure: float = quantity(
-        1.6e9, "Pa", "peak pressure of first yield, about 1.6 times the strength", above=0.0
-    )
-    yield_stress: float = quantity(1.0e9, "Pa", "strength of the beam in bending", above=0.0)
-
-
-@dataclass(frozen=True)
 class BeamSolver:
     """How sphere and beam are computed."""
 
     stepper: str = choice("auto", ("auto", *METHODS), "method; auto = modes; sinusoidal breaks the energy balance")
-    tolerance: float = quantity(1e-6, "1", "wanted relative error of forces and times", at_least=1e-10, at_most=0.01)
     modes: int = quantity(0, "1", "highest mode; 0 = from the tolerance", at_least=0, at_most=4000)
     steps: int = quantity(0, "1", "steps a Hertz contact time; 0 = from the tolerance", at_least=0, at_most=200000)
     static_tail: str = choice(
         "contact", ("contact", "outputs"), "where the modes left out still bend statically: also in the contact, or not"
     )
+
+
+@dataclass(frozen=True)
+class WantedOfBeam(WantedImpact):
+    """What is wanted of a sphere on a beam."""
+
+    tolerance: float = quantity(1e-6, "1", "wanted relative error of forces and times", at_least=1e-10, at_most=0.01)
 
 
 @dataclass(frozen=True)
@@ -82,73 +69,28 @@ class SphereOnBeamScene:
 
     beam: BeamParameters = section(BeamParameters)
     sphere: Sphere = section(Sphere)
-    contact: BeamContact = section(BeamContact)
     blow: Blow = section(Blow)
     outputs: BeamOutputs = section(BeamOutputs)
     solver: BeamSolver = section(BeamSolver)
+    wanted: WantedOfBeam = section(WantedOfBeam)
     run: Run = section(Run)
 
 
-def beam_of(parameters: SphereOnBeamScene) -> Beam:
-    """The beam as numbers."""
-    beam, material = parameters.beam, parameters.beam.material
-    return rectangular_beam(
-        beam.span, beam.width, beam.height, material.young_modulus, material.density, beam.damping_ratio
-    )
+MOVED = {
+    "contact.yield_pressure": "sphere.material.yield_strength and beam.material.yield_strength (the pressure over 1.6)",
+    "contact.yield_stress": "beam.material.yield_strength",
+    "run.wanted": "wanted.outputs",
+}
+"""Keys of earlier versions, and what takes their place."""
 
 
-def thrown_sphere(parameters: SphereOnBeamScene) -> ThrownSphere:
-    """The sphere and its Hertz spring against the flat beam: f = (4/3) E* sqrt(R) alpha^1.5 (paper 2, eq. 1)."""
-    sphere = parameters.sphere
-    modulus = effective_modulus(sphere.material, parameters.beam.material)
-    return ThrownSphere(sphere_mass(sphere), 4.0 / 3.0 * modulus * math.sqrt(sphere.radius), parameters.blow.gravity)
-
-
-def touch_speed(blow: Blow) -> float:
-    """Speed [m/s] at the first touch."""
-    return blow.speed or math.sqrt(2.0 * STANDARD_GRAVITY * blow.drop_height)
-
-
-def check_beam(parameters: SphereOnBeamScene) -> list[str]:
-    """As `check_spheres`, for a sphere on a beam."""
-    problems, blow, beam = [], parameters.blow, beam_of(parameters)
-    if blow.speed and blow.drop_height:
-        problems.append(
-            f"blow.speed = {blow.speed:g} m/s and blow.drop_height = {blow.drop_height:g} m give the speed; keep one"
-        )
-    if touch_speed(blow) == 0.0:
-        problems.append(
-            "blow.speed and blow.drop_height are both 0, so the bodies never meet; give one of them above 0"
-        )
-    mass = sphere_mass(parameters.sphere)
-    if mass > HEAVIEST * beam.mass:
-        problems.append(
-            f"the sphere of {mass:.4g} kg is heavier than the model allows on a beam of {beam.mass:.4g} kg; "
-            f"its mass must be at most {HEAVIEST:g} times the beam's: lower sphere.radius or sphere.mass"
-        )
-    if parameters.beam.height > beam.span / 3.0:
-        problems.append(
-            f"beam.height = {parameters.beam.height:g} m makes a block of a span of {beam.span:g} m; Euler-Bernoulli "
-            f"beams need a height of at most {beam.span / 3.0:.4g} m"
-        )
-    point = blow.point * beam.span
-    bend = touch_speed(blow) * math.sqrt(mass * float(static_deflection(beam, point, point)))
-    if not problems and bend > GREATEST_BEND * beam.span:
-        problems.append(
-            f"the blow could bend the beam by {bend:.4g} m, too much of its span of {beam.span:g} m for small "
-            f"deflections; it must stay below {GREATEST_BEND * beam.span:.4g} m: lower the speed or stiffen the beam"
-        )
-    steps = parameters.solver.steps
-    if 0 < steps < FEWEST_STEPS:
-        problems.append(
-            f"solver.steps = {steps} is too few: a contact needs at least {FEWEST_STEPS} steps or it falls apart into "
-            f"false ones; use {FEW_STEPS} or more, or 0"
-        )
-    return problems + check_run(parameters.run)
-
-
-def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:
-    """The parameters of a checked scene with the zeros of its run replaced."""
-    whole = PERIODS * 2.0 * math.pi / first_frequency(beam_of(parameters))
-    whole += 4.0 * hertz_contact_time(thrown_sphere(parameters), touch_speed(parameters.blow))
-    return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, OUTPUTS))
+def upgraded(scene: dict) -> dict:
+    """The plain data of a scene in today's words, from those of an earlier version."""
+    contact = scene.pop("contact", {})
+    if "wanted" in scene.get("run", {}):
+        scene.setdefault("wanted", {})["outputs"] = scene["run"].pop("wanted")
+    if "yield_pressure" in contact:
+        scene["sphere"]["material"]["yield_strength"] = contact["yield_pressure"] / YIELD_ONSET
+    if "yield_stress" in contact:
+        scene["beam"]["material"]["yield_strength"] = contact["yield_stress"]
+    return scene

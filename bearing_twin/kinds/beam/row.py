@@ -1,6 +1,6 @@
 """The row of a sphere on a beam in the table of kinds."""
 
-from bearing_twin.kinds.beam.parameters import SphereOnBeamScene, check_beam, resolve
+from bearing_twin.kinds.beam.parameters import MOVED, SphereOnBeamScene, upgraded
 from bearing_twin.kinds.contract import Kind, late
 
 HERE = "bearing_twin.kinds.beam"
@@ -10,8 +10,8 @@ SPHERE_ON_BEAM = Kind(
     help="a sphere strikes a simply supported beam",
     home=HERE,
     parameters=SphereOnBeamScene,
-    check=check_beam,
-    resolve=resolve,
+    check=late(f"{HERE}.derived:check_beam"),
+    resolve=late(f"{HERE}.derived:resolve"),
     choose=late(f"{HERE}.models:choose"),
     motion=late(f"{HERE}.motion:motion"),
     channels=late(f"{HERE}.motion:channels"),
@@ -20,5 +20,7 @@ SPHERE_ON_BEAM = Kind(
     quantities=late(f"{HERE}.figures:quantities"),
     known_when_solved=True,
     brief=True,
+    moved=MOVED,
+    upgraded=upgraded,
     picture=late(f"{HERE}.picture:BeamPicture"),
 )

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
-from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.normal import LAWS, load_coefficient
 from bearing_twin.contact.validity import (
     WIDEST_IN_GROOVE,
@@ -163,9 +163,10 @@ class BearingFigures:
         """What in this run lies outside the theory's validity, one sentence each."""
         peaks = self._peaks()
         pressure, width = peaks["peak_pressure"].max(), peaks["semi_major"].max()
-        ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter
+        materials = self.parameters.materials
+        ball, diameter = materials.ball, self.parameters.geometry.ball_diameter
         return gathered(
-            pressure_doubt(pressure, self.parameters.contact.yield_pressure),
+            pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
             f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
             if pressure > PERMANENT_PRESSURE
             else None,

@@ -31,10 +31,10 @@ def choose(parameters) -> Choice:
         )
     else:
         reasons.append(f"{law}, as the scene asks")
-    if error > parameters.solver.tolerance:
+    if error > parameters.wanted.tolerance:
         warnings.append(
             f"the law {law} is {100 * error:.2g} % off exact Hertz here, more than the wanted "
-            f"{100 * parameters.solver.tolerance:.2g} %; contact.normal: hertz costs no more"
+            f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
 
     if pinned_stepper != "auto":

@@ -79,7 +79,7 @@ class BearingMotion:
         speed = parameters.contact.friction_regularisation
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
-        self.scales = parameters.solver.tolerance * STEP_SHARE * np.array(unit)
+        self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
         self.nudges = np.array(nudges(self.bearing))
         self.reset()
 

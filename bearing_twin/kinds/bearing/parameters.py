@@ -5,8 +5,17 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from bearing_twin.contact.damping import damping_for_restitution
-from bearing_twin.contact.materials import MATERIALS, Material
+from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.kinds.sections import (
+    Elastic,
+    Friction,
+    Run,
+    ViscoelasticDamping,
+    Wanted,
+    check_damping,
+    check_run,
+    resolved_run,
+)
 from bearing_twin.parameters import choice, quantity, section
 
 ELASTIC_LAWS = ("hertz", "hertz_exact", "volumetric", "constant")
@@ -15,7 +24,7 @@ REFUSED_LAWS = {
     "hertz, the same load to 1e-10 and cheaper, or bearing_twin.contact.differential in a motion of your own"
 }
 STEPPERS = ("rodas4", "rodas4_landing", "rodas3", "imex", "rk4", "dopri5", "dop853", "radau")
-FRICTIONS = ("point", "spot")
+STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise
 
@@ -46,39 +55,21 @@ class Materials:
 
 
 @dataclass(frozen=True)
-class Contact:
-    """The laws of one ball-raceway contact."""
+class Contact(ViscoelasticDamping, Friction, Elastic):
+    """The laws of one ball-raceway contact; balls among themselves have the same damping and friction at a point."""
 
     normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one", REFUSED_LAWS)
-    damping: float = quantity(
-        0.0, "s/m", "viscous term of Hunt and Crossley: damping * elastic load * approach rate", at_least=0.0
+    damping_law: str = choice(
+        "hunt_crossley", ("hunt_crossley",), "of a restitution below 1: it loses more when faster", STEADY_REFUSED
     )
-    relaxation_time: float = quantity(
-        RELAXATION_TIME,
-        "s",
-        "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate",
-        at_least=0.0,
-    )
-    restitution: float = quantity(
-        1.0,
-        "1",
-        "of a ball on a raceway at restitution_speed; below 1 it takes the place of damping and relaxation_time",
-        above=0.0,
-        at_most=1.0,
-    )
-    restitution_speed: float = quantity(
-        0.1, "m/s", "approach speed at which restitution holds; faster contacts lose more", above=0.0
-    )
-    friction: str = choice(
-        "point", FRICTIONS, "on a raceway: by the slip at the contact point, or over the spot that slides and spins"
-    )
-    friction_coefficient: float = quantity(0.08, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
-    friction_regularisation: float = quantity(
-        0.01, "m/s", "slip speed at which friction reaches 71 % of its limit", above=0.0
-    )
-    yield_pressure: float = quantity(
-        3.2e9, "Pa", "peak pressure of first yield, 1.6 times the strength of the weaker body", above=0.0
-    )
+
+
+CONTACT = Contact(
+    relaxation_time=RELAXATION_TIME,
+    restitution_speed=0.1,
+    friction_coefficient=0.08,
+    friction_regularisation=0.01,
+)
 
 
 @dataclass(frozen=True)
@@ -112,17 +103,7 @@ class Solver:
     """How the equations are integrated."""
 
     stepper: str = choice("auto", ("auto", *STEPPERS), "integration method; auto = the cheapest adequate one")
-    tolerance: float = quantity(1e-3, "1", "wanted relative error of load and friction torque", above=0.0, at_most=0.1)
     step: float = quantity(0.0, "s", "step of fixed-step methods; 0 = chosen from the scene's stiffness", at_least=0.0)
-
-
-@dataclass(frozen=True)
-class Run:
-    """What is computed and how often it is given out."""
-
-    duration: float = quantity(1.0, "s", "simulated time", above=0.0, at_most=86400.0)
-    output_rate: float = quantity(1000.0, "Hz", "solver outputs; every one is in the log", above=0.0, at_most=1e8)
-    publish_rate: float = quantity(100.0, "Hz", "wrenches, contacts and state", above=0.0, at_most=1e6)
 
 
 @dataclass(frozen=True)
@@ -131,24 +112,26 @@ class BearingScene:
 
     geometry: Geometry = section(Geometry)
     materials: Materials = section(Materials)
-    contact: Contact = section(Contact)
+    contact: Contact = section(Contact, default=CONTACT)
     drive: Drive = section(Drive)
     gravity: tuple[float, float, float] = quantity(
         (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
     )
     initial: Initial = section(Initial)
     solver: Solver = section(Solver)
-    run: Run = section(Run)
+    wanted: Wanted = section(Wanted)
+    run: Run = section(Run, default=Run(1.0, 1000.0, 100.0))
 
 
 GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
 GREATEST_CLEARANCE = 0.1  # of the ball diameter: beyond it the grooves no longer hold the balls
 GREATEST_OFFSET = 0.02  # of the ball diameter
-GREATEST_OUTPUT_COUNT = 1e9
 
 
 def viscous_terms(contact: Contact) -> tuple[float, float]:
     """Hunt and Crossley's damping [s/m] and the relaxation time [s] of the contacts: given, or from a restitution."""
+    from bearing_twin.contact.damping import damping_for_restitution
+
     if contact.restitution == 1.0:
         return contact.damping, contact.relaxation_time
     return damping_for_restitution(contact.restitution, contact.restitution_speed), 0.0
@@ -157,7 +140,7 @@ def viscous_terms(contact: Contact) -> tuple[float, float]:
 def resolve(parameters: BearingScene) -> BearingScene:
     """The parameters of a checked scene; a restitution leaves no relaxation time."""
     contact = dataclasses.replace(parameters.contact, relaxation_time=viscous_terms(parameters.contact)[1])
-    return dataclasses.replace(parameters, contact=contact)
+    return dataclasses.replace(parameters, contact=contact, run=resolved_run(parameters.run))
 
 
 def check(parameters: BearingScene) -> list[str]:
@@ -198,29 +181,23 @@ def check(parameters: BearingScene) -> list[str]:
                 f"its length must be below {GREATEST_OFFSET * ball:.6g} m"
             )
             break
-    problems += _check_restitution(parameters.contact)
-    if run.publish_rate > run.output_rate:
-        problems.append(
-            f"run.publish_rate = {run.publish_rate:g} Hz cannot exceed run.output_rate = {run.output_rate:g} Hz; "
-            f"raise the latter or lower the former"
-        )
-    if run.duration * run.output_rate > GREATEST_OUTPUT_COUNT:
-        problems.append(
-            f"run.duration * run.output_rate = {run.duration * run.output_rate:g} outputs is too many; "
-            f"at most {GREATEST_OUTPUT_COUNT:g}"
-        )
+    problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})
+    problems += check_run(run)
+    if not (run.duration and run.output_rate):
+        problems.append("run.duration and run.output_rate of a bearing must be above 0; give seconds and Hz")
     return problems
 
 
-def _check_restitution(contact: Contact) -> list[str]:
-    if contact.restitution == 1.0:
-        return []
-    return [
-        f"contact.restitution = {contact.restitution:g} and contact.{name} = {value:g} {unit} both set the damping; "
-        "leave one of them out"
-        for name, value, unit, left_out in (
-            ("damping", contact.damping, "s/m", (0.0,)),
-            ("relaxation_time", contact.relaxation_time, "s", (0.0, RELAXATION_TIME)),
-        )
-        if value not in left_out
-    ]
+MOVED = {
+    "contact.yield_pressure": "materials.*.yield_strength, which is the yield pressure over 1.6",
+}
+"""Keys of earlier versions, and what takes their place."""
+
+
+def upgraded(scene: dict) -> dict:
+    """The plain data of a scene in today's words, from those of an earlier version."""
+    if "yield_pressure" in scene.get("contact", {}):
+        strength = scene["contact"].pop("yield_pressure") / YIELD_ONSET
+        for body in ("ball", "inner_ring", "outer_ring"):
+            scene["materials"][body]["yield_strength"] = strength
+    return scene

@@ -1,6 +1,6 @@
 """The row of bearings in the table of kinds."""
 
-from bearing_twin.kinds.bearing.parameters import BearingScene, check, resolve
+from bearing_twin.kinds.bearing.parameters import MOVED, BearingScene, check, resolve, upgraded
 from bearing_twin.kinds.contract import Kind, late
 
 HERE = "bearing_twin.kinds.bearing"
@@ -19,5 +19,7 @@ BEARING = Kind(
     quantities=late(f"{HERE}.figures:quantities"),
     frame="bearing_link",
     topics=late(f"{HERE}.topics:topics"),
+    moved=MOVED,
+    upgraded=upgraded,
     picture=late(f"{HERE}.picture:BearingPicture"),
 )

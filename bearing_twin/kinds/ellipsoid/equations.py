@@ -24,7 +24,7 @@ from bearing_twin.contact.differential import Shape, differential_coefficient, p
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.friction import friction_factor, spot_friction_fast
 from bearing_twin.contact.normal import CONSTANT, elastic_energy, elastic_load, elastic_stiffness, load_coefficient
-from bearing_twin.kinds.ellipsoid.parameters import DIFFERENTIAL, UNPROJECTED
+from bearing_twin.kinds.ellipsoid.derived import DIFFERENTIAL, UNPROJECTED
 from bearing_twin.numerics.rotation import cross, dot, quaternion_product
 from bearing_twin.shapes.surfaces import ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
 

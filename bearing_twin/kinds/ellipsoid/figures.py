@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import Quantity, read_off
-from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene, modulus_of
+from bearing_twin.kinds.ellipsoid.derived import modulus_of
+from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.impact.figures import ENERGY_GAIN, impact_quantities
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
@@ -198,7 +200,7 @@ class EllipsoidFigures:
         heavy = NOTABLE * max(one.peak_load for one in loaded)
         shortest = min((one.duration for one in loaded if not one.open and one.peak_load > heavy), default=math.inf)
         return gathered(
-            pressure_doubt(hardest.peak_pressure, self.parameters.contact.yield_pressure),
+            pressure_doubt(hardest.peak_pressure, yield_pressure(material, self.parameters.plane.material)),
             width_doubt(deepest.semi_axes[0], deepest.radii[0]),
             width_doubt(deepest.semi_axes[1], deepest.radii[1]),
             law_doubt(self.law, worst.law_error, worst.semi_axes[1] / worst.semi_axes[0]),

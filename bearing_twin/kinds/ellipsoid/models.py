@@ -1,7 +1,7 @@
 """Law and stepper of an ellipsoid on a plane: laws are weighed over the whole surface."""
 
 from bearing_twin.contact.validity import LAW_TOLERANCE
-from bearing_twin.kinds.ellipsoid.parameters import law_error_over, shortest_contact
+from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.report import Choice
 

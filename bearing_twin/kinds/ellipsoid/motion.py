@@ -24,11 +24,7 @@ from bearing_twin.kinds.ellipsoid.chunk import (
     TOO_DEEP,
     advance,
 )
-from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
-from bearing_twin.kinds.ellipsoid.outputs import outputs_of
-from bearing_twin.kinds.ellipsoid.parameters import (
-    ELLIPSOID_LAWS,
-    EllipsoidOnPlaneScene,
+from bearing_twin.kinds.ellipsoid.derived import (
     ellipsoid_mass,
     modulus_of,
     principal_inertia,
@@ -36,6 +32,9 @@ from bearing_twin.kinds.ellipsoid.parameters import (
     start_gap,
     start_orientation,
 )
+from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
+from bearing_twin.kinds.ellipsoid.outputs import outputs_of
+from bearing_twin.kinds.ellipsoid.parameters import ELLIPSOID_LAWS, EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
 from bearing_twin.numerics.steppers import DOP853, RK4
 from bearing_twin.report import Choice
@@ -47,18 +46,18 @@ RECORDS = 256  # completed in one call of the kernel
 
 def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
     """The numbers of the equations of motion for a scene with the elastic law `law`."""
-    contact, friction, gap = parameters.contact, parameters.friction, start_gap(parameters)
+    contact, gap = parameters.contact, start_gap(parameters)
     modulus = modulus_of(parameters)
     compliances = [_compliance(one.material) for one in (parameters.body, parameters.plane)]
-    steady = contact.restitution < 1.0 and contact.restitution_speed == 0.0
+    steady = contact.restitution < 1.0 and contact.damping_law == "steady"
     chi = contact.damping
-    if contact.restitution_speed > 0.0:
+    if contact.restitution < 1.0 and not steady:
         chi = damping_for_restitution(contact.restitution, contact.restitution_speed)
     return Ellipsoid(
         semi_axes=tuple(float(axis) for axis in parameters.body.semi_axes),
         mass=ellipsoid_mass(parameters.body),
         inertia=principal_inertia(parameters.body),
-        gravity=float(parameters.gravity),
+        gravity=-float(parameters.gravity[2]),
         modulus=modulus,
         sink=compliances[0] / sum(compliances),
         law=ELLIPSOID_LAWS[law],
@@ -67,9 +66,9 @@ def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
         relaxation_time=float(contact.relaxation_time),
         damping_ratio=steady_ratio(contact.restitution) if steady else 0.0,
         viscosity=float(contact.viscosity),
-        friction=float(friction.coefficient),
-        regularisation=float(friction.regularisation),
-        spot=friction.form == "spot",
+        friction=float(contact.friction_coefficient),
+        regularisation=float(contact.friction_regularisation),
+        spot=contact.friction == "spot",
     )
 
 
@@ -80,7 +79,7 @@ def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
     fixed = (parameters.solver.step or shortest / 64.0) if stepper == "rk4" else 0.0
     return Plan(
         method=RK4 if stepper == "rk4" else DOP853,
-        tolerance=float(parameters.solver.tolerance),
+        tolerance=float(parameters.wanted.tolerance),
         fixed=float(fixed),
         spread=high * high / low - low * low / high,
         lean=(high * high - low * low) / (2.0 * low),
@@ -133,7 +132,8 @@ class EllipsoidMotion:
             reasons = {
                 NOT_FINITE: "the state is not finite any more; lower the speeds or shorten solver.step",
                 TOO_DEEP: "the body is pressed in by half its shortest semi-axis; stiffen it or lower the fall",
-                STALLED: "ever shorter steps are needed; loosen solver.tolerance or raise friction.regularisation",
+                STALLED: "ever shorter steps are needed; loosen wanted.tolerance, or raise "
+                "contact.friction_regularisation",
             }
             raise IntegrationError(f"at {self.clock[TIME]:.9g} s {reasons[status]}")
         self._now = until

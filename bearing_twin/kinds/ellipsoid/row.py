@@ -1,7 +1,7 @@
 """The row of an ellipsoid on a plane in the table of kinds."""
 
 from bearing_twin.kinds.contract import Kind, late
-from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene, check_ellipsoid, resolve
+from bearing_twin.kinds.ellipsoid.parameters import MOVED, EllipsoidOnPlaneScene, upgraded
 
 HERE = "bearing_twin.kinds.ellipsoid"
 
@@ -10,8 +10,8 @@ ELLIPSOID_ON_PLANE = Kind(
     help="an ellipsoid falls on a plane, bounces, slides and rocks under gravity",
     home=HERE,
     parameters=EllipsoidOnPlaneScene,
-    check=check_ellipsoid,
-    resolve=resolve,
+    check=late(f"{HERE}.derived:check_ellipsoid"),
+    resolve=late(f"{HERE}.derived:resolve"),
     choose=late(f"{HERE}.models:choose"),
     motion=late(f"{HERE}.motion:EllipsoidMotion"),
     channels=late(f"{HERE}.outputs:channels"),
@@ -19,5 +19,7 @@ ELLIPSOID_ON_PLANE = Kind(
     figures=late(f"{HERE}.figures:EllipsoidFigures"),
     quantities=late(f"{HERE}.figures:quantities"),
     brief=True,
+    moved=MOVED,
+    upgraded=upgraded,
     picture=late(f"{HERE}.picture:EllipsoidPicture"),
 )

@@ -17,14 +17,16 @@ from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.contact.line import approach_of, load_of_energy
 from bearing_twin.contact.line import energy as energy_of
+from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm, Quantity
 from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
 from bearing_twin.kinds.impact.collision import Contact, Spring
+from bearing_twin.kinds.impact.derived import disc_law, disc_mass, meeting_speed
 from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures, impact_quantities
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
-from bearing_twin.kinds.impact.parameters import TwoDiscsScene, disc_law, disc_mass, meeting_speed
+from bearing_twin.kinds.impact.parameters import TwoDiscsScene
 from bearing_twin.report import Choice
 
 PIECES = 400  # of the history by quadrature
@@ -121,7 +123,7 @@ def _flags(parameters, peak_force, duration):
     half_width = math.sqrt(2.0 * per_length * disc.radius / (math.pi * modulus))
     pressure = 2.0 * per_length / (math.pi * half_width)
     flags = gathered(
-        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        pressure_doubt(pressure, yield_pressure(disc.material)),
         width_doubt(half_width, disc.radius),
         wave_doubt(duration, wave_transit(2.0 * disc.radius, disc.material.young_modulus, disc.material.density)),
     )

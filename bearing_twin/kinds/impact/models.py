@@ -1,7 +1,7 @@
 """Law and stepper of two bodies that meet: closed forms wherever they say all that is wanted."""
 
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FIXED_STEP
-from bearing_twin.kinds.impact.parameters import contact_time_by, pair_contact_time
+from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time
 from bearing_twin.report import Choice
 
 JOHNSON_ERROR = 0.04
@@ -16,13 +16,13 @@ def choose_spheres(parameters) -> Choice:
     if solver.stepper != "auto":
         stepper = solver.stepper
         reasons.append(f"{stepper}, as the scene asks")
-    elif contact.damping_law == "steady" and contact.restitution < 1.0:
+    elif is_steady(contact):
         stepper = "dop853"
         reasons.append("dop853, because steady damping has no closed form for times and forces")
-    elif contact.restitution == 1.0:
+    elif is_elastic(contact):
         stepper = "closed_form"
         reasons.append("closed_form, because contact time, peak force and history are exact without any step")
-    elif parameters.run.wanted == "peaks":
+    elif parameters.wanted.outputs == "peaks":
         stepper = "closed_form"
         reasons.append("closed_form, because only contact time and peak force are wanted: a quadrature gives them")
     else:
@@ -48,7 +48,7 @@ def choose_discs(parameters) -> Choice:
     if solver.stepper != "auto":
         stepper = solver.stepper
         reasons.append(f"{stepper}, as the scene asks")
-    elif parameters.run.wanted == "peaks":
+    elif parameters.wanted.outputs == "peaks":
         stepper = "closed_form"
         reasons.append("closed_form, because contact time and peak force are a quadrature exact to 1e-12")
     else:

@@ -3,9 +3,9 @@
 import numpy as np
 
 from bearing_twin.kinds.impact.collision import Contact, Spring, collide, spring_energy, spring_load
+from bearing_twin.kinds.impact.derived import resolve
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
-from bearing_twin.kinds.impact.parameters import resolve
 from bearing_twin.sample import Channel
 
 CHANNELS = (
@@ -43,7 +43,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
     touch = motion.gap / motion.speed
     if closed is None:
         step = steps_of(parameters.solver, expected)
-        found = collide(spring, reduced, motion.speed, stepper, parameters.solver.tolerance, step, expected)
+        found = collide(spring, reduced, motion.speed, stepper, parameters.wanted.tolerance, step, expected)
         contact, deepest, history = found.contact, found.greatest_approach, found.history
         restitution, closure = found.leaving_speed / motion.speed, found.energy_closure
         costs = {"steps": found.steps, "evaluations": found.evaluations}

@@ -1,19 +1,19 @@
 """The rows of two spheres and of two discs in the table of kinds."""
 
 from bearing_twin.kinds.contract import Kind, late
-from bearing_twin.kinds.impact.parameters import TwoDiscsScene, TwoSpheresScene, check_discs, check_spheres, resolve
+from bearing_twin.kinds.impact.parameters import MOVED, MOVED_OF_DISCS, TwoDiscsScene, TwoSpheresScene, upgraded
 
 HERE = "bearing_twin.kinds.impact"
 
 
-def _pair(name: str, help: str, parameters: type, check, module: str) -> Kind:
+def _pair(name: str, help: str, parameters: type, module: str, moved) -> Kind:
     return Kind(
         name=name,
         help=help,
         home=HERE,
         parameters=parameters,
-        check=check,
-        resolve=resolve,
+        check=late(f"{HERE}.derived:check_{module}"),
+        resolve=late(f"{HERE}.derived:resolve"),
         choose=late(f"{HERE}.models:choose_{module}"),
         motion=late(f"{HERE}.{module}:motion"),
         channels=late(f"{HERE}.pair:channels"),
@@ -23,13 +23,15 @@ def _pair(name: str, help: str, parameters: type, check, module: str) -> Kind:
         closed_form=late(f"{HERE}.{module}:closed_form"),
         known_when_solved=True,
         brief=True,
+        moved=moved,
+        upgraded=upgraded,
         picture=late(f"{HERE}.picture:PairPicture"),
     )
 
 
 TWO_SPHERES = _pair(
-    "two_spheres", "two elastic spheres meet head-on, without gravity", TwoSpheresScene, check_spheres, "spheres"
+    "two_spheres", "two elastic spheres meet head-on, without gravity", TwoSpheresScene, "spheres", MOVED
 )
 TWO_DISCS = _pair(
-    "two_discs", "two equal discs meet in line contact, without gravity", TwoDiscsScene, check_discs, "discs"
+    "two_discs", "two equal discs meet in line contact, without gravity", TwoDiscsScene, "discs", MOVED_OF_DISCS
 )

@@ -16,16 +16,16 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.contact import hertz_impact as closed_forms
-from bearing_twin.contact.damping import damping_for_restitution, steady_damping
-from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.damping import damping_for_restitution, restitution_of, steady_damping
+from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm, Quantity
 from bearing_twin.kinds.impact.collision import NO_LINE, Contact, Spring
+from bearing_twin.kinds.impact.derived import is_elastic, meeting_speed, pair_contact_time, sphere_mass, sphere_pair
 from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures, impact_quantities
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
-from bearing_twin.kinds.impact.impact_parameters import sphere_mass
 from bearing_twin.kinds.impact.pair import pair_impact
-from bearing_twin.kinds.impact.parameters import TwoSpheresScene, meeting_speed, pair_contact_time, sphere_pair
+from bearing_twin.kinds.impact.parameters import TwoSpheresScene
 from bearing_twin.report import Choice
 
 
@@ -33,11 +33,15 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
     """The impact by `closed_form`, `dop853`, `rk4` or `symplectic_euler`; raises IntegrationError where one fails."""
     coefficient, first, second = sphere_pair(parameters)
     reduced, speed = first * second / (first + second), parameters.motion.speed
-    restitution, damping, steady = parameters.contact.restitution, 0.0, 0.0
-    if parameters.contact.damping_law == "steady":
+    contact, damping, steady = parameters.contact, parameters.contact.damping, parameters.contact.viscosity
+    restitution = contact.restitution
+    if restitution < 1.0 and contact.damping_law == "steady":
         steady = steady_damping(restitution, coefficient, reduced)
-    else:
-        damping = damping_for_restitution(restitution, speed)
+    elif restitution < 1.0:
+        damping = damping_for_restitution(restitution, contact.restitution_speed or speed)
+        restitution = restitution_of(damping * speed)
+    elif damping > 0.0:
+        restitution = restitution_of(damping * speed)
     spring = Spring(coefficient, NO_LINE, damping, steady)
     closed = None
     if stepper == "closed_form":
@@ -80,12 +84,12 @@ def closed_form() -> ClosedForm:
     """Spheres without loss, many at once."""
     return ClosedForm(
         describes=lambda parameters: (
-            parameters.contact.restitution == 1.0 and parameters.solver.stepper in ("auto", "closed_form")
+            is_elastic(parameters.contact) and parameters.solver.stepper in ("auto", "closed_form")
         ),
         bodies=_bodies,
         histories={"normal_load": closed_forms.force_history, "approach": closed_forms.approach_history},
         no_solution="the closed form is not finite at these values",
-        without=("contact.restitution",),
+        without=("contact.restitution", "contact.damping", "contact.viscosity"),
     )
 
 
@@ -130,7 +134,7 @@ def _flags(parameters, peak_force, duration):
         density = sphere_mass(sphere) / (4.0 / 3.0 * math.pi * sphere.radius**3)
         transits.append(wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, density))
     return gathered(
-        pressure_doubt(pressure, parameters.contact.yield_pressure),
+        pressure_doubt(pressure, yield_pressure(first.material, second.material)),
         width_doubt(half_width, smaller, body="smaller radius"),
         wave_doubt(duration, max(transits)),
     )

@@ -1,0 +1,121 @@
+"""Numbers that follow from the keys of an ellipsoid on a plane; what is impossible; what is left open."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from bearing_twin.contact import hertz_impact as impact
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.normal import LAWS, load_coefficient
+from bearing_twin.kinds.ellipsoid.parameters import ELLIPSOID_LAWS as NAMES
+from bearing_twin.kinds.ellipsoid.parameters import EllipsoidBody, EllipsoidOnPlaneScene, Start
+from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
+from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
+from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
+from bearing_twin.shapes.surfaces import ellipsoid_on_plane
+
+ELLIPSOID_LAWS = {name: number for number, name in enumerate(NAMES)}
+DIFFERENTIAL, UNPROJECTED = len(LAWS), len(LAWS) + 1
+"""The laws of one contact, and the two that carry the elliptic integrals as states (paper 1, section 3)."""
+
+GRID = 13  # directions over a quarter turn, where a law is weighed over the surface
+GREATEST_ASPECT = 30.0  # longest over shortest semi-axis: beyond it b/a falls below where the laws are known
+DEEPEST = 0.1  # of the shortest semi-axis: a start pressed in deeper is no small deformation
+
+
+def ellipsoid_mass(body: EllipsoidBody) -> float:
+    """Mass [kg]: given, or that of the homogeneous ellipsoid."""
+    return body.mass or body.material.density * 4.0 / 3.0 * math.pi * math.prod(body.semi_axes)
+
+
+def principal_inertia(body: EllipsoidBody) -> tuple[float, float, float]:
+    """Moments of inertia [kg m^2] about its own axes through the centre: m (b^2 + c^2)/5 and so on."""
+    x, y, z = (axis * axis for axis in body.semi_axes)
+    fifth = 0.2 * ellipsoid_mass(body)
+    return fifth * (y + z), fifth * (z + x), fifth * (x + y)
+
+
+def modulus_of(parameters: EllipsoidOnPlaneScene) -> float:
+    """Effective modulus [Pa] of the pair."""
+    return effective_modulus(parameters.body.material, parameters.plane.material)
+
+
+def start_orientation(start: Start) -> tuple[float, float, float, float]:
+    """The unit quaternion (x, y, z, w) of the start."""
+    return quaternion_from_vector(start.turn)
+
+
+def start_gap(parameters: EllipsoidOnPlaneScene):
+    """The lowest point at the start, a `surfaces.LowestPoint`."""
+    down = -rotation_matrix(start_orientation(parameters.start))[2]
+    return ellipsoid_on_plane(parameters.body.semi_axes, tuple(float(x) for x in down))
+
+
+def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
+    """Greatest relative load error of a law against exact Hertz over the body's surface, on a grid of directions."""
+    if ELLIPSOID_LAWS[law] >= DIFFERENTIAL:
+        return 0.0
+    axes, start, worst = tuple(parameters.body.semi_axes), start_gap(parameters), 0.0
+    frozen = hertz_coefficient(start.curvature_small, start.curvature_large, 1.0)
+    for polar in np.linspace(0.0, 0.5 * math.pi, GRID):
+        for round_about in np.linspace(0.0, 0.5 * math.pi, GRID):
+            flat = math.sin(polar)
+            direction = (flat * math.cos(round_about), flat * math.sin(round_about), math.cos(polar))
+            low = ellipsoid_on_plane(axes, direction)
+            curvatures = low.curvature_small, low.curvature_large, 1.0
+            exact = hertz_coefficient(*curvatures)
+            worst = max(worst, abs(load_coefficient(ELLIPSOID_LAWS[law], *curvatures, frozen) / exact - 1.0))
+    return worst
+
+
+def greatest_speed(parameters: EllipsoidOnPlaneScene) -> float:
+    """No point of the body strikes faster [m/s]: fall, velocity and spin together, from the energy at the start."""
+    start, body = parameters.start, parameters.body
+    spin = math.hypot(*start.angular_velocity)
+    fall = max(start.height, 0.0) + max(body.semi_axes) - min(body.semi_axes)
+    return math.sqrt(start.velocity[2] ** 2 + 2.0 * -parameters.gravity[2] * fall) + spin * max(body.semi_axes)
+
+
+def shortest_contact(parameters: EllipsoidOnPlaneScene) -> float:
+    """Hertz contact time [s] at the greatest speed on the flattest pole: no bounce is much shorter."""
+    axes = sorted(parameters.body.semi_axes)
+    small, large = 0.5 * axes[0] / axes[2] ** 2, 0.5 * axes[0] / axes[1] ** 2
+    coefficient = hertz_coefficient(small, large, modulus_of(parameters))
+    speed = max(greatest_speed(parameters), 1e-6)
+    light = 1.0 / (1.0 + 5.0 * (1.0 - axes[0] / axes[2]))  # of the mass, where a blow beside the centre turns the body
+    return float(impact.contact_time(coefficient, light * ellipsoid_mass(parameters.body), speed))
+
+
+def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
+    """What is impossible although each number alone is legal."""
+    problems, axes, contact = [], parameters.body.semi_axes, parameters.contact
+    if max(axes) > GREATEST_ASPECT * min(axes):
+        problems.append(
+            f"body.semi_axes = {list(axes)} m: the longest is more than {GREATEST_ASPECT:g} times the shortest, whose "
+            "contacts are nearly lines; choose a rounder body"
+        )
+    if parameters.start.height < -DEEPEST * min(axes):
+        problems.append(
+            f"start.height = {parameters.start.height:g} m presses the body in by more than {DEEPEST:g} of its "
+            f"shortest semi-axis; give {-DEEPEST * min(axes):.3g} m or more"
+        )
+    if parameters.gravity[0] or parameters.gravity[1] or parameters.gravity[2] > 0.0:
+        problems.append(f"gravity = {list(parameters.gravity)} m/s^2 must point along -z, for the plane is horizontal")
+    problems += check_damping(contact, False)
+    if not (parameters.run.duration and parameters.run.output_rate):
+        problems.append("run.duration and run.output_rate must be above 0; give seconds and Hz")
+    step = parameters.solver.step
+    if not problems and parameters.solver.stepper == "rk4" and step > shortest_contact(parameters) / FEWEST_STEPS:
+        problems.append(
+            f"solver.step = {step:g} s is too long: a contact can be as short as {shortest_contact(parameters):.3g} s "
+            f"and needs at least {FEWEST_STEPS} steps; use {shortest_contact(parameters) / FEW_STEPS:.3g} s or less, "
+            "or solver.stepper: dop853"
+        )
+    return problems + check_run(parameters.run)
+
+
+def resolve(parameters: EllipsoidOnPlaneScene) -> EllipsoidOnPlaneScene:
+    """The parameters of a checked scene with the zeros of its run replaced."""
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run))

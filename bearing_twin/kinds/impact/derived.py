@@ -1,0 +1,149 @@
+"""Numbers that follow from the keys of two bodies; what is impossible among the keys; what they leave open."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from bearing_twin.contact import hertz_impact as impact
+from bearing_twin.contact.line import greatest_energy, line_law
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.kinds.impact import disc_closed_form
+from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
+from bearing_twin.kinds.impact.parameters import (
+    FIXED_STEP,
+    LINE_LAWS,
+    Disc,
+    Meeting,
+    PairSolver,
+    Sphere,
+    SphereContact,
+    TwoDiscsScene,
+    TwoSpheresScene,
+)
+from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
+
+OUTPUTS = 400  # of a run whose output_rate is left to be chosen
+
+
+def sphere_mass(sphere: Sphere) -> float:
+    """Mass [kg]: given, or that of the homogeneous sphere; numbers or arrays that broadcast."""
+    whole = sphere.material.density * 4.0 / 3.0 * math.pi * sphere.radius**3
+    return np.where(np.greater(sphere.mass, 0.0), sphere.mass, whole)[()]
+
+
+def sphere_pair(parameters: TwoSpheresScene) -> tuple[float, float, float]:
+    """(load coefficient [N/m^1.5], first mass, second mass [kg]); a measured alpha replaces the Hertz coefficient.
+
+    Numbers or arrays that broadcast: studies evaluate many spheres at once.
+    """
+    first, second, measured = parameters.first, parameters.second, parameters.contact.measured_alpha
+    masses = sphere_mass(first), sphere_mass(second)
+    given = np.greater(measured, 0.0)
+    asked = impact.coefficient_of_alpha(np.where(given, measured, 1.0), masses[0] * masses[1] / sum(masses))
+    radius = first.radius * second.radius / (first.radius + second.radius)
+    hertz = 4.0 / 3.0 * effective_modulus(first.material, second.material) * np.sqrt(radius)
+    return np.where(given, asked, hertz)[()], *masses
+
+
+def disc_mass(disc: Disc) -> float:
+    """Mass of one disc [kg]."""
+    return disc.material.density * math.pi * disc.radius**2 * disc.thickness
+
+
+def disc_law(disc: Disc, name: str):
+    """The line law of that name for these discs."""
+    material = disc.material
+    return line_law(name, disc.radius, disc.thickness, material.young_modulus, material.poisson_ratio)
+
+
+def meeting_speed(parameters):
+    """Relative speed [m/s], NaN where the bodies never meet; numbers or arrays."""
+    speed = np.asarray(parameters.motion.speed, float)
+    return np.where(speed > 0.0, speed, np.nan)
+
+
+def pair_contact_time(parameters) -> float:
+    """About the contact time [s] of a checked pair: the closed form without damping."""
+    speed = parameters.motion.speed
+    if isinstance(parameters, TwoSpheresScene):
+        coefficient, first, second = sphere_pair(parameters)
+        return float(impact.contact_time(coefficient, first * second / (first + second), speed))
+    return contact_time_by(parameters, "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal)
+
+
+def contact_time_by(parameters: TwoDiscsScene, law: str) -> float:
+    """Contact time [s] of the discs by one law of line contact; NaN where it has no solution."""
+    reduced = 0.5 * disc_mass(parameters.disc)
+    return float(disc_closed_form.contact_time(disc_law(parameters.disc, law), reduced, parameters.motion.speed))
+
+
+def is_steady(contact: SphereContact) -> bool:
+    """Whether the viscous term is that of steady damping."""
+    return contact.viscosity > 0.0 or (contact.restitution < 1.0 and contact.damping_law == "steady")
+
+
+def is_elastic(contact: SphereContact) -> bool:
+    """Whether nothing is lost in the contact."""
+    return contact.restitution == 1.0 and contact.damping == 0.0 and contact.viscosity == 0.0
+
+
+def check_spheres(parameters: TwoSpheresScene) -> list[str]:
+    """What is impossible although each number alone is legal."""
+    problems = _check_meeting(parameters.motion)
+    if not problems:
+        problems = _check_step(parameters.solver, pair_contact_time(parameters))
+    problems += check_damping(parameters.contact, True)
+    if is_steady(parameters.contact) and parameters.solver.stepper not in ("auto", "dop853"):
+        problems.append(
+            f"solver.stepper = {parameters.solver.stepper} does not know steady damping, whose contact "
+            "ends before the approach is back at zero; use dop853 or auto"
+        )
+    return problems + check_run(parameters.run)
+
+
+def check_discs(parameters: TwoDiscsScene) -> list[str]:
+    """As `check_spheres`; also where the law of line contact has no solution, and which model has one."""
+    problems = _check_meeting(parameters.motion)
+    if problems:
+        return problems + check_run(parameters.run)
+    disc, speed = parameters.disc, parameters.motion.speed
+    energy = 0.25 * disc_mass(disc) * speed**2
+    name = "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal
+    most = greatest_energy(disc_law(disc, name))
+    if energy >= most:
+        others = [one for one in LINE_LAWS if energy < greatest_energy(disc_law(disc, one))]
+        way_out = f"contact.normal: {others[0]}, or " if others else ""
+        equation = "eq. (14)" if name == "line" else "Johnson's law"
+        return [
+            f"contact.normal = {name} has no solution: {equation} cannot store the {energy:.4g} J of this impact, only "
+            f"{most:.4g} J; use {way_out}finite elasticity (an elastic disc by finite "
+            f"elements), or a speed below {2.0 * math.sqrt(most / disc_mass(disc)):.4g}"
+            f" m/s"
+        ]
+    return _check_step(parameters.solver, pair_contact_time(parameters)) + check_run(parameters.run)
+
+
+def resolve(parameters):
+    """The parameters of a checked pair with the zeros of its run replaced."""
+    stretch = 1.0 if isinstance(parameters, TwoDiscsScene) else parameters.contact.restitution**-0.5
+    whole = parameters.motion.gap / parameters.motion.speed + 1.25 * stretch * pair_contact_time(parameters)
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, OUTPUTS))
+
+
+def _check_meeting(motion: Meeting) -> list[str]:
+    if motion.speed > 0.0:
+        return []
+    return [
+        f"motion.first_velocity = {motion.first_velocity:g} m/s does not exceed motion.second_velocity = "
+        f"{motion.second_velocity:g} m/s, so the bodies never meet; the first, behind, must be the faster"
+    ]
+
+
+def _check_step(solver: PairSolver, contact_time: float) -> list[str]:
+    if solver.stepper not in FIXED_STEP or solver.step <= contact_time / FEWEST_STEPS:
+        return []
+    return [
+        f"solver.step = {solver.step:g} s is too long: the contact lasts {contact_time:.4g} s and needs at least "
+        f"{FEWEST_STEPS} steps; use {contact_time / FEW_STEPS:.4g} s or less, or solver.stepper: dop853"
+    ]

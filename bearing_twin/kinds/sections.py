@@ -1,0 +1,203 @@
+"""One vocabulary: the sections that kinds of scenes share, their keys, units, limits and meanings.
+
+A kind takes a section as it is, with defaults of its own (`section(..., default=...)`), or narrows the legal values of
+a word in a subclass. What a kind leaves out it cannot do, and says so (`not_here`).
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from bearing_twin.parameters import choice, quantity
+
+GREATEST_OUTPUT_COUNT = 1e9
+WHOLE = 1e-6  # relative: a ratio of rates this near to a whole number is one
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """The elastic law of a contact."""
+
+    normal: str = choice("auto", ("auto",), "elastic law; auto = the cheapest adequate one")
+
+
+@dataclass(frozen=True)
+class Damping:
+    """The viscous part of a contact's load, set by one key: a coefficient, or a restitution below 1."""
+
+    damping: float = quantity(
+        0.0, "s/m", "viscous term of Hunt and Crossley: damping * elastic load * approach rate", at_least=0.0
+    )
+    restitution: float = quantity(
+        1.0,
+        "1",
+        "coefficient of restitution, from which the viscous term follows by damping_law; 1 = as the other keys say",
+        above=0.0,
+        at_most=1.0,
+    )
+    damping_law: str = choice(
+        "hunt_crossley",
+        ("hunt_crossley", "steady"),
+        "of a restitution below 1; hunt_crossley loses more when faster, steady the same share at every speed",
+    )
+    restitution_speed: float = quantity(
+        0.0,
+        "m/s",
+        "approach speed at which the restitution holds (hunt_crossley); 0 = that of the only impact there is",
+        at_least=0.0,
+    )
+
+
+@dataclass(frozen=True)
+class ViscoelasticDamping(Damping):
+    """As Damping, with the viscous term of a viscoelastic half-space."""
+
+    relaxation_time: float = quantity(
+        0.0, "s", "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate", at_least=0.0
+    )
+
+
+@dataclass(frozen=True)
+class SteadyDamping(Damping):
+    """As Damping, with the viscous term of steady damping by its own coefficient."""
+
+    viscosity: float = quantity(
+        0.0, "N s/m^1.25", "viscous term viscosity * approach^(1/4) * approach rate (steady)", at_least=0.0
+    )
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction in a contact."""
+
+    friction: str = choice(
+        "point",
+        ("point", "spot"),
+        "by the slip at the contact point, or summed over the spot that slides and spins",
+    )
+    friction_coefficient: float = quantity(0.0, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
+    friction_regularisation: float = quantity(
+        1e-3, "m/s", "slip speed at which friction reaches 71 % of its limit", above=0.0
+    )
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of a run, and how exactly."""
+
+    outputs: str = choice("history", ("history",), "history = every channel over time")
+    tolerance: float = quantity(1e-3, "1", "wanted relative error of load and friction", above=0.0, at_most=0.1)
+
+
+@dataclass(frozen=True)
+class WantedImpact(Wanted):
+    """As Wanted, of an impact whose figures may be had without its history."""
+
+    outputs: str = choice(
+        "history", ("history", "peaks"), "history = every channel over time; peaks = contact time and peak force alone"
+    )
+
+
+@dataclass(frozen=True)
+class Run:
+    """How long, and how often something is given out; zeros are replaced by what suits the scene."""
+
+    duration: float = quantity(
+        0.0, "s", "simulated time; 0 = the whole contact and some more", at_least=0.0, at_most=86400.0
+    )
+    output_rate: float = quantity(
+        0.0, "Hz", "solver outputs, every one of them in the log; 0 = chosen", at_least=0.0, at_most=1e9
+    )
+    publish_rate: float = quantity(
+        0.0,
+        "Hz",
+        "of wrenches and contacts, a whole part of output_rate; 0 = all outputs",
+        at_least=0.0,
+        at_most=1e9,
+    )
+
+
+def resolved_run(run: Run, whole: float = 0.0, outputs: int = 0) -> Run:
+    """The run with its zeros replaced: `whole` [s] long, about `outputs` outputs, all of them published."""
+    duration = run.duration or float(f"{whole:.4g}")
+    output_rate = run.output_rate or 1e9 / max(1, round(1e9 * duration / outputs))
+    return dataclasses.replace(
+        run, duration=duration, output_rate=output_rate, publish_rate=run.publish_rate or output_rate
+    )
+
+
+def check_run(run: Run, most: float = GREATEST_OUTPUT_COUNT) -> list[str]:
+    """What is impossible about a run's rates and length."""
+    problems = []
+    if run.output_rate and run.publish_rate:
+        every = run.output_rate / run.publish_rate
+        if every < 1.0 - WHOLE:
+            problems.append(
+                f"run.publish_rate = {run.publish_rate:g} Hz cannot exceed run.output_rate = {run.output_rate:g} Hz; "
+                "raise the latter or lower the former"
+            )
+        elif abs(every - round(every)) > WHOLE * every:
+            near = [run.output_rate / count for count in (math.ceil(every), math.floor(every))]
+            problems.append(
+                f"run.publish_rate = {run.publish_rate:g} Hz does not divide run.output_rate = {run.output_rate:g} Hz; "
+                f"use {near[0]:g} or {near[1]:g} Hz"
+            )
+    if run.duration * run.output_rate > most:
+        problems.append(
+            f"run.duration * run.output_rate = {run.duration * run.output_rate:g} outputs is too many; at most {most:g}"
+        )
+    return problems
+
+
+def check_damping(contact: Damping, only_impact: bool, given_anyway: dict[str, float] | None = None) -> list[str]:
+    """What contradicts itself in the viscous keys; `only_impact` tells that the scene knows the speed of its impact.
+
+    `given_anyway` are values that a kind has by default and that a restitution replaces.
+    """
+    anyway = given_anyway or {}
+    values = {name: getattr(contact, name, 0.0) for name in ("damping", "relaxation_time", "viscosity")}
+    given = [f"contact.{name} = {value:g}" for name, value in values.items() if value not in (0.0, anyway.get(name))]
+    problems = []
+    if contact.restitution < 1.0:
+        given.append(f"contact.restitution = {contact.restitution:g}")
+    if len(given) > 1:
+        problems.append(f"{' and '.join(given)} all set the viscous term; keep one of them")
+    steady = contact.damping_law == "steady"
+    if contact.restitution < 1.0 and not steady and contact.restitution_speed == 0.0 and not only_impact:
+        problems.append(
+            "contact.restitution by contact.damping_law: hunt_crossley holds at one speed; give "
+            "contact.restitution_speed above 0"
+        )
+    if steady and contact.restitution_speed > 0.0:
+        problems.append(
+            "contact.restitution_speed belongs to contact.damping_law: hunt_crossley; a steady restitution holds at "
+            "every speed, so leave one of them out"
+        )
+    return problems
+
+
+def _names_of(*classes: type) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(item.name for cls in classes for item in dataclasses.fields(cls)))
+
+
+KEYS = {
+    "contact": _names_of(Elastic, Friction, ViscoelasticDamping, SteadyDamping),
+    "wanted": _names_of(Wanted),
+    "run": _names_of(Run),
+    "solver": ("stepper", "step"),
+    "gravity": (),
+}
+"""The shared words: a kind that is asked for one it does not take names those it does."""
+
+ALIASES = {"solver.tolerance": "wanted.tolerance"}
+"""Other names that stay accepted."""
+
+
+def not_here(kind: str, path: str, taken: tuple[str, ...]) -> str | None:
+    """Why a shared word is no key of a kind, which takes the words `taken` there; None for words nobody shares."""
+    section, _, word = path.partition(".")
+    if section not in KEYS or (word and word not in KEYS[section]):
+        return None
+    if not word:
+        return f"a {kind} takes no {section}; its sections are {', '.join(taken)}"
+    return f"a {kind} takes no {path}; of {section} it takes {', '.join(taken)}"
