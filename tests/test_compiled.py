@@ -196,6 +196,29 @@ def test_fields_that_change_places_are_compiled_anew(root):
     assert started(root, [("reader.read",)]) == ([1.0], ["left"], "")
 
 
+def test_classes_of_one_name_are_kept_apart(root):
+    head = "from typing import NamedTuple\n\n\nclass Pair(NamedTuple):\n"
+    (root / "tiny" / "one.py").write_text(head + "    left: float\n    right: float\n")
+    (root / "tiny" / "two.py").write_text(head + "    right: float\n    left: float\n")
+    text = "from bearing_twin.compiled import kernel\nfrom tiny import one, two\n\n\n"
+    text += "@kernel\ndef left(pairs):\n    return pairs[0].left\n\n\n"
+    for name in ("one", "two"):
+        text += f"def of_{name}():\n    return left(({name}.Pair(left=1.0, right=2.0),))\n\n\n"
+    (root / "tiny" / "reader.py").write_text(text)
+    assert started(root, [("reader.of_one",)]) == ([1.0], ["left"], "")
+    assert started(root, [("reader.of_one",), ("reader.of_two",)]) == ([1.0, 1.0], ["left"], "")
+
+
+def test_nothing_is_kept_for_a_function_handed_over(root, cache):
+    text = "from bearing_twin.compiled import kernel\nfrom tiny.lower import twice\n\n\n"
+    text += (
+        "@kernel\ndef applied(function, x):\n    return function(x)\n\n\ndef run():\n    return applied(twice, 1.0)\n"
+    )
+    (root / "tiny" / "taker.py").write_text(text)
+    assert started(root, [("taker.run",)]) == ([3.0], ["applied", "twice"], "")
+    assert files(cache) == []
+
+
 def test_two_checkouts_share_what_is_compiled(root, tmp_path):
     started(root)
     other = made(tmp_path / "a" / "clone")
@@ -249,6 +272,16 @@ def test_damaged_files_are_compiled_afresh(root, cache):
             path.write_bytes(damage(path.read_bytes()))
         assert started(root) == (VALUES, ["four_times", "square", "twice"], ""), name
         assert started(root) == (VALUES, [], ""), name
+
+
+def test_another_processor_or_compiler_has_code_of_its_own(root, monkeypatch):
+    started(root)
+    for owner, name, value in ((numba.config, "CPU_NAME", "generic"), (code_cache.llvmlite, "__version__", "0.0")):
+        with monkeypatch.context() as other:
+            other.setattr(owner, name, value)
+            assert started(root) == (VALUES, ["four_times", "square", "twice"], "")
+            assert started(root) == (VALUES, [], "")
+    assert started(root) == (VALUES, [], "")
 
 
 def test_files_that_went_away_are_compiled_afresh(root, cache):
