@@ -19,7 +19,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import vectorize
 
 from bearing_twin.compiled import kernel
 
@@ -76,9 +75,12 @@ def lambert_lower(x):
     return w
 
 
-@vectorize(["float64(float64)"], cache=True)
-def _lambert_lower_of_arrays(x):
-    return lambert_lower(x)
+@kernel
+def _lambert_lower_of_each(x):
+    w = np.empty_like(x)
+    for k in range(x.size):
+        w[k] = lambert_lower(x[k])
+    return w
 
 
 @kernel
@@ -113,9 +115,10 @@ def load_of_energy(law, energy):
     Y = (F V)^2 obeys -Y ln(Y/C) = 4 a V U with C = (B e^s)^2 / e: Lambert's function once more.
     """
     top = law.scale**2 / math.e
-    ratio = 4.0 * law.half_thickness * law.compliance * np.asarray(energy, float) / top
+    ratio = np.asarray(4.0 * law.half_thickness * law.compliance * np.asarray(energy, float) / top)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(ratio > 0.0, -ratio / _lambert_lower_of_arrays(-ratio), 0.0)
+        lower = _lambert_lower_of_each(-ratio.ravel()).reshape(ratio.shape)
+        share = np.where(ratio > 0.0, -ratio / lower, 0.0)
         return (np.sqrt(share * top) / law.compliance)[()]
 
 
