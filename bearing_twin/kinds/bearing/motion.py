@@ -5,13 +5,6 @@ from scipy.integrate import DOP853, Radau
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import (
-    COLUMNS,
-    DRIVE_WORK,
-    GROSS_WORK,
-    LANE_ROWS,
-    LANES,
-    MOTION,
-    ORBIT_ANGLE,
     Drive,
     mark_near,
     time_apart,
@@ -24,7 +17,8 @@ from bearing_twin.kinds.bearing.jacobian import nudges
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.rosenbrock import Task, lone_chunk
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, lone_chunk
+from bearing_twin.kinds.bearing.rows import COLUMNS, DRIVE_WORK, GROSS_WORK, LANE_ROWS, MOTION, ORBIT_ANGLE, new_lanes
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
@@ -223,7 +217,7 @@ class BearingMotion:
         results = Results(states, orientations, self.counts, failure)
         chunk = self.bearing, drive, near, times, duration
         if self.stepper in ROSENBROCK:
-            task = Task(ROSENBROCK[self.stepper], *chunk, self.scales, self.nudges)
+            task = ChunkTask(ROSENBROCK[self.stepper], *chunk, self.scales, self.nudges)
             status = self._rosenbrock(task, results)
         elif self.stepper in EXPLICIT:
             method = EXPLICIT[self.stepper]
@@ -254,7 +248,7 @@ class BearingMotion:
     def _scipy(self, drive, near, times, duration, states, orientations):
         """One chunk by a SciPy method: the same equations, for reference."""
         shape = self.state.shape
-        rates, balls, lanes = np.zeros(shape), np.arange(len(self.state)), np.zeros(LANE_ROWS * LANES)
+        rates, balls, lanes = np.zeros(shape), np.arange(len(self.state)), new_lanes(LANE_ROWS)
 
         def right_hand_side(time, flat):
             bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), balls, rates, lanes)

@@ -10,19 +10,9 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.normal import HERTZ_U_MAX, LAWS, shape_variable
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.equations import (
-    AXIS_DISTANCE,
-    COLUMNS,
-    HEIGHT,
-    ORBIT_ANGLE,
-    SPIN,
-    VELOCITY,
-    Bearing,
-    raceway_of,
-    single_contact,
-    static_force,
-)
+from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
+from bearing_twin.kinds.bearing.rows import AXIS_DISTANCE, COLUMNS, HEIGHT, ORBIT_ANGLE, SPIN, VELOCITY
 
 
 class Rates(NamedTuple):
