@@ -69,7 +69,7 @@ class Bearing(NamedTuple):
     """Everything the equations of motion need, as numbers (SI).
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
-    it is 0 where `spot`, empty else, holds the coefficient of friction summed over the spot (`bearing_spot`).
+    it is 0 where `spot`, empty else, holds the coefficient of friction summed over the spot (see `spot`).
     """
 
     balls: int
@@ -89,7 +89,7 @@ class Bearing(NamedTuple):
     spot: tuple[float, ...]
 
 
-class Drive(NamedTuple):
+class RingDrive(NamedTuple):
     """Prescribed turning of the inner ring: at time t [s] it has speed + acceleration t."""
 
     angle: float
@@ -459,4 +459,6 @@ def raceway_of(geometry, conformity, side, modulus, law) -> Raceway:
     locus_radius = bottom - side * groove_radius
     still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
     constant = hertz_coefficient(still.curvature_small, still.curvature_large, modulus)
-    return Raceway(locus_radius, groove_radius, modulus, law, constant)
+    return Raceway(
+        locus_radius=locus_radius, groove_radius=groove_radius, effective_modulus=modulus, law=law, constant=constant
+    )

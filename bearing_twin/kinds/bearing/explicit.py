@@ -15,8 +15,8 @@ from bearing_twin.kinds.bearing.rows import (
     LANE_ROWS,
     LANES,
     MOTION,
-    MOTIONS,
-    STATES,
+    MOTION_SPAN,
+    STATE_SPAN,
     from_blocks,
     get,
     into_blocks,
@@ -43,7 +43,7 @@ TURN_EVERY, CHECK_EVERY = 8, 64
 
 
 class LaneRoom(NamedTuple):
-    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, STATES); `rows` one row a ball."""
+    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, STATE_SPAN); `rows` one row a ball."""
 
     y: np.ndarray
     trial: np.ndarray
@@ -74,14 +74,14 @@ def lane_room(state, slopes):
 
 @inlined
 def _all_rates(bearing, drive, near, time, values, rates, room):
-    """Rates of all balls from `values`, both (blocks, STATES)."""
+    """Rates of all balls from `values`, both (blocks, STATE_SPAN)."""
     lanes, rows, row_rates = room.lanes, room.rows, room.row_rates
     for block in range(len(values)):
-        for i in range(MOTIONS):
+        for i in range(MOTION_SPAN):
             put(lanes, AXIS_DISTANCE, i, values[block, i])
         put_ring_speed(drive, time, lanes)
         lane_rates(bearing, lanes)
-        for i in range(STATES):
+        for i in range(STATE_SPAN):
             rates[block, i] = get(lanes, LANE_RATES, i)
     if np.any(near):
         from_blocks(values, AXIS_DISTANCE, rows)
@@ -95,12 +95,12 @@ def _all_rates(bearing, drive, near, time, values, rates, room):
 def _combine(start, h, weights, count, slopes, out):
     """out = start + h * (weighted sum of the first `count` slopes)."""
     for block in range(len(start)):
-        for i in range(STATES):
+        for i in range(STATE_SPAN):
             out[block, i] = start[block, i]
         for j in range(count):
             factor = h * weights[j]
             if factor != 0.0:
-                for i in range(STATES):
+                for i in range(STATE_SPAN):
                     out[block, i] += factor * slopes[j, block, i]
 
 

@@ -32,7 +32,7 @@ from bearing_twin.kinds.bearing.rows import (
     RADIAL_VELOCITY,
     RING_SPEED,
     SPIN,
-    STATES,
+    STATE_SPAN,
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
@@ -167,8 +167,8 @@ def _differences(bearing, lanes):
     """The same by forward differences of `lane_rates`; the rates' rows are left with the rates at this motion."""
     steps = nudges(bearing)
     lane_rates(bearing, lanes)
-    base, kept = np.empty(STATES), np.empty(LANES)
-    for i in range(STATES):
+    base, kept = np.empty(STATE_SPAN), np.empty(LANES)
+    for i in range(STATE_SPAN):
         base[i] = get(lanes, LANE_RATES, i)
     for column in range(MOTION):
         for k in range(LANES):
@@ -181,13 +181,13 @@ def _differences(bearing, lanes):
             for rate in range(COLUMNS):
                 change = get(lanes, LANE_RATES + rate, k) - get(base, rate, k)
                 put(lanes, entry(rate, column), k, change * inverse)
-    for i in range(STATES):
+    for i in range(STATE_SPAN):
         put(lanes, LANE_RATES, i, base[i])
 
 
 @kernel
 def lane_jacobian(spot, bearing, lanes):
-    """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's, see `bearing_spot`."""
+    """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's."""
     if len(spot) > 0:
         _differences(bearing, lanes)
     else:

@@ -25,7 +25,7 @@ from bearing_twin.kinds.bearing.rows import (
     LANES,
     MIDDLE,
     MOTION,
-    MOTIONS,
+    MOTION_SPAN,
     ORIENTATION,
     RIGHT,
     RING_SPEED,
@@ -34,7 +34,7 @@ from bearing_twin.kinds.bearing.rows import (
     SOLUTION,
     SPIN,
     START,
-    STATES,
+    STATE_SPAN,
     STEP,
     TANGENTIAL_VELOCITY,
     THIRD_STAGE,
@@ -122,7 +122,7 @@ def _solve(lanes):
 @kernel
 def _rates_at(bearing, drive, source, alpha, lanes):
     """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead."""
-    for i in range(MOTIONS):
+    for i in range(MOTION_SPAN):
         put(lanes, AXIS_DISTANCE, i, get(lanes, source, i))
     for k in range(LANES):
         moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
@@ -136,15 +136,15 @@ def _linearise(bearing, drive, gamma, lanes):
     for k in range(LANES):
         put(lanes, GAIN, k, gamma * get(lanes, STEP, k))
         put(lanes, INVERSE_STEP, k, 1.0 / get(lanes, STEP, k))
-    for i in range(LANES, STATES):
+    for i in range(LANES, STATE_SPAN):
         put(lanes, INVERSE_STEP, i, get(lanes, INVERSE_STEP, i - LANES))
     if drive.acceleration != 0.0:
         # Times h, as the method wants it; at constant speed these rows stay zero.
         _rates_at(bearing, drive, START, SLOPE_STEP, lanes)
-        for i in range(STATES):
+        for i in range(STATE_SPAN):
             put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
         _rates_at(bearing, drive, START, 0.0, lanes)
-        for i in range(STATES):
+        for i in range(STATE_SPAN):
             put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
     else:
         _rates_at(bearing, drive, START, 0.0, lanes)
@@ -156,7 +156,7 @@ def _linearise(bearing, drive, gamma, lanes):
 def _stage_state(a, lanes):
     """The state at which a stage takes its rates."""
     weights = _five(a)
-    for i in range(STATES):
+    for i in range(STATE_SPAN):
         put(lanes, END, i, get(lanes, START, i) + _mixed(weights, lanes, i))
 
 
@@ -164,7 +164,7 @@ def _stage_state(a, lanes):
 def _stage_right(c, d, lanes):
     """The right-hand side of a stage from its rates."""
     weights = _five(c)
-    for i in range(STATES):
+    for i in range(STATE_SPAN):
         known = get(lanes, LANE_RATES, i) + d * get(lanes, SLOPE, i)
         put(lanes, RIGHT, i, known + _mixed(weights, lanes, i) * get(lanes, INVERSE_STEP, i))
 
@@ -173,7 +173,7 @@ def _stage_right(c, d, lanes):
 def _keep_stage(stage, lanes):
     """Stores the solution as a stage's; one that is not finite as zero, so that it cannot haunt the next attempt."""
     row = FIRST_STAGE + stage * COLUMNS
-    for i in range(STATES):
+    for i in range(STATE_SPAN):
         value = get(lanes, SOLUTION, i)
         put(lanes, row, i, value if abs(value) < math.inf else 0.0)
 
@@ -191,7 +191,7 @@ def rosenbrock_step(bearing, drive, method, scales, lanes):
         _stage_right(c[stage], d[stage], lanes)
         _solve(lanes)
         _keep_stage(stage, lanes)
-    for i in range(STATES):
+    for i in range(STATE_SPAN):
         increase(lanes, END, i, get(lanes, SOLUTION, i))
     _estimate(scales, lanes)
 
@@ -222,7 +222,7 @@ def _lane_spin(lanes, state, k):
 def turn_lanes(dense, lanes):
     """The middle of every lane's step by its interpolant, and the orientation at its end."""
     third, fourth = _five(dense[0]), _five(dense[1])
-    for i in range(STATES):
+    for i in range(STATE_SPAN):
         start, end = get(lanes, START, i), get(lanes, END, i)
         middle = rosenbrock_dense(0.5, start, end, _mixed(third, lanes, i), _mixed(fourth, lanes, i))
         put(lanes, MIDDLE, i, middle)

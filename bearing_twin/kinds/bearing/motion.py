@@ -5,7 +5,7 @@ from scipy.integrate import DOP853, Radau
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import (
-    Drive,
+    RingDrive,
     mark_near,
     time_apart,
 )
@@ -99,7 +99,7 @@ class BearingMotion:
         self.orientation = np.zeros((self.bearing.balls, 4))
         self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
         self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
-        self.drive = Drive(0.0, float(self.parameters.drive.speed), 0.0)
+        self.drive = RingDrive(0.0, float(self.parameters.drive.speed), 0.0)
         self.goal_speed = float(self.parameters.drive.speed)
         self.bearing = self._bearing
         self.steps = np.full(self.bearing.balls, 1e-6)
@@ -190,7 +190,7 @@ class BearingMotion:
         missing = self.goal_speed - self.drive.speed
         limit = self.parameters.drive.acceleration * duration
         change = min(limit, max(-limit, missing))
-        drive = Drive(self.drive.angle, self.drive.speed, change / duration)
+        drive = RingDrive(self.drive.angle, self.drive.speed, change / duration)
         states = np.full((len(times), *self.state.shape), np.nan)
         orientations = np.full((len(times), *self.orientation.shape), np.nan)
         before = self.state.copy(), self.orientation.copy(), self.steps.copy()
@@ -208,7 +208,7 @@ class BearingMotion:
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
-        self.drive = Drive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
+        self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
         self.elapsed += duration
 
     def _integrate(self, drive, near, times, duration, states, orientations):
@@ -217,7 +217,16 @@ class BearingMotion:
         results = Results(states, orientations, self.counts, failure)
         chunk = self.bearing, drive, near, times, duration
         if self.stepper in ROSENBROCK:
-            task = ChunkTask(ROSENBROCK[self.stepper], *chunk, self.scales, self.nudges)
+            task = ChunkTask(
+                method=ROSENBROCK[self.stepper],
+                bearing=self.bearing,
+                drive=drive,
+                near=near,
+                times=times,
+                duration=duration,
+                scales=self.scales,
+                nudges=self.nudges,
+            )
             status = self._rosenbrock(task, results)
         elif self.stepper in EXPLICIT:
             method = EXPLICIT[self.stepper]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import Bearing, Drive
+from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step, turn_lanes
 from bearing_twin.kinds.bearing.rows import (
     COLUMNS,
@@ -60,7 +60,7 @@ class ChunkTask(NamedTuple):
 
     method: Rosenbrock
     bearing: Bearing
-    drive: Drive
+    drive: RingDrive
     near: np.ndarray
     times: np.ndarray
     duration: float

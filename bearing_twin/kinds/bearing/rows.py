@@ -6,7 +6,7 @@ tuples of arrays and of views it gives up and leaves scalar code.
 
 A lane's state begins at AXIS_DISTANCE; other states begin elsewhere (START, END, LANE_RATES, ...), and their columns
 are reached as START + VELOCITY. The accessors take k in range(LANES) for one number of one lane, or let it run on
-through the rows that follow, over STATES or MOTIONS numbers: a stretch of rows of all lanes at once.
+through the rows that follow, over STATE_SPAN or MOTION_SPAN numbers: a stretch of rows of all lanes at once.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ RADIAL_SPIN, TANGENTIAL_SPIN, AXIAL_SPIN, DRIVE_WORK, DISSIPATED, GROSS_WORK = n
 VELOCITY, SPIN = RADIAL_VELOCITY, RADIAL_SPIN
 MOTION = 9  # the columns before this one are the motion; the rest only listen
 COLUMNS = 12
-MOTIONS, STATES = MOTION * LANES, COLUMNS * LANES  # numbers in a stretch of rows
+MOTION_SPAN, STATE_SPAN = MOTION * LANES, COLUMNS * LANES  # numbers in a stretch of rows
 
 # What the rates need besides the motion, and the rates; then what friction over the spots works with, if anything.
 RING_SPEED, GIVEN_INNER, GIVEN_OUTER, LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(COLUMNS, 1, 1, 1, COLUMNS, 16)

@@ -44,7 +44,7 @@ from bearing_twin.kinds.bearing.rows import (
 )
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 
-INNER, OUTER = 0, LANES  # where the spots of a ring begin among the SPOTS of all lanes
+INNER_SPOTS, OUTER_SPOTS = 0, LANES  # where the spots of a ring begin among the SPOTS of all lanes
 
 
 class Spot(NamedTuple):
@@ -59,7 +59,7 @@ class Spot(NamedTuple):
     point: tuple[float, float, float]
 
 
-class Answer(NamedTuple):
+class SpotAnswer(NamedTuple):
     """What friction over a spot does: force and torque on the ball, power of the ring on it and power lost [W].
 
     `drilling` [N m] is the torque's part about the contact normal, the rest is the force's about the ball's centre.
@@ -101,7 +101,7 @@ def _answer(coefficient, ring_speed, contact, spot, along, across, moment):
     turning = spot.point[0] * friction[1] - spot.point[1] * friction[0] + drilling * contact.normal[2]
     loss = along * spot.slip_major + across * spot.slip_minor + moment * contact.spin_rate
     torque = add(cross(contact.arm, friction), scaled(drilling, contact.normal))
-    return Answer(
+    return SpotAnswer(
         friction=friction,
         drilling=drilling,
         torque=torque,
@@ -193,8 +193,8 @@ def _lane_answer(coefficient, ring_speed, contact, spot, lanes, k):
 def _set_out_all(bearing, lanes):
     for k in range(LANES):
         inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
-        _set_out(inner, inner_spot, lanes, INNER + k)
-        _set_out(outer, outer_spot, lanes, OUTER + k)
+        _set_out(inner, inner_spot, lanes, INNER_SPOTS + k)
+        _set_out(outer, outer_spot, lanes, OUTER_SPOTS + k)
 
 
 @kernel
@@ -202,8 +202,8 @@ def _add_all(coefficient, bearing, lanes):
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
-        one = _lane_answer(coefficient, get(lanes, RING_SPEED, k), inner, inner_spot, lanes, INNER + k)
-        two = _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER + k)
+        one = _lane_answer(coefficient, get(lanes, RING_SPEED, k), inner, inner_spot, lanes, INNER_SPOTS + k)
+        two = _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER_SPOTS + k)
         increase_vector(lanes, LANE_RATES + VELOCITY, k, scaled(inverse_mass, add(one.friction, two.friction)))
         increase_vector(lanes, LANE_RATES + SPIN, k, scaled(inverse_inertia, add(one.torque, two.torque)))
         power = inner.drive_power + one.drive_power
