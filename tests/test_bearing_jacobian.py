@@ -5,9 +5,20 @@ import pytest
 from bearings import motion
 
 from bearing_twin.contact.normal import LAWS
-from bearing_twin.kinds.bearing.equations import COLUMNS, LANE_RATES, LANES, MOTION, RING_SPEED, into_lane
-from bearing_twin.kinds.bearing.jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
+from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.rates import lane_rates
+from bearing_twin.kinds.bearing.rows import (
+    AXIS_DISTANCE,
+    COLUMNS,
+    JACOBIAN,
+    JACOBIAN_END,
+    LANE_RATES,
+    LANES,
+    MOTION,
+    RING_SPEED,
+    into_lane,
+    put,
+)
 from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
 
 TILTED = ("drive.offset=[4.0e-6, -9.0e-6, 5.0e-6]", "gravity=[3.0, -9.8, 1.0]", "contact.damping=0.3")
@@ -21,8 +32,8 @@ def lanes_of(moving, seed):
     for k in range(LANES):
         row = moving.state[k].copy()
         row[:MOTION] += UNITS * rng.uniform(-1.0, 1.0, MOTION)
-        into_lane(row[:MOTION], lanes, k)
-        lanes[RING_SPEED * LANES + k] = rng.uniform(-200.0, 200.0)
+        into_lane(row[:MOTION], lanes, AXIS_DISTANCE, k)
+        put(lanes, RING_SPEED, k, rng.uniform(-200.0, 200.0))
     return lanes
 
 

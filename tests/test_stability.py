@@ -9,17 +9,16 @@ from bearings import TURNED_REST, motion, run, stored_energy
 from numba import njit
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.equations import (
+from bearing_twin.kinds.bearing.equations import in_ball_frame, inner_contact, outer_contact, raceway_rates
+from bearing_twin.kinds.bearing.rows import (
+    AXIS_DISTANCE,
     LANE_ROWS,
     LANES,
     MOTION,
     RING_SPEED,
     VELOCITY,
-    in_ball_frame,
-    inner_contact,
     into_lane,
-    outer_contact,
-    raceway_rates,
+    put,
 )
 from bearing_twin.kinds.bearing.start import stable_step
 
@@ -179,8 +178,8 @@ def test_lanes_make_a_ball_several_times_cheaper():
     moving = motion()
     lanes = np.zeros(LANE_ROWS * LANES)
     for k in range(LANES):
-        into_lane(moving.state[k, :MOTION], lanes, k)
-        lanes[RING_SPEED * LANES + k] = 183.26
+        into_lane(moving.state[k, :MOTION], lanes, AXIS_DISTANCE, k)
+        put(lanes, RING_SPEED, k, 183.26)
 
     def often(bearing, numbers):
         for _ in range(20000):

@@ -11,16 +11,16 @@ from scipy.linalg import lu_factor, lu_solve
 
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.equations import LANE_ROWS, LANES, raceway_rates
+from bearing_twin.kinds.bearing.equations import raceway_rates
 from bearing_twin.kinds.bearing.parameters import STEPPERS
+from bearing_twin.kinds.bearing.rows import LANE_ROWS, LANES
+from bearing_twin.numerics.banded import factorise, substitute
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
-    METHODS,
     ROSENBROCK,
-    factorise,
+    STEPPER_FACTS,
     next_step,
     rosenbrock_dense,
-    substitute,
 )
 
 
@@ -42,7 +42,7 @@ def test_load_and_friction_torque_converge_with_the_order_of_fixed_steps(stepper
     reference = run(*smooth, "solver.step=2e-8", stepper="rk4", count=8, period=1.2e-5)[1]
     errors = np.array([errors_against(reference, outputs(step)) for step in (coarsest, 0.5 * coarsest)])
     orders = np.log2(errors[:-1] / errors[1:])
-    assert orders == pytest.approx(METHODS[stepper].order, abs=0.15)
+    assert orders == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.15)
 
 
 @pytest.mark.parametrize("name", ROSENBROCK)
@@ -216,8 +216,8 @@ def test_step_control_stays_in_its_bounds():
 
 
 def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
-    assert all(len(method.source) > 10 and method.order >= 2 for method in METHODS.values())
-    assert tuple(METHODS) == STEPPERS
+    assert all(len(method.source) > 10 and method.order >= 2 for method in STEPPER_FACTS.values())
+    assert tuple(STEPPER_FACTS) == STEPPERS
 
 
 def test_the_lanes_of_the_kernel_are_vector_instructions():

@@ -56,6 +56,12 @@ def product(a, b):
 
 
 @inlined
+def plus(a, b):
+    """Sum of two 3 x 3 matrices."""
+    return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
+
+
+@inlined
 def inverse(rows):
     """Inverse of a 3 x 3 matrix by its adjugate; not finite when it is singular."""
     first, second, third = cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])
@@ -88,19 +94,14 @@ def _less(diagonal, block):
 
 
 @inlined
-def _sum(a, b):
-    return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
-
-
-@inlined
 def factorise_body(linear, g):
     """Factors of W for one body; `g` = h gamma [s]."""
     turning = (g * g * linear.angle_by_radius, g * linear.angle_by_velocity)
-    velocities = inverse(_less(1.0 / g, _sum(linear.vv, _behind(linear.vp, g, turning))))
+    velocities = inverse(_less(1.0 / g, plus(linear.vv, _behind(linear.vp, g, turning))))
     coupling = product(velocities, linear.vs)  # of the sign that adds
-    below = _sum(linear.sv, _behind(linear.sp, g, turning))
-    schur = inverse(_less(1.0 / g, _sum(linear.ss, product(below, coupling))))
-    return Factors(turning, velocities, coupling, below, schur)
+    below = plus(linear.sv, _behind(linear.sp, g, turning))
+    schur = inverse(_less(1.0 / g, plus(linear.ss, product(below, coupling))))
+    return Factors(turning=turning, inverse=velocities, coupling=coupling, below=below, schur=schur)
 
 
 @inlined

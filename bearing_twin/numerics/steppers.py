@@ -1,7 +1,7 @@
 """Integration methods as data, and the small compiled pieces they share.
 
-`METHODS` says what each stepper is. A Rosenbrock method is the set of coefficients of its transformed form (Hairer and
-Wanner, Solving ODE II, section IV.7): with W = I/(h gamma) - J the stages solve
+`STEPPER_FACTS` says what each stepper is. A Rosenbrock method is the set of coefficients of its transformed form
+(Hairer and Wanner, Solving ODE II, section IV.7): with W = I/(h gamma) - J the stages solve
 
     W k_i = f(t + alpha_i h, y + sum_j a_ij k_j) + sum_j (c_ij / h) k_j + h d_i df/dt
 
@@ -50,7 +50,7 @@ class RungeKutta(NamedTuple):
     order: int
 
 
-class Method(NamedTuple):
+class StepperFacts(NamedTuple):
     """What a stepper is: its order, whether its step adapts, how it treats stiffness, and where it comes from."""
 
     order: int
@@ -59,35 +59,37 @@ class Method(NamedTuple):
     source: str
 
 
-METHODS = {
-    "rodas4": Method(
+STEPPER_FACTS = {
+    "rodas4": StepperFacts(
         4,
         True,
         "contact and friction implicitly",
         "Hairer and Wanner, Solving ODE II, 2nd ed. 1996, section IV.7: RODAS, order 4(3), L-stable",
     ),
-    "rodas4_landing": Method(
+    "rodas4_landing": StepperFacts(
         4,
         True,
         "contact and friction implicitly",
         "rodas4 whose steps end where a contact begins or ends, found on its interpolant",
     ),
-    "rodas3": Method(
+    "rodas3": StepperFacts(
         3,
         True,
         "contact and friction implicitly",
         "Sandu et al., Atmospheric Environment 31 (1997) 3459: RODAS3, order 3(2), L-stable",
     ),
-    "imex": Method(
+    "imex": StepperFacts(
         2,
         False,
         "friction and damping implicitly",
         "leapfrog (Stoermer, Verlet) in the positions, linearly implicit midpoint rule in the velocities",
     ),
-    "rk4": Method(4, False, "nothing implicitly", "Kutta 1901, the classical method"),
-    "dopri5": Method(5, True, "nothing implicitly", "Dormand and Prince, J. Comp. Appl. Math. 6 (1980) 19: order 5(4)"),
-    "dop853": Method(8, True, "nothing implicitly", "SciPy DOP853; a reference"),
-    "radau": Method(5, True, "everything implicitly", "SciPy Radau IIA; a reference"),
+    "rk4": StepperFacts(4, False, "nothing implicitly", "Kutta 1901, the classical method"),
+    "dopri5": StepperFacts(
+        5, True, "nothing implicitly", "Dormand and Prince, J. Comp. Appl. Math. 6 (1980) 19: order 5(4)"
+    ),
+    "dop853": StepperFacts(8, True, "nothing implicitly", "SciPy DOP853; a reference"),
+    "radau": StepperFacts(5, True, "everything implicitly", "SciPy Radau IIA; a reference"),
 }
 
 
@@ -192,54 +194,6 @@ DOP853 = RungeKutta(
 )
 ROSENBROCK = {"rodas4": RODAS4, "rodas4_landing": RODAS4._replace(lands=True), "rodas3": RODAS3}
 EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}
-
-
-@kernel
-def factorise(matrix, pivots, size, band):
-    """LU factors in place, with partial pivoting, of a matrix without entries further than `band` from the diagonal.
-
-    Entry (i, j) stands at matrix[i, j - i + band] of a (size, 3 band + 1) array whose last `band` columns receive
-    fill-in and must be zero. False when the matrix is singular or not finite.
-    """
-    for column in range(size):
-        below, right = min(size, column + band + 1), min(size, column + 2 * band + 1)
-        pivot = column
-        greatest = abs(matrix[column, band])
-        for row in range(column + 1, below):
-            value = abs(matrix[row, column - row + band])
-            if value > greatest:
-                pivot, greatest = row, value
-        pivots[column] = pivot
-        if not 0.0 < greatest < math.inf:
-            return False
-        if pivot != column:
-            for j in range(column, right):
-                kept = matrix[column, j - column + band]
-                matrix[column, j - column + band] = matrix[pivot, j - pivot + band]
-                matrix[pivot, j - pivot + band] = kept
-        inverse = 1.0 / matrix[column, band]
-        for row in range(column + 1, below):
-            factor = matrix[row, column - row + band] * inverse
-            if factor != 0.0:
-                matrix[row, column - row + band] = factor
-                for j in range(1, right - column):
-                    matrix[row, column - row + band + j] -= factor * matrix[column, band + j]
-    return True
-
-
-@kernel
-def substitute(matrix, pivots, size, band, vector):
-    """Solves in place with the factors of `factorise`."""
-    for column in range(size):
-        pivot = pivots[column]
-        vector[column], vector[pivot] = vector[pivot], vector[column]
-        for row in range(column + 1, min(size, column + band + 1)):
-            vector[row] -= matrix[row, column - row + band] * vector[column]
-    for column in range(size - 1, -1, -1):
-        value = vector[column] / matrix[column, band]
-        vector[column] = value
-        for row in range(max(0, column - 2 * band), column):
-            vector[row] -= matrix[row, column - row + band] * value
 
 
 @kernel

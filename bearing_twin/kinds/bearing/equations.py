@@ -8,8 +8,8 @@ Per ball: position (axis distance, orbit angle, height), velocity, and angular v
 three integrals kept for the energy balance. The orientation of a homogeneous ball does not act back on its motion;
 it is carried along by the steppers (`rotation.turned`).
 
-Lanes. `raceway_rates` evaluates many balls side by side: LANES of them in flat arrays, one row of LANES numbers a
-quantity, which the compiler turns into vector instructions. The functions it is made of are the readable ones below.
+Lanes. `raceway_rates` evaluates LANES balls side by side, as `rows` lays them out. The functions it is made of are the
+readable ones below.
 
 Signs. A contact's `normal` points from the ball's centre to the raceway, so the load on the ball is
 `-normal_load * normal`. `slip` is the velocity of the ball's surface relative to the raceway.
@@ -31,25 +31,28 @@ from bearing_twin.contact.normal import (
     hertz_rational,
     load_coefficient,
 )
+from bearing_twin.kinds.bearing.rows import (
+    AXIS_DISTANCE,
+    DISSIPATED,
+    DRIVE_WORK,
+    GIVEN_INNER,
+    GIVEN_OUTER,
+    GROSS_WORK,
+    HEIGHT,
+    LANE_RATES,
+    LANES,
+    ORBIT_ANGLE,
+    RING_SPEED,
+    SPIN,
+    TANGENTIAL_VELOCITY,
+    VELOCITY,
+    get,
+    get_vector,
+    put,
+    put_vector,
+)
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 from bearing_twin.shapes.surfaces import ball_in_groove
-
-# Columns of a ball's state.
-AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT = 0, 1, 2
-VELOCITY = 3  # radial, tangential, axial
-SPIN = 6  # angular velocity: radial, tangential, axial
-MOTION = 9  # the columns before this one are the motion; the rest only listen
-DRIVE_WORK, DISSIPATED, GROSS_WORK = 9, 10, 11
-COLUMNS = 12
-
-# Lane form: row r of lane k is number r * LANES + k of a flat array; balls in lanes are integrated as COLUMNS rows.
-# What `raceway_rates` reads and writes are rows of one array, because LLVM proves the rows of one array apart, while of
-# several it gives up and leaves scalar code: the motion, then the speed of the inner ring and the two load
-# coefficients that are given, then COLUMNS rows of rates.
-LANES = 8
-RING_SPEED, GIVEN, LANE_RATES = 9, 10, 12
-LANE_SPOTS = LANE_RATES + COLUMNS  # what `bearing_spot` works with, if anything
-LANE_ROWS = LANE_SPOTS + 16
 
 
 class Raceway(NamedTuple):
@@ -66,7 +69,7 @@ class Bearing(NamedTuple):
     """Everything the equations of motion need, as numbers (SI).
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
-    it is 0 where `spot`, empty else, holds the coefficient of friction summed over the spot (`bearing_spot`).
+    it is 0 where `spot`, empty else, holds the coefficient of friction summed over the spot (see `spot`).
     """
 
     balls: int
@@ -86,7 +89,7 @@ class Bearing(NamedTuple):
     spot: tuple[float, ...]
 
 
-class Drive(NamedTuple):
+class RingDrive(NamedTuple):
     """Prescribed turning of the inner ring: at time t [s] it has speed + acceleration t."""
 
     angle: float
@@ -166,22 +169,22 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     friction = scaled(-resistance, slip)
     force = add(scaled(-normal_load, normal), friction)
     return RacewayContact(
-        approach,
-        approach_rate,
-        normal_load,
-        elastic_energy(coefficient, approach),
-        geometry.curvature_small,
-        geometry.curvature_large,
-        normal,
-        arm,
-        slip,
-        spin_rate,
-        friction,
-        0.0,
-        force,
-        cross(arm, friction),
-        dot(force, raceway_velocity),
-        resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate,
+        approach=approach,
+        approach_rate=approach_rate,
+        normal_load=normal_load,
+        energy=elastic_energy(coefficient, approach),
+        curvature_small=geometry.curvature_small,
+        curvature_large=geometry.curvature_large,
+        normal=normal,
+        arm=arm,
+        slip=slip,
+        spin_rate=spin_rate,
+        friction=friction,
+        drilling=0.0,
+        force=force,
+        torque=cross(arm, friction),
+        drive_power=dot(force, raceway_velocity),
+        dissipation=resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate,
     )
 
 
@@ -206,23 +209,15 @@ def given_coefficient(bearing, raceway, centre, position):
 
 
 @inlined
-def lane_vector(lanes, row, k):
-    """Three consecutive rows of lane k as a vector."""
-    return (lanes[row * LANES + k], lanes[(row + 1) * LANES + k], lanes[(row + 2) * LANES + k])
-
-
-@inlined
-def set_lane_vector(lanes, row, k, vector):
-    """Writes a vector into three consecutive rows of lane k."""
-    lanes[row * LANES + k] = vector[0]
-    lanes[(row + 1) * LANES + k] = vector[1]
-    lanes[(row + 2) * LANES + k] = vector[2]
-
-
-@inlined
 def ball_position(state, k):
     """Centre of ball k in its own frame [m]."""
     return (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
+
+
+@inlined
+def lane_position(lanes, k):
+    """Centre of lane k's ball in its own frame [m]."""
+    return (get(lanes, AXIS_DISTANCE, k), 0.0, get(lanes, HEIGHT, k))
 
 
 @inlined
@@ -329,33 +324,37 @@ def raceway_rates(bearing, lanes):
     """
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
-        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
-        inner_speed = lanes[RING_SPEED * LANES + k]
-        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
-        velocity = lane_vector(lanes, VELOCITY, k)
-        spin = lane_vector(lanes, SPIN, k)
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        inner_speed = get(lanes, RING_SPEED, k)
+        position = lane_position(lanes, k)
+        velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
         inner_centre = about_z(cosine, -sine, bearing.offset)
         gravity = about_z(cosine, -sine, bearing.gravity)
-        given = lanes[GIVEN * LANES + k]
+        given = get(lanes, GIVEN_INNER, k)
         inner = raceway_contact(bearing, bearing.inner, given, inner_centre, inner_speed, position, velocity, spin)
-        given = lanes[(GIVEN + 1) * LANES + k]
+        given = get(lanes, GIVEN_OUTER, k)
         outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
         force = add(inner.force, outer.force)
         torque = add(inner.torque, outer.torque)
         orbit_rate = velocity[1] / position[0]
-        rates = LANE_RATES * LANES + k
-        lanes[rates] = velocity[0]
-        lanes[rates + 1 * LANES] = orbit_rate
-        lanes[rates + 2 * LANES] = velocity[2]
-        lanes[rates + 3 * LANES] = force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1]
-        lanes[rates + 4 * LANES] = force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0]
-        lanes[rates + 5 * LANES] = force[2] * inverse_mass + gravity[2]
-        lanes[rates + 6 * LANES] = torque[0] * inverse_inertia + orbit_rate * spin[1]
-        lanes[rates + 7 * LANES] = torque[1] * inverse_inertia - orbit_rate * spin[0]
-        lanes[rates + 8 * LANES] = torque[2] * inverse_inertia
-        lanes[rates + 9 * LANES] = inner.drive_power
-        lanes[rates + 10 * LANES] = inner.dissipation + outer.dissipation
-        lanes[rates + 11 * LANES] = abs(inner.drive_power)
+        acceleration = (
+            force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1],
+            force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0],
+            force[2] * inverse_mass + gravity[2],
+        )
+        angular_acceleration = (
+            torque[0] * inverse_inertia + orbit_rate * spin[1],
+            torque[1] * inverse_inertia - orbit_rate * spin[0],
+            torque[2] * inverse_inertia,
+        )
+        put(lanes, LANE_RATES + AXIS_DISTANCE, k, velocity[0])
+        put(lanes, LANE_RATES + ORBIT_ANGLE, k, orbit_rate)
+        put(lanes, LANE_RATES + HEIGHT, k, velocity[2])
+        put_vector(lanes, LANE_RATES + VELOCITY, k, acceleration)
+        put_vector(lanes, LANE_RATES + SPIN, k, angular_acceleration)
+        put(lanes, LANE_RATES + DRIVE_WORK, k, inner.drive_power)
+        put(lanes, LANE_RATES + DISSIPATED, k, inner.dissipation + outer.dissipation)
+        put(lanes, LANE_RATES + GROSS_WORK, k, abs(inner.drive_power))
 
 
 @kernel
@@ -364,11 +363,11 @@ def give_coefficients(bearing, lanes):
     if bearing.inner.law == HERTZ:
         return
     for k in range(LANES):
-        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
-        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        position = lane_position(lanes, k)
         centre = about_z(cosine, -sine, bearing.offset)
-        lanes[GIVEN * LANES + k] = given_coefficient(bearing, bearing.inner, centre, position)
-        lanes[(GIVEN + 1) * LANES + k] = given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position)
+        put(lanes, GIVEN_INNER, k, given_coefficient(bearing, bearing.inner, centre, position))
+        put(lanes, GIVEN_OUTER, k, given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position))
 
 
 @kernel
@@ -390,20 +389,6 @@ def add_pair_rates(bearing, near, state, k, rates):
 
 
 @kernel
-def into_lane(row, lanes, k):
-    """Copies as many of a ball's numbers as `row` has to lane k."""
-    for column in range(len(row)):
-        lanes[column * LANES + k] = row[column]
-
-
-@kernel
-def from_lane(lanes, k, row):
-    """Copies as many numbers of lane k as `row` has room for."""
-    for column in range(len(row)):
-        row[column] = lanes[column * LANES + k]
-
-
-@kernel
 def meeting(bearing, state, k):
     """Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it.
 
@@ -416,7 +401,7 @@ def meeting(bearing, state, k):
     other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
     between = minus(other, ball_position(state, k))
     gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
-    return gap, 2.0 * abs(state[j, VELOCITY + 1] - state[k, VELOCITY + 1])
+    return gap, 2.0 * abs(state[j, TANGENTIAL_VELOCITY] - state[k, TANGENTIAL_VELOCITY])
 
 
 @kernel
@@ -474,4 +459,6 @@ def raceway_of(geometry, conformity, side, modulus, law) -> Raceway:
     locus_radius = bottom - side * groove_radius
     still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
     constant = hertz_coefficient(still.curvature_small, still.curvature_large, modulus)
-    return Raceway(locus_radius, groove_radius, modulus, law, constant)
+    return Raceway(
+        locus_radius=locus_radius, groove_radius=groove_radius, effective_modulus=modulus, law=law, constant=constant
+    )

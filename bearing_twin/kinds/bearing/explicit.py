@@ -6,18 +6,24 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import (
+from bearing_twin.kinds.bearing.equations import add_pair_rates
+from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
+from bearing_twin.kinds.bearing.rows import (
+    AXIS_DISTANCE,
     COLUMNS,
     LANE_RATES,
     LANE_ROWS,
     LANES,
     MOTION,
-    RING_SPEED,
-    add_pair_rates,
-    from_lane,
-    into_lane,
+    MOTION_SPAN,
+    STATE_SPAN,
+    from_blocks,
+    get,
+    into_blocks,
+    new_blocks,
+    new_lanes,
+    put,
 )
-from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.kinds.bearing.steps import (
     LEAST_STEP,
     OK,
@@ -26,6 +32,7 @@ from bearing_twin.kinds.bearing.steps import (
     STALLED,
     STEPS,
     check_all,
+    error_norm,
     turn,
 )
 from bearing_twin.numerics.steppers import next_step
@@ -35,8 +42,8 @@ from bearing_twin.numerics.steppers import next_step
 TURN_EVERY, CHECK_EVERY = 8, 64
 
 
-class Room(NamedTuple):
-    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, COLUMNS * LANES); `rows` one row a ball."""
+class LaneRoom(NamedTuple):
+    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, STATE_SPAN); `rows` one row a ball."""
 
     y: np.ndarray
     trial: np.ndarray
@@ -51,86 +58,64 @@ class Room(NamedTuple):
 @kernel
 def lane_room(state, slopes):
     """Room for a method with so many slopes, holding `state`."""
-    blocks = (len(state) + LANES - 1) // LANES
-    shape = (blocks, COLUMNS * LANES)
-    room = Room(
-        np.zeros(shape),
-        np.zeros(shape),
-        np.zeros((slopes, *shape)),
-        np.zeros(shape),
-        np.zeros(shape),
-        np.zeros(LANE_ROWS * LANES),
-        state.copy(),
-        np.zeros_like(state),
+    y = new_blocks(len(state), COLUMNS)
+    into_blocks(state, y, AXIS_DISTANCE)
+    return LaneRoom(
+        y=y,
+        trial=np.zeros_like(y),
+        k=np.zeros((slopes, *y.shape)),
+        turned_from=np.zeros_like(y),
+        turned_rates=np.zeros_like(y),
+        lanes=new_lanes(LANE_ROWS),
+        rows=state.copy(),
+        row_rates=np.zeros_like(state),
     )
-    _to_lanes(state, room.y)
-    return room
-
-
-@kernel
-def _to_lanes(rows, blocks):
-    """One row a ball to lane form, a block for every LANES balls; lanes left over repeat the last ball."""
-    for i in range(len(blocks) * LANES):
-        into_lane(rows[min(i, len(rows) - 1)], blocks[i // LANES], i % LANES)
-
-
-@kernel
-def _from_lanes(blocks, rows):
-    """The inverse of `_to_lanes`."""
-    for ball in range(len(rows)):
-        from_lane(blocks[ball // LANES], ball % LANES, rows[ball])
 
 
 @inlined
 def _all_rates(bearing, drive, near, time, values, rates, room):
-    """Rates of all balls from `values`, both (blocks, COLUMNS * LANES)."""
+    """Rates of all balls from `values`, both (blocks, STATE_SPAN)."""
     lanes, rows, row_rates = room.lanes, room.rows, room.row_rates
-    speed = drive.speed + drive.acceleration * time
     for block in range(len(values)):
-        for i in range(MOTION * LANES):
-            lanes[i] = values[block, i]
-        for k in range(LANES):
-            lanes[RING_SPEED * LANES + k] = speed
+        for i in range(MOTION_SPAN):
+            put(lanes, AXIS_DISTANCE, i, values[block, i])
+        put_ring_speed(drive, time, lanes)
         lane_rates(bearing, lanes)
-        for i in range(COLUMNS * LANES):
-            rates[block, i] = lanes[LANE_RATES * LANES + i]
+        for i in range(STATE_SPAN):
+            rates[block, i] = get(lanes, LANE_RATES, i)
     if np.any(near):
-        _from_lanes(values, rows)
-        _from_lanes(rates, row_rates)
+        from_blocks(values, AXIS_DISTANCE, rows)
+        from_blocks(rates, AXIS_DISTANCE, row_rates)
         for k in range(bearing.balls):
             add_pair_rates(bearing, near, rows, k, row_rates)
-        _to_lanes(row_rates, rates)
+        into_blocks(row_rates, rates, AXIS_DISTANCE)
 
 
 @inlined
 def _combine(start, h, weights, count, slopes, out):
     """out = start + h * (weighted sum of the first `count` slopes)."""
     for block in range(len(start)):
-        for i in range(COLUMNS * LANES):
+        for i in range(STATE_SPAN):
             out[block, i] = start[block, i]
         for j in range(count):
             factor = h * weights[j]
             if factor != 0.0:
-                for i in range(COLUMNS * LANES):
+                for i in range(STATE_SPAN):
                     out[block, i] += factor * slopes[j, block, i]
 
 
 @kernel
-def _error(method, h, balls, scales, k):
-    """Greatest root-mean-square error of a ball, in units of the scales; zero without an estimate."""
-    greatest = 0.0
+def _greatest_error(method, h, balls, scales, k):
+    """Greatest `error_norm` of a ball; zero without an estimate."""
+    greatest, errors = 0.0, np.empty(MOTION)
     for ball in range(balls):
-        total = 0.0
+        block, lane = ball // LANES, ball % LANES
         for column in range(MOTION):
             error = 0.0
             for j in range(len(method.error)):
-                error += method.error[j] * k[j, ball // LANES, column * LANES + ball % LANES]
-            ratio = h * error / scales[column]
-            total += ratio * ratio
-        total = math.sqrt(total / MOTION)
-        if not total < math.inf:
-            return math.inf
-        greatest = max(greatest, total)
+                error += method.error[j] * get(k[j, block], column, lane)
+            errors[column] = h * error
+        greatest = max(greatest, error_norm(errors, scales))
     return greatest
 
 
@@ -139,8 +124,7 @@ def _lane_row(values, rates, ball, ahead, row):
     """The motion of a ball from lane form, moved `ahead` [s] along its rates."""
     block, lane = ball // LANES, ball % LANES
     for column in range(MOTION):
-        number = column * LANES + lane
-        row[column] = values[block, number] + ahead * rates[block, number]
+        row[column] = get(values[block], column, lane) + ahead * get(rates[block], column, lane)
 
 
 @kernel
@@ -174,7 +158,7 @@ def _explicit_step(method, bearing, drive, near, time, h, scales, room):
         _all_rates(bearing, drive, near, time + method.nodes[stage] * h, room.trial, room.k[stage], room)
     _combine(room.y, h, method.weights, stages, room.k, room.trial)
     _all_rates(bearing, drive, near, time + h, room.trial, room.k[stages], room)
-    return _error(method, h, bearing.balls, scales, room.k)
+    return _greatest_error(method, h, bearing.balls, scales, room.k)
 
 
 @kernel
@@ -202,7 +186,7 @@ def explicit_chunk(
             counts[RATES] += stages * balls
             if not error <= 1.0:
                 if not adaptive:
-                    _from_lanes(room.trial, state)
+                    from_blocks(room.trial, AXIS_DISTANCE, state)
                     return check_all(bearing, time + h, state, results.failure)
                 counts[REJECTIONS] += balls
                 wanted = next_step(h, error, method.order)
@@ -221,7 +205,7 @@ def explicit_chunk(
                 _turn_since(time - turned_at, room, room.k[0], orientation)
                 turned_at = time
             if done % CHECK_EVERY == 0 or time == goal:
-                _from_lanes(room.y, state)
+                from_blocks(room.y, AXIS_DISTANCE, state)
                 status = check_all(bearing, time, state, results.failure)
                 if status != OK:
                     return status

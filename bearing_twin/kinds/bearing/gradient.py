@@ -11,7 +11,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.normal import HERTZ, hertz_rational
 from bearing_twin.kinds.bearing.equations import raceway_contact
-from bearing_twin.numerics.block_solve import combined, product
+from bearing_twin.numerics.block_solve import combined, plus, product
 from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
 
 SHALLOWEST = 1e-12  # m: the viscous part's slope, which grows as 1 / sqrt(h), is taken no closer to the onset
@@ -76,9 +76,8 @@ def _outer(a, b):
 
 
 @inlined
-def plus(a, b):
-    """Sum of two 3 x 3 matrices."""
-    return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
+def _negative(matrix):
+    return (scaled(-1.0, matrix[0]), scaled(-1.0, matrix[1]), scaled(-1.0, matrix[2]))
 
 
 @inlined
@@ -107,17 +106,17 @@ def _slopes(bearing, raceway, given, given_slope, contact, radial):
     over_speed = bearing.raceway_friction / math.sqrt(square)
     groove = raceway.locus_radius + raceway.groove_radius * radial
     return _Slopes(
-        loaded * touching * coefficient * (1.5 * viscous * root + 0.75 * relaxation * rate / root),
-        loaded * touching * coefficient * (bearing.damping * depth * root + 1.5 * relaxation * root),
-        loaded * touching * load / coefficient,
-        touching * 1.5 * coefficient * root,
-        touching * depth * root,
-        -0.5 * raceway.locus_radius / (groove * groove),
-        by_curvature,
-        over_speed * contact.normal_load,
-        over_speed,
-        1.0 / square,
-        contact.normal_load - touching * coefficient * depth * root,
+        load_by_approach=loaded * touching * coefficient * (1.5 * viscous * root + 0.75 * relaxation * rate / root),
+        load_by_rate=loaded * touching * coefficient * (bearing.damping * depth * root + 1.5 * relaxation * root),
+        load_by_coefficient=loaded * touching * load / coefficient,
+        elastic_by_approach=touching * 1.5 * coefficient * root,
+        elastic_by_coefficient=touching * depth * root,
+        curvature_by_radial=-0.5 * raceway.locus_radius / (groove * groove),
+        coefficient_by_curvature=by_curvature,
+        resistance=over_speed * contact.normal_load,
+        coefficient_over_speed=over_speed,
+        inverse_square=1.0 / square,
+        excess=contact.normal_load - touching * coefficient * depth * root,
     )
 
 
@@ -197,26 +196,23 @@ def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, rin
     power_v = combined(raceway_velocity, force_v)
 
     # What displacements do: along the radial and axial directions, and with the orbit angle.
-    place = _Place(offset, ring_speed, raceway_velocity, spin, relative)
+    place = _Place(
+        offset=offset, ring_speed=ring_speed, raceway_velocity=raceway_velocity, spin=spin, relative=relative
+    )
     one = _along(bearing, raceway, contact, slopes, place, (1.0, 0.0, 0.0))
     two = _along(bearing, raceway, contact, slopes, place, by_angle)
     three = _along(bearing, raceway, contact, slopes, place, (0.0, 0.0, 1.0))
     return contact, Gradient(
-        _columns(one.force, two.force, three.force),
-        force_v,
-        product(force_v, lever),
-        _columns(one.torque, two.torque, three.torque),
-        torque_v,
-        product(torque_v, lever),
-        (one.power, two.power, three.power),
-        power_v,
-        combined(power_v, lever),
-        (one.loss, two.loss, three.loss),
-        loss_v,
-        combined(loss_v, lever),
+        force_p=_columns(one.force, two.force, three.force),
+        force_v=force_v,
+        force_s=product(force_v, lever),
+        torque_p=_columns(one.torque, two.torque, three.torque),
+        torque_v=torque_v,
+        torque_s=product(torque_v, lever),
+        power_p=(one.power, two.power, three.power),
+        power_v=power_v,
+        power_s=combined(power_v, lever),
+        loss_p=(one.loss, two.loss, three.loss),
+        loss_v=loss_v,
+        loss_s=combined(loss_v, lever),
     )
-
-
-@inlined
-def _negative(matrix):
-    return (scaled(-1.0, matrix[0]), scaled(-1.0, matrix[1]), scaled(-1.0, matrix[2]))

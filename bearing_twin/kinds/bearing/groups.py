@@ -5,18 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.equations import (
-    COLUMNS,
-    LANES,
-    MOTION,
-    RING_SPEED,
-    add_pair,
-    give_coefficients,
-    into_lane,
-)
-from bearing_twin.kinds.bearing.jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
-from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.equations import add_pair, give_coefficients
+from bearing_twin.kinds.bearing.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.rates import bearing_rates, fill_lanes
+from bearing_twin.kinds.bearing.rows import COLUMNS, JACOBIAN_END, LANES, MOTION, entry, get, new_lanes
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
     LANDED,
@@ -28,16 +21,22 @@ from bearing_twin.kinds.bearing.steps import (
     STEPS,
     changes_contact,
     check_ball,
+    error_norm,
+    give_out,
+    interpolate,
+    landing,
+    new_dense_step,
     turn,
 )
-from bearing_twin.numerics.steppers import factorise, next_step, rosenbrock_dense, substitute
+from bearing_twin.numerics.banded import factorise, get_banded, new_banded, put_banded, substitute
+from bearing_twin.numerics.steppers import next_step
 
 
-class Room(NamedTuple):
+class GroupRoom(NamedTuple):
     """Arrays to work in; state-like ones have one row a ball of the bearing, the others one a ball of the group.
 
-    Block (i, i + offset) of the Jacobian is jacobian[i, :, (offset + reach) * MOTION :][:, :MOTION]: neighbours stand
-    at most `reach` places apart in a group. `place` (balls,) is where a ball stands in it.
+    Block (i, i + offset) of the Jacobian is jacobian[i, offset + reach], (COLUMNS, MOTION): neighbours stand at most
+    `reach` places apart in a group. `place` (balls,) is where a ball stands in it.
     """
 
     start: np.ndarray
@@ -53,9 +52,14 @@ class Room(NamedTuple):
     k: np.ndarray
     right: np.ndarray
     motion: np.ndarray
-    middle: np.ndarray
     pair: np.ndarray
     lanes: np.ndarray
+
+
+@inlined
+def _band(reach):
+    """How far from the diagonal of the matrix its entries stand."""
+    return (reach + 1) * MOTION - 1
 
 
 @kernel
@@ -69,24 +73,22 @@ def _room(state, group, stages):
         ahead = place[(ball + 1) % balls]
         if ahead >= 0:
             reach = max(reach, abs(ahead - place[ball]))
-    band = (reach + 1) * MOTION - 1
-    return Room(
-        state.copy(),
-        state.copy(),
-        np.zeros_like(state),
-        np.zeros_like(state),
-        np.zeros_like(state),
-        place,
-        reach,
-        np.zeros((size, COLUMNS, (2 * reach + 1) * MOTION)),
-        np.zeros((size * MOTION, 3 * band + 1)),
-        np.zeros(size * MOTION, np.int64),
-        np.zeros((stages, size, COLUMNS)),
-        np.zeros((size, COLUMNS)),
-        np.zeros(size * MOTION),
-        np.zeros(COLUMNS),
-        np.zeros((4, COLUMNS)),
-        np.zeros(JACOBIAN_END * LANES),
+    return GroupRoom(
+        start=state.copy(),
+        trial=state.copy(),
+        base=np.zeros_like(state),
+        slope=np.zeros_like(state),
+        rates=np.zeros_like(state),
+        place=place,
+        reach=reach,
+        jacobian=np.zeros((size, 2 * reach + 1, COLUMNS, MOTION)),
+        matrix=new_banded(size * MOTION, _band(reach)),
+        pivots=np.zeros(size * MOTION, np.int64),
+        k=np.zeros((stages, size, COLUMNS)),
+        right=np.zeros((size, COLUMNS)),
+        motion=np.zeros(size * MOTION),
+        pair=np.zeros((4, COLUMNS)),
+        lanes=new_lanes(JACOBIAN_END),
     )
 
 
@@ -99,17 +101,13 @@ def _jacobian(bearing, drive, near, time, state, group, nudges, room):
     size, reach, jacobian, lanes = len(group), room.reach, room.jacobian, room.lanes
     jacobian[:] = 0.0
     for first in range(0, size, LANES):
-        count = min(LANES, size - first)
-        for k in range(LANES):
-            into_lane(state[group[first + min(k, count - 1)], :MOTION], lanes, k)
-            lanes[RING_SPEED * LANES + k] = drive.speed + drive.acceleration * time
+        count = fill_lanes(drive, time, state, group, first, lanes)
         give_coefficients(bearing, lanes)
         lane_jacobian(bearing.spot, bearing, lanes)
         for k in range(count):
-            for row in range(COLUMNS):
+            for rate in range(COLUMNS):
                 for column in range(MOTION):
-                    value = lanes[(JACOBIAN + row * MOTION + column) * LANES + k]
-                    jacobian[first + k, row, reach * MOTION + column] = value
+                    jacobian[first + k, reach, rate, column] = get(lanes, entry(rate, column), k)
     for ball in group:
         if near[ball]:
             _pair_jacobian(bearing, state, ball, nudges, room)
@@ -135,25 +133,24 @@ def _pair_jacobian(bearing, state, ball, nudges, room):
             state[moved, column] = kept
             for which in range(2):
                 i = room.place[ball if which == 0 else other]
-                block = (room.place[moved] - i + room.reach) * MOTION
-                for row in range(COLUMNS):
-                    change = pair[2 + which, row] - pair[which, row]
-                    room.jacobian[i, row, block + column] += change / nudge
+                offset = room.place[moved] - i
+                for rate in range(COLUMNS):
+                    change = pair[2 + which, rate] - pair[which, rate]
+                    room.jacobian[i, offset + room.reach, rate, column] += change / nudge
 
 
 @kernel
 def _fill_matrix(inverse, size, room):
     """W = inverse I - J in band form."""
-    reach, matrix = room.reach, room.matrix
-    band = (reach + 1) * MOTION - 1
+    reach, matrix, band = room.reach, room.matrix, _band(room.reach)
     matrix[:] = 0.0
     for i in range(size):
-        for row in range(MOTION):
-            for offset in range(max(-reach, -i), min(reach, size - 1 - i) + 1):
+        for rate in range(MOTION):
+            row = i * MOTION + rate
+            for j in range(max(0, i - reach), min(size, i + reach + 1)):
                 for column in range(MOTION):
-                    value = -room.jacobian[i, row, (offset + reach) * MOTION + column]
-                    matrix[i * MOTION + row, offset * MOTION + column - row + band] = value
-            matrix[i * MOTION + row, band] += inverse
+                    put_banded(matrix, band, row, j * MOTION + column, -room.jacobian[i, j - i + reach, rate, column])
+            put_banded(matrix, band, row, row, inverse + get_banded(matrix, band, row, row))
 
 
 @kernel
@@ -163,17 +160,16 @@ def _stage_solution(inverse, size, room, stage):
     for i in range(size):
         for column in range(MOTION):
             motion[i * MOTION + column] = right[i, column]
-    substitute(room.matrix, room.pivots, size * MOTION, (reach + 1) * MOTION - 1, motion)
+    substitute(room.matrix, room.pivots, size * MOTION, _band(reach), motion)
     for i in range(size):
         for column in range(MOTION):
             stage[i, column] = motion[i * MOTION + column]
-        for column in range(MOTION, COLUMNS):
-            value = right[i, column]
-            for offset in range(max(-reach, -i), min(reach, size - 1 - i) + 1):
-                for other in range(MOTION):
-                    answer = room.jacobian[i, column, (offset + reach) * MOTION + other]
-                    value += answer * motion[(i + offset) * MOTION + other]
-            stage[i, column] = value / inverse
+        for integral in range(MOTION, COLUMNS):
+            value = right[i, integral]
+            for j in range(max(0, i - reach), min(size, i + reach + 1)):
+                for column in range(MOTION):
+                    value += room.jacobian[i, j - i + reach, integral, column] * motion[j * MOTION + column]
+            stage[i, integral] = value / inverse
 
 
 @kernel
@@ -183,7 +179,7 @@ def _rosenbrock_step(method, bearing, drive, near, time, h, group, room):
     inverse = 1.0 / (h * method.gamma)
     k, trial, right = room.k, room.trial, room.right
     _fill_matrix(inverse, size, room)
-    if not factorise(room.matrix, room.pivots, size * MOTION, (room.reach + 1) * MOTION - 1):
+    if not factorise(room.matrix, room.pivots, size * MOTION, _band(room.reach)):
         return False
     stages = len(method.alpha)
     for stage in range(stages):
@@ -210,40 +206,38 @@ def _rosenbrock_step(method, bearing, drive, near, time, h, group, room):
 
 
 @kernel
-def _interpolate(method, fraction, start, end, k, i, out):
-    """The step's interpolant at `fraction` of it, for ball i of its group."""
+def _fill_dense(weights, room, i, ball, orientation, dense):
+    """The dense step of ball i of its group by the method's dense weights."""
+    k = room.k
     for column in range(COLUMNS):
         third, fourth = 0.0, 0.0
-        for stage in range(min(method.dense.shape[1], len(k))):
-            third += method.dense[0, stage] * k[stage, i, column]
-            fourth += method.dense[1, stage] * k[stage, i, column]
-        out[column] = rosenbrock_dense(fraction, start[column], end[column], third, fourth)
+        for stage in range(min(weights.shape[1], len(k))):
+            third += weights[0, stage] * k[stage, i, column]
+            fourth += weights[1, stage] * k[stage, i, column]
+        dense.start[column], dense.end[column] = room.start[ball, column], room.trial[ball, column]
+        dense.third[column], dense.fourth[column] = third, fourth
+    dense.orientation[:] = orientation[ball]
 
 
 @kernel
-def _give_out(task, cursor, time, h, until, group, room, orientation, results):
-    """Writes the instants inside the step just accepted, from its interpolant; returns the next instant to serve."""
-    method, times, middle = task.method, task.times, room.middle
-    states, orientations = results.states, results.orientations
-    while cursor < len(times) and times[cursor] <= until:
-        fraction = (times[cursor] - time) / h
+def _give_out(task, cursor, time, step, until, group, room, orientation, dense, results):
+    """Writes the instants inside the step just accepted; returns the next instant to serve."""
+    served = cursor
+    if cursor < len(task.times) and task.times[cursor] <= until:
         for i in range(len(group)):
-            ball = group[i]
-            start, end = room.start[ball], room.trial[ball]
-            _interpolate(method, fraction, start, end, room.k, i, states[cursor, ball])
-            _interpolate(method, 0.5 * fraction, start, end, room.k, i, middle)
-            turn(orientation[ball], start, middle, states[cursor, ball], fraction * h, orientations[cursor, ball])
-        cursor += 1
-    return cursor
+            _fill_dense(task.method.dense, room, i, group[i], orientation, dense)
+            served = give_out(task.times, cursor, until, time, step, group[i], dense, results)
+    return served
 
 
 @kernel
-def _accept(method, bearing, drive, time, h, group, room, orientation, failure):
+def _accept(method, bearing, time, h, group, room, orientation, dense, failure):
     """Moves a group to the end of its step; OK, or why the new state cannot be right."""
     for i in range(len(group)):
         ball = group[i]
-        _interpolate(method, 0.5, room.start[ball], room.trial[ball], room.k, i, room.middle)
-        turn(orientation[ball], room.start[ball], room.middle, room.trial[ball], h, orientation[ball])
+        _fill_dense(method.dense, room, i, ball, orientation, dense)
+        interpolate(dense, 0.5, dense.between)
+        turn(dense.orientation, dense.start, dense.between, dense.end, h, orientation[ball])
         room.start[ball] = room.trial[ball]
         status = check_ball(bearing, room.start, ball)
         if status != OK:
@@ -253,18 +247,11 @@ def _accept(method, bearing, drive, time, h, group, room, orientation, failure):
 
 
 @kernel
-def _error_norm(group, error, scales):
-    """Greatest root-mean-square error of a ball in the group, in units of the scales."""
+def _greatest_error(errors, scales):
+    """Greatest `error_norm` of a ball in the group."""
     greatest = 0.0
-    for i in range(len(group)):
-        total = 0.0
-        for column in range(MOTION):
-            ratio = error[i, column] / scales[column]
-            total += ratio * ratio
-        total = math.sqrt(total / MOTION)
-        if not total < math.inf:
-            return math.inf
-        greatest = max(greatest, total)
+    for i in range(len(errors)):
+        greatest = max(greatest, error_norm(errors[i], scales))
     return greatest
 
 
@@ -283,22 +270,13 @@ def _linearise(bearing, drive, near, time, group, nudges, room):
 
 
 @kernel
-def _landing(method, bearing, group, room):
+def _first_landing(method, bearing, group, room, orientation, dense):
     """Share of a group's step after which a first contact with a raceway has just begun or ended; 1 where none does."""
     first = 1.0
     for i in range(len(group)):
-        start, end, middle = room.start[group[i]], room.trial[group[i]], room.middle
-        if not changes_contact(bearing, start, end):
-            continue
-        low, high = 0.0, 1.0
-        while high - low > 1e-6:
-            share = 0.5 * (low + high)
-            _interpolate(method, share, start, end, room.k, i, middle)
-            if changes_contact(bearing, start, middle):
-                high = share
-            else:
-                low = share
-        first = min(first, high)
+        if changes_contact(bearing, room.start[group[i]], room.trial[group[i]]):
+            _fill_dense(method.dense, room, i, group[i], orientation, dense)
+            first = min(first, landing(bearing, dense))
     return first
 
 
@@ -306,7 +284,7 @@ def _landing(method, bearing, group, room):
 def _advance_group(task, group, room, orientation, steps, results):
     """Integrates one group of balls over the chunk with its own adaptive steps."""
     method, bearing, drive, near = task.method, task.bearing, task.drive, task.near
-    size, counts = len(group), results.counts
+    size, counts, dense = len(group), results.counts, new_dense_step()
     time, cursor, fresh, h = 0.0, 0, True, task.duration
     for i in range(size):
         h = min(h, steps[group[i]])
@@ -319,7 +297,7 @@ def _advance_group(task, group, room, orientation, steps, results):
             counts[RATES] += size
         solved = _rosenbrock_step(method, bearing, drive, near, time, step, group, room)
         counts[RATES] += size * (len(method.alpha) - 1)
-        error = _error_norm(group, room.k[len(method.alpha) - 1], task.scales) if solved else math.inf
+        error = _greatest_error(room.k[len(method.alpha) - 1], task.scales) if solved else math.inf
         proposed = next_step(step, error, method.order)
         if error > 1.0:
             counts[REJECTIONS] += size
@@ -328,14 +306,14 @@ def _advance_group(task, group, room, orientation, steps, results):
                 results.failure[0], results.failure[1] = time, group[0]
                 return STALLED
             continue
-        share = _landing(method, bearing, group, room) if method.lands else 1.0
+        share = _first_landing(method, bearing, group, room, orientation, dense) if method.lands else 1.0
         if share < LANDED:
             counts[REJECTIONS] += size
             fresh, h = False, share * step
             continue
         until = math.inf if last else time + step  # at the end of the chunk no instant is lost to rounding
-        cursor = _give_out(task, cursor, time, step, until, group, room, orientation, results)
-        status = _accept(method, bearing, drive, time, step, group, room, orientation, results.failure)
+        cursor = _give_out(task, cursor, time, step, until, group, room, orientation, dense, results)
+        status = _accept(method, bearing, time, step, group, room, orientation, dense, results.failure)
         if status != OK:
             return status
         counts[STEPS] += size

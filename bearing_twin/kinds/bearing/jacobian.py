@@ -9,84 +9,93 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.normal import CONSTANT, HERTZ, load_coefficient
-from bearing_twin.kinds.bearing.equations import (
+from bearing_twin.kinds.bearing.equations import lane_position
+from bearing_twin.kinds.bearing.gradient import CURVATURE_STEP, contact_gradient
+from bearing_twin.kinds.bearing.rates import lane_rates
+from bearing_twin.kinds.bearing.rows import (
+    AXIAL_VELOCITY,
     AXIS_DISTANCE,
     COLUMNS,
-    GIVEN,
+    DISSIPATED,
+    DRIVE_WORK,
+    GIVEN_INNER,
+    GIVEN_OUTER,
+    GIVEN_SLOPE_INNER,
+    GIVEN_SLOPE_OUTER,
+    GROSS_WORK,
     HEIGHT,
     LANE_RATES,
-    LANE_ROWS,
-    LANE_SPOTS,
     LANES,
     MOTION,
     ORBIT_ANGLE,
+    RADIAL_SPIN,
+    RADIAL_VELOCITY,
     RING_SPEED,
     SPIN,
+    STATE_SPAN,
+    TANGENTIAL_SPIN,
+    TANGENTIAL_VELOCITY,
     VELOCITY,
-    lane_vector,
+    entry,
+    get,
+    get_jacobian_block,
+    get_vector,
+    increase,
+    put,
+    put_jacobian_block,
+    put_vector,
 )
-from bearing_twin.kinds.bearing.gradient import CURVATURE_STEP, contact_gradient, plus
-from bearing_twin.kinds.bearing.rates import lane_rates
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, scaled
+from bearing_twin.numerics.block_solve import Linear, plus
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
 from bearing_twin.shapes.surfaces import ball_in_groove
 
-# Rows of the lanes after the rates: two slopes of given coefficients, then entry (row, column) of the Jacobian.
-GIVEN_SLOPE = LANE_ROWS
-JACOBIAN = LANE_ROWS + 2
-JACOBIAN_END = JACOBIAN + COLUMNS * MOTION
 
-
-# `at` is where entry (0, 0) of a lane's Jacobian stands. Sums, not literal rows and columns, are handed to functions:
-# numba compiles a function anew for every literal.
-ROW = MOTION * LANES
+@inlined
+def _times(factor, block):
+    return (scaled(factor, block[0]), scaled(factor, block[1]), scaled(factor, block[2]))
 
 
 @inlined
-def _store_row(lanes, at, values):
-    lanes[at], lanes[at + LANES], lanes[at + 2 * LANES] = values[0], values[1], values[2]
+def _put_row(lanes, rate, k, by_position, by_velocity, by_spin):
+    """Writes one row of a lane's Jacobian."""
+    put_vector(lanes, entry(rate, AXIS_DISTANCE), k, by_position)
+    put_vector(lanes, entry(rate, VELOCITY), k, by_velocity)
+    put_vector(lanes, entry(rate, SPIN), k, by_spin)
 
 
 @inlined
-def _store(lanes, at, block, factor):
-    _store_row(lanes, at, scaled(factor, block[0]))
-    _store_row(lanes, at + ROW, scaled(factor, block[1]))
-    _store_row(lanes, at + 2 * ROW, scaled(factor, block[2]))
-
-
-@inlined
-def _add_frame(lanes, at, position, velocity, spin, gravity):
+def _add_frame(lanes, k, position, velocity, spin, gravity):
     """Adds what the frame that turns with the ball does, and gravity in it."""
     inverse = 1.0 / position[0]
     rate = velocity[1] * inverse
-    lanes[at + 0 * ROW + 3 * LANES] += 1.0
-    lanes[at + 1 * ROW + 0 * LANES] += -rate * inverse
-    lanes[at + 1 * ROW + 4 * LANES] += inverse
-    lanes[at + 2 * ROW + 5 * LANES] += 1.0
-    lanes[at + 3 * ROW + 0 * LANES] += -rate * rate
-    lanes[at + 3 * ROW + 1 * LANES] += gravity[1]
-    lanes[at + 3 * ROW + 4 * LANES] += 2.0 * rate
-    lanes[at + 4 * ROW + 0 * LANES] += rate * velocity[0] * inverse
-    lanes[at + 4 * ROW + 1 * LANES] += -gravity[0]
-    lanes[at + 4 * ROW + 3 * LANES] += -rate
-    lanes[at + 4 * ROW + 4 * LANES] += -velocity[0] * inverse
-    lanes[at + 6 * ROW + 0 * LANES] += -rate * spin[1] * inverse
-    lanes[at + 6 * ROW + 4 * LANES] += spin[1] * inverse
-    lanes[at + 6 * ROW + 7 * LANES] += rate
-    lanes[at + 7 * ROW + 0 * LANES] += rate * spin[0] * inverse
-    lanes[at + 7 * ROW + 4 * LANES] += -spin[0] * inverse
-    lanes[at + 7 * ROW + 6 * LANES] += -rate
+    increase(lanes, entry(AXIS_DISTANCE, RADIAL_VELOCITY), k, 1.0)
+    increase(lanes, entry(ORBIT_ANGLE, AXIS_DISTANCE), k, -rate * inverse)
+    increase(lanes, entry(ORBIT_ANGLE, TANGENTIAL_VELOCITY), k, inverse)
+    increase(lanes, entry(HEIGHT, AXIAL_VELOCITY), k, 1.0)
+    increase(lanes, entry(RADIAL_VELOCITY, AXIS_DISTANCE), k, -rate * rate)
+    increase(lanes, entry(RADIAL_VELOCITY, ORBIT_ANGLE), k, gravity[1])
+    increase(lanes, entry(RADIAL_VELOCITY, TANGENTIAL_VELOCITY), k, 2.0 * rate)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, AXIS_DISTANCE), k, rate * velocity[0] * inverse)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, ORBIT_ANGLE), k, -gravity[0])
+    increase(lanes, entry(TANGENTIAL_VELOCITY, RADIAL_VELOCITY), k, -rate)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, TANGENTIAL_VELOCITY), k, -velocity[0] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, AXIS_DISTANCE), k, -rate * spin[1] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_VELOCITY), k, spin[1] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_SPIN), k, rate)
+    increase(lanes, entry(TANGENTIAL_SPIN, AXIS_DISTANCE), k, rate * spin[0] * inverse)
+    increase(lanes, entry(TANGENTIAL_SPIN, TANGENTIAL_VELOCITY), k, -spin[0] * inverse)
+    increase(lanes, entry(TANGENTIAL_SPIN, RADIAL_SPIN), k, -rate)
 
 
 @kernel
 def _give_slopes(bearing, lanes):
     """dC/dQ of the load coefficients that are looked up, by central differences."""
     for k in range(LANES):
-        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
-        centre = about_z(cosine, -sine, bearing.offset)
-        offset = (lanes[AXIS_DISTANCE * LANES + k] - centre[0], -centre[1], lanes[HEIGHT * LANES + k] - centre[2])
-        lanes[GIVEN_SLOPE * LANES + k] = _given_slope(bearing, bearing.inner, offset)
-        offset = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
-        lanes[(GIVEN_SLOPE + 1) * LANES + k] = _given_slope(bearing, bearing.outer, offset)
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        position = lane_position(lanes, k)
+        offset = minus(position, about_z(cosine, -sine, bearing.offset))
+        put(lanes, GIVEN_SLOPE_INNER, k, _given_slope(bearing, bearing.inner, offset))
+        put(lanes, GIVEN_SLOPE_OUTER, k, _given_slope(bearing, bearing.outer, position))
 
 
 @kernel
@@ -104,58 +113,37 @@ def _given_slope(bearing, raceway, offset):
 def _fill(bearing, lanes):
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
-        cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
-        speed = lanes[RING_SPEED * LANES + k]
-        position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
-        velocity, spin = lane_vector(lanes, VELOCITY, k), lane_vector(lanes, SPIN, k)
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        speed = get(lanes, RING_SPEED, k)
+        position = lane_position(lanes, k)
+        velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
         centre = about_z(cosine, -sine, bearing.offset)
         gravity = about_z(cosine, -sine, bearing.gravity)
+        by_angle, still = (-centre[1], centre[0], 0.0), (0.0, 0.0, 0.0)
+        given, slope = get(lanes, GIVEN_INNER, k), get(lanes, GIVEN_SLOPE_INNER, k)
         contact, inner = contact_gradient(
-            bearing,
-            bearing.inner,
-            lanes[GIVEN * LANES + k],
-            lanes[GIVEN_SLOPE * LANES + k],
-            centre,
-            (-centre[1], centre[0], 0.0),
-            speed,
-            position,
-            velocity,
-            spin,
+            bearing, bearing.inner, given, slope, centre, by_angle, speed, position, velocity, spin
         )
-        still = (0.0, 0.0, 0.0)
-        _, outer = contact_gradient(
-            bearing,
-            bearing.outer,
-            lanes[(GIVEN + 1) * LANES + k],
-            lanes[(GIVEN_SLOPE + 1) * LANES + k],
-            still,
-            still,
-            0.0,
-            position,
-            velocity,
-            spin,
-        )
-        at = JACOBIAN * LANES + k
-        for i in range(3 * MOTION):
-            lanes[at + i * LANES] = 0.0
-        _store(lanes, at + VELOCITY * ROW + 0 * LANES, plus(inner.force_p, outer.force_p), inverse_mass)
-        _store(lanes, at + VELOCITY * ROW + VELOCITY * LANES, plus(inner.force_v, outer.force_v), inverse_mass)
-        _store(lanes, at + VELOCITY * ROW + SPIN * LANES, plus(inner.force_s, outer.force_s), inverse_mass)
-        _store(lanes, at + SPIN * ROW + 0 * LANES, plus(inner.torque_p, outer.torque_p), inverse_inertia)
-        _store(lanes, at + SPIN * ROW + VELOCITY * LANES, plus(inner.torque_v, outer.torque_v), inverse_inertia)
-        _store(lanes, at + SPIN * ROW + SPIN * LANES, plus(inner.torque_s, outer.torque_s), inverse_inertia)
-        _store_row(lanes, at + MOTION * ROW + 0 * LANES, inner.power_p)
-        _store_row(lanes, at + MOTION * ROW + VELOCITY * LANES, inner.power_v)
-        _store_row(lanes, at + MOTION * ROW + SPIN * LANES, inner.power_s)
-        _store_row(lanes, at + (MOTION + 1) * ROW + 0 * LANES, add(inner.loss_p, outer.loss_p))
-        _store_row(lanes, at + (MOTION + 1) * ROW + VELOCITY * LANES, add(inner.loss_v, outer.loss_v))
-        _store_row(lanes, at + (MOTION + 1) * ROW + SPIN * LANES, add(inner.loss_s, outer.loss_s))
+        given, slope = get(lanes, GIVEN_OUTER, k), get(lanes, GIVEN_SLOPE_OUTER, k)
+        _, outer = contact_gradient(bearing, bearing.outer, given, slope, still, still, 0.0, position, velocity, spin)
+        for row in range(entry(AXIS_DISTANCE, AXIS_DISTANCE), entry(VELOCITY, AXIS_DISTANCE)):
+            put(lanes, row, k, 0.0)
+        force_p, torque_p = plus(inner.force_p, outer.force_p), plus(inner.torque_p, outer.torque_p)
+        force_v, torque_v = plus(inner.force_v, outer.force_v), plus(inner.torque_v, outer.torque_v)
+        force_s, torque_s = plus(inner.force_s, outer.force_s), plus(inner.torque_s, outer.torque_s)
+        put_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k, _times(inverse_mass, force_p))
+        put_jacobian_block(lanes, VELOCITY, VELOCITY, k, _times(inverse_mass, force_v))
+        put_jacobian_block(lanes, VELOCITY, SPIN, k, _times(inverse_mass, force_s))
+        put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, _times(inverse_inertia, torque_p))
+        put_jacobian_block(lanes, SPIN, VELOCITY, k, _times(inverse_inertia, torque_v))
+        put_jacobian_block(lanes, SPIN, SPIN, k, _times(inverse_inertia, torque_s))
+        loss_p, loss_v = add(inner.loss_p, outer.loss_p), add(inner.loss_v, outer.loss_v)
         sign = math.copysign(1.0, contact.drive_power)
-        _store_row(lanes, at + (MOTION + 2) * ROW + 0 * LANES, scaled(sign, inner.power_p))
-        _store_row(lanes, at + (MOTION + 2) * ROW + VELOCITY * LANES, scaled(sign, inner.power_v))
-        _store_row(lanes, at + (MOTION + 2) * ROW + SPIN * LANES, scaled(sign, inner.power_s))
-
-        _add_frame(lanes, at, position, velocity, spin, gravity)
+        gross_p, gross_v = scaled(sign, inner.power_p), scaled(sign, inner.power_v)
+        _put_row(lanes, DRIVE_WORK, k, inner.power_p, inner.power_v, inner.power_s)
+        _put_row(lanes, DISSIPATED, k, loss_p, loss_v, add(inner.loss_s, outer.loss_s))
+        _put_row(lanes, GROSS_WORK, k, gross_p, gross_v, scaled(sign, inner.power_s))
+        _add_frame(lanes, k, position, velocity, spin, gravity)
 
 
 @kernel
@@ -179,26 +167,70 @@ def _differences(bearing, lanes):
     """The same by forward differences of `lane_rates`; the rates' rows are left with the rates at this motion."""
     steps = nudges(bearing)
     lane_rates(bearing, lanes)
-    base = lanes[LANE_RATES * LANES : LANE_SPOTS * LANES].copy()
-    kept = np.empty(LANES)
+    base, kept = np.empty(STATE_SPAN), np.empty(LANES)
+    for i in range(STATE_SPAN):
+        base[i] = get(lanes, LANE_RATES, i)
     for column in range(MOTION):
         for k in range(LANES):
-            kept[k] = lanes[column * LANES + k]
-            lanes[column * LANES + k] = kept[k] + steps[column]
+            kept[k] = get(lanes, column, k)
+            put(lanes, column, k, kept[k] + steps[column])
         lane_rates(bearing, lanes)
         for k in range(LANES):
-            inverse = 1.0 / (lanes[column * LANES + k] - kept[k])
-            lanes[column * LANES + k] = kept[k]
-            for row in range(COLUMNS):
-                change = lanes[(LANE_RATES + row) * LANES + k] - base[row * LANES + k]
-                lanes[(JACOBIAN + row * MOTION + column) * LANES + k] = change * inverse
-    lanes[LANE_RATES * LANES : LANE_SPOTS * LANES] = base
+            inverse = 1.0 / (get(lanes, column, k) - kept[k])
+            put(lanes, column, k, kept[k])
+            for rate in range(COLUMNS):
+                change = get(lanes, LANE_RATES + rate, k) - get(base, rate, k)
+                put(lanes, entry(rate, column), k, change * inverse)
+    for i in range(STATE_SPAN):
+        put(lanes, LANE_RATES, i, base[i])
 
 
 @kernel
 def lane_jacobian(spot, bearing, lanes):
-    """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's, see `bearing_spot`."""
+    """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's."""
     if len(spot) > 0:
         _differences(bearing, lanes)
     else:
         raceway_jacobian(bearing, lanes)
+
+
+@inlined
+def lane_linear(lanes, k):
+    """The Jacobian of lane k as `block_solve` takes it."""
+    return Linear(
+        angle_by_radius=get(lanes, entry(ORBIT_ANGLE, AXIS_DISTANCE), k),
+        angle_by_velocity=get(lanes, entry(ORBIT_ANGLE, TANGENTIAL_VELOCITY), k),
+        vp=get_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k),
+        vv=get_jacobian_block(lanes, VELOCITY, VELOCITY, k),
+        vs=get_jacobian_block(lanes, VELOCITY, SPIN, k),
+        sp=get_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k),
+        sv=get_jacobian_block(lanes, SPIN, VELOCITY, k),
+        ss=get_jacobian_block(lanes, SPIN, SPIN, k),
+    )
+
+
+@inlined
+def lane_resistance(lanes, k):
+    """The same without what answers to the position."""
+    nothing = (0.0, 0.0, 0.0)
+    none = (nothing, nothing, nothing)
+    return Linear(
+        angle_by_radius=0.0,
+        angle_by_velocity=0.0,
+        vp=none,
+        vv=get_jacobian_block(lanes, VELOCITY, VELOCITY, k),
+        vs=get_jacobian_block(lanes, VELOCITY, SPIN, k),
+        sp=none,
+        sv=get_jacobian_block(lanes, SPIN, VELOCITY, k),
+        ss=get_jacobian_block(lanes, SPIN, SPIN, k),
+    )
+
+
+@inlined
+def lane_answer(lanes, rate, k, position, velocity, spin):
+    """One row of lane k's Jacobian times an increment of the motion."""
+    return (
+        dot(get_vector(lanes, entry(rate, AXIS_DISTANCE), k), position)
+        + dot(get_vector(lanes, entry(rate, VELOCITY), k), velocity)
+        + dot(get_vector(lanes, entry(rate, SPIN), k), spin)
+    )

@@ -1,145 +1,132 @@
-"""One Rosenbrock step of many balls side by side, each with its own step size, and its dense output.
-
-Everything is rows of one flat array, a number a lane: see `bearing`. Named tuples of many arrays, and views, would cost
-more than the arithmetic.
-"""
+"""One Rosenbrock step of many balls side by side, each with its own step size, and its dense output."""
 
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import (
+from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_jacobian, lane_linear
+from bearing_twin.kinds.bearing.rates import lane_rates
+from bearing_twin.kinds.bearing.rows import (
     AXIS_DISTANCE,
     COLUMNS,
+    END,
+    ERROR,
+    FACTOR_BELOW,
+    FACTOR_COUPLING,
+    FACTOR_INVERSE,
+    FACTOR_RADIUS,
+    FACTOR_SCHUR,
+    FACTOR_VELOCITY,
+    FIFTH_STAGE,
+    FIRST_STAGE,
+    FOURTH_STAGE,
+    GAIN,
+    INVERSE_STEP,
     LANE_RATES,
     LANES,
+    MIDDLE,
     MOTION,
+    MOTION_SPAN,
+    ORIENTATION,
+    RIGHT,
     RING_SPEED,
+    SECOND_STAGE,
+    SLOPE,
+    SOLUTION,
     SPIN,
+    START,
+    STATE_SPAN,
+    STEP,
+    TANGENTIAL_VELOCITY,
+    THIRD_STAGE,
+    TIME,
+    TURNED,
     VELOCITY,
-    lane_vector,
-    set_lane_vector,
+    from_lane,
+    get,
+    get_block,
+    get_quaternion,
+    get_vector,
+    increase,
+    put,
+    put_block,
+    put_quaternion,
+    put_vector,
 )
-from bearing_twin.kinds.bearing.jacobian import JACOBIAN, JACOBIAN_END, lane_jacobian
-from bearing_twin.kinds.bearing.rates import lane_rates
-from bearing_twin.numerics.block_solve import Factors, Linear, factorise_body, solve_body
-from bearing_twin.numerics.rotation import dot, turned
-from bearing_twin.numerics.steppers import MOST_STAGES, rosenbrock_dense
-
-# Rows of the lanes after the Jacobian.
-FACTORS = JACOBIAN_END  # what `factorise_body` leaves
-RIGHT = FACTORS + 38  # right-hand side of a stage, and what it solves to
-SOLUTION = RIGHT + COLUMNS
-START = SOLUTION + COLUMNS  # a step's start, middle and end, and h times the explicit change of rates with time
-MIDDLE = START + COLUMNS
-END = MIDDLE + COLUMNS
-SLOPE = END + COLUMNS
-INVERSE = SLOPE + COLUMNS  # 1 / h, in every row
-STAGES = INVERSE + COLUMNS  # COLUMNS rows for each stage
-ORIENTATION = STAGES + MOST_STAGES * COLUMNS  # at the start, and at the end
-TURNED = ORIENTATION + 4
-TIME = TURNED + 4  # of each lane: time, step, h gamma, the error estimated, and the step before its cut
-STEP, GAIN, ERROR, WANTED = TIME + 1, TIME + 2, TIME + 3, TIME + 4
-ALL_ROWS = TIME + 5
+from bearing_twin.kinds.bearing.steps import spin_in_frame
+from bearing_twin.numerics.block_solve import Factors, factorise_body, solve_body
+from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.steppers import rosenbrock_dense
 
 SLOPE_STEP = 1e-3  # share of the step over which the rates' explicit change with time is taken
 
 
 @inlined
-def _block(lanes, row, column, k):
-    first = JACOBIAN + row * MOTION + column
+def _five(weights):
+    """The weights of the earlier stages as a tuple."""
+    return (weights[0], weights[1], weights[2], weights[3], weights[4])
+
+
+@inlined
+def _mixed(weights, lanes, i):
+    """The weighted sum of the earlier stages; `i` counts through the rows of one."""
     return (
-        lane_vector(lanes, first, k),
-        lane_vector(lanes, first + MOTION, k),
-        lane_vector(lanes, first + 2 * MOTION, k),
+        weights[0] * get(lanes, FIRST_STAGE, i)
+        + weights[1] * get(lanes, SECOND_STAGE, i)
+        + weights[2] * get(lanes, THIRD_STAGE, i)
+        + weights[3] * get(lanes, FOURTH_STAGE, i)
+        + weights[4] * get(lanes, FIFTH_STAGE, i)
     )
-
-
-@inlined
-def _linear(lanes, k):
-    return Linear(
-        lanes[(JACOBIAN + MOTION) * LANES + k],
-        lanes[(JACOBIAN + MOTION + 4) * LANES + k],
-        _block(lanes, 3, 0, k),
-        _block(lanes, 3, 3, k),
-        _block(lanes, 3, 6, k),
-        _block(lanes, 6, 0, k),
-        _block(lanes, 6, 3, k),
-        _block(lanes, 6, 6, k),
-    )
-
-
-@inlined
-def _keep(block, lanes, row, k):
-    set_lane_vector(lanes, row, k, block[0])
-    set_lane_vector(lanes, row + 3, k, block[1])
-    set_lane_vector(lanes, row + 6, k, block[2])
-
-
-@inlined
-def _kept(lanes, row, k):
-    return (lane_vector(lanes, row, k), lane_vector(lanes, row + 3, k), lane_vector(lanes, row + 6, k))
 
 
 @kernel
 def _factorise(lanes):
     """Factors of every lane's Jacobian, each with its own step."""
     for k in range(LANES):
-        found = factorise_body(_linear(lanes, k), lanes[GAIN * LANES + k])
-        lanes[FACTORS * LANES + k] = found.turning[0]
-        lanes[(FACTORS + 1) * LANES + k] = found.turning[1]
-        _keep(found.inverse, lanes, FACTORS + 2, k)
-        _keep(found.coupling, lanes, FACTORS + 11, k)
-        _keep(found.below, lanes, FACTORS + 20, k)
-        _keep(found.schur, lanes, FACTORS + 29, k)
-
-
-@inlined
-def _answer(lanes, row, position, velocity, spin, k):
-    """One row of the Jacobian times an increment of the motion."""
-    first = JACOBIAN + row * MOTION
-    return (
-        dot(lane_vector(lanes, first, k), position)
-        + dot(lane_vector(lanes, first + 3, k), velocity)
-        + dot(lane_vector(lanes, first + 6, k), spin)
-    )
+        found = factorise_body(lane_linear(lanes, k), get(lanes, GAIN, k))
+        put(lanes, FACTOR_RADIUS, k, found.turning[0])
+        put(lanes, FACTOR_VELOCITY, k, found.turning[1])
+        put_block(lanes, FACTOR_INVERSE, k, found.inverse)
+        put_block(lanes, FACTOR_COUPLING, k, found.coupling)
+        put_block(lanes, FACTOR_BELOW, k, found.below)
+        put_block(lanes, FACTOR_SCHUR, k, found.schur)
 
 
 @kernel
 def _solve(lanes):
     """Solves W k = right for one stage of all lanes: the motion, then the integrals that only listen."""
     for k in range(LANES):
-        g = lanes[GAIN * LANES + k]
+        g = get(lanes, GAIN, k)
         factors = Factors(
-            (lanes[FACTORS * LANES + k], lanes[(FACTORS + 1) * LANES + k]),
-            _kept(lanes, FACTORS + 2, k),
-            _kept(lanes, FACTORS + 11, k),
-            _kept(lanes, FACTORS + 20, k),
-            _kept(lanes, FACTORS + 29, k),
+            turning=(get(lanes, FACTOR_RADIUS, k), get(lanes, FACTOR_VELOCITY, k)),
+            inverse=get_block(lanes, FACTOR_INVERSE, k),
+            coupling=get_block(lanes, FACTOR_COUPLING, k),
+            below=get_block(lanes, FACTOR_BELOW, k),
+            schur=get_block(lanes, FACTOR_SCHUR, k),
         )
         position, velocity, spin = solve_body(
-            _linear(lanes, k),
+            lane_linear(lanes, k),
             factors,
             g,
-            lane_vector(lanes, RIGHT, k),
-            lane_vector(lanes, RIGHT + 3, k),
-            lane_vector(lanes, RIGHT + 6, k),
+            get_vector(lanes, RIGHT + AXIS_DISTANCE, k),
+            get_vector(lanes, RIGHT + VELOCITY, k),
+            get_vector(lanes, RIGHT + SPIN, k),
         )
-        set_lane_vector(lanes, SOLUTION, k, position)
-        set_lane_vector(lanes, SOLUTION + 3, k, velocity)
-        set_lane_vector(lanes, SOLUTION + 6, k, spin)
-        for i in range(3):
-            listened = lanes[(RIGHT + MOTION + i) * LANES + k] + _answer(lanes, MOTION + i, position, velocity, spin, k)
-            lanes[(SOLUTION + MOTION + i) * LANES + k] = g * listened
+        put_vector(lanes, SOLUTION + AXIS_DISTANCE, k, position)
+        put_vector(lanes, SOLUTION + VELOCITY, k, velocity)
+        put_vector(lanes, SOLUTION + SPIN, k, spin)
+        for integral in range(MOTION, COLUMNS):
+            answer = lane_answer(lanes, integral, k, position, velocity, spin)
+            put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + answer))
 
 
 @kernel
 def _rates_at(bearing, drive, source, alpha, lanes):
     """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead."""
-    for i in range(MOTION * LANES):
-        lanes[i] = lanes[source * LANES + i]
+    for i in range(MOTION_SPAN):
+        put(lanes, AXIS_DISTANCE, i, get(lanes, source, i))
     for k in range(LANES):
-        moment = lanes[TIME * LANES + k] + alpha * lanes[STEP * LANES + k]
-        lanes[RING_SPEED * LANES + k] = drive.speed + drive.acceleration * moment
+        moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
+        put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
     lane_rates(bearing, lanes)
 
 
@@ -147,60 +134,48 @@ def _rates_at(bearing, drive, source, alpha, lanes):
 def _linearise(bearing, drive, gamma, lanes):
     """Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes."""
     for k in range(LANES):
-        lanes[GAIN * LANES + k] = gamma * lanes[STEP * LANES + k]
-        lanes[INVERSE * LANES + k] = 1.0 / lanes[STEP * LANES + k]
-    for i in range(LANES, COLUMNS * LANES):
-        lanes[INVERSE * LANES + i] = lanes[INVERSE * LANES + i - LANES]
+        put(lanes, GAIN, k, gamma * get(lanes, STEP, k))
+        put(lanes, INVERSE_STEP, k, 1.0 / get(lanes, STEP, k))
+    for i in range(LANES, STATE_SPAN):
+        put(lanes, INVERSE_STEP, i, get(lanes, INVERSE_STEP, i - LANES))
     if drive.acceleration != 0.0:
         # Times h, as the method wants it; at constant speed these rows stay zero.
         _rates_at(bearing, drive, START, SLOPE_STEP, lanes)
-        for i in range(COLUMNS * LANES):
-            lanes[SLOPE * LANES + i] = lanes[LANE_RATES * LANES + i]
+        for i in range(STATE_SPAN):
+            put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
         _rates_at(bearing, drive, START, 0.0, lanes)
-        for i in range(COLUMNS * LANES):
-            lanes[SLOPE * LANES + i] = (lanes[SLOPE * LANES + i] - lanes[LANE_RATES * LANES + i]) / SLOPE_STEP
+        for i in range(STATE_SPAN):
+            put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
     else:
         _rates_at(bearing, drive, START, 0.0, lanes)
     lane_jacobian(bearing.spot, bearing, lanes)
     _factorise(lanes)
 
 
-@inlined
-def _mixed(weights, i, lanes):
-    """The weighted sum of the earlier stages; `i` counts through the rows of one."""
-    return (
-        weights[0] * lanes[STAGES * LANES + i]
-        + weights[1] * lanes[(STAGES + COLUMNS) * LANES + i]
-        + weights[2] * lanes[(STAGES + 2 * COLUMNS) * LANES + i]
-        + weights[3] * lanes[(STAGES + 3 * COLUMNS) * LANES + i]
-        + weights[4] * lanes[(STAGES + 4 * COLUMNS) * LANES + i]
-    )
-
-
 @kernel
 def _stage_state(a, lanes):
     """The state at which a stage takes its rates."""
-    weights = (a[0], a[1], a[2], a[3], a[4])
-    for i in range(COLUMNS * LANES):
-        lanes[END * LANES + i] = lanes[START * LANES + i] + _mixed(weights, i, lanes)
+    weights = _five(a)
+    for i in range(STATE_SPAN):
+        put(lanes, END, i, get(lanes, START, i) + _mixed(weights, lanes, i))
 
 
 @kernel
 def _stage_right(c, d, lanes):
     """The right-hand side of a stage from its rates."""
-    weights = (c[0], c[1], c[2], c[3], c[4])
-    for i in range(COLUMNS * LANES):
-        known = lanes[LANE_RATES * LANES + i] + d * lanes[SLOPE * LANES + i]
-        lanes[RIGHT * LANES + i] = known + _mixed(weights, i, lanes) * lanes[INVERSE * LANES + i]
+    weights = _five(c)
+    for i in range(STATE_SPAN):
+        known = get(lanes, LANE_RATES, i) + d * get(lanes, SLOPE, i)
+        put(lanes, RIGHT, i, known + _mixed(weights, lanes, i) * get(lanes, INVERSE_STEP, i))
 
 
 @kernel
 def _keep_stage(stage, lanes):
     """Stores the solution as a stage's; one that is not finite as zero, so that it cannot haunt the next attempt."""
-    first = (STAGES + stage * COLUMNS) * LANES
-    for i in range(COLUMNS * LANES):
-        value = lanes[SOLUTION * LANES + i]
-        lanes[first + i] = value if abs(value) < math.inf else 0.0
+    row = FIRST_STAGE + stage * COLUMNS
+    for i in range(STATE_SPAN):
+        value = get(lanes, SOLUTION, i)
+        put(lanes, row, i, value if abs(value) < math.inf else 0.0)
 
 
 @inlined
@@ -216,8 +191,8 @@ def rosenbrock_step(bearing, drive, method, scales, lanes):
         _stage_right(c[stage], d[stage], lanes)
         _solve(lanes)
         _keep_stage(stage, lanes)
-    for i in range(COLUMNS * LANES):
-        lanes[END * LANES + i] += lanes[SOLUTION * LANES + i]
+    for i in range(STATE_SPAN):
+        increase(lanes, END, i, get(lanes, SOLUTION, i))
     _estimate(scales, lanes)
 
 
@@ -225,52 +200,56 @@ def rosenbrock_step(bearing, drive, method, scales, lanes):
 def _estimate(scales, lanes):
     """Root mean square of the last stage, which is the error, in units of the scales."""
     for k in range(LANES):
-        lanes[ERROR * LANES + k] = 0.0
-    for row in range(MOTION):
-        inverse = 1.0 / scales[row]
+        put(lanes, ERROR, k, 0.0)
+    for column in range(MOTION):
+        inverse = 1.0 / scales[column]
         for k in range(LANES):
-            ratio = lanes[(SOLUTION + row) * LANES + k] * inverse
-            lanes[ERROR * LANES + k] += ratio * ratio
+            ratio = get(lanes, SOLUTION + column, k) * inverse
+            increase(lanes, ERROR, k, ratio * ratio)
     for k in range(LANES):
-        lanes[ERROR * LANES + k] = math.sqrt(lanes[ERROR * LANES + k] / MOTION)
+        put(lanes, ERROR, k, math.sqrt(get(lanes, ERROR, k) / MOTION))
 
 
 @inlined
-def _lane_spin(row, lanes, k):
-    """Angular velocity of a lane's ball against the frame that turns with it, from the state in rows from `row` on."""
-    around = lanes[(row + VELOCITY + 1) * LANES + k] / lanes[(row + AXIS_DISTANCE) * LANES + k]
-    spin = lane_vector(lanes, row + SPIN, k)
-    return (spin[0], spin[1], spin[2] - around)
+def _lane_spin(lanes, state, k):
+    """`spin_in_frame` of a lane's ball whose state stands in the rows from `state` on."""
+    tangential_velocity = get(lanes, state + TANGENTIAL_VELOCITY, k)
+    spin = get_vector(lanes, state + SPIN, k)
+    return spin_in_frame(get(lanes, state + AXIS_DISTANCE, k), tangential_velocity, spin)
 
 
 @kernel
 def turn_lanes(dense, lanes):
     """The middle of every lane's step by its interpolant, and the orientation at its end."""
-    third = (dense[0, 0], dense[0, 1], dense[0, 2], dense[0, 3], dense[0, 4])
-    fourth = (dense[1, 0], dense[1, 1], dense[1, 2], dense[1, 3], dense[1, 4])
-    for i in range(COLUMNS * LANES):
-        start, end = lanes[START * LANES + i], lanes[END * LANES + i]
-        middle = rosenbrock_dense(0.5, start, end, _mixed(third, i, lanes), _mixed(fourth, i, lanes))
-        lanes[MIDDLE * LANES + i] = middle
+    third, fourth = _five(dense[0]), _five(dense[1])
+    for i in range(STATE_SPAN):
+        start, end = get(lanes, START, i), get(lanes, END, i)
+        middle = rosenbrock_dense(0.5, start, end, _mixed(third, lanes, i), _mixed(fourth, lanes, i))
+        put(lanes, MIDDLE, i, middle)
     for k in range(LANES):
-        x, y, z = lane_vector(lanes, ORIENTATION, k)
         result = turned(
-            (x, y, z, lanes[(ORIENTATION + 3) * LANES + k]),
-            _lane_spin(START, lanes, k),
-            _lane_spin(MIDDLE, lanes, k),
-            _lane_spin(END, lanes, k),
-            lanes[STEP * LANES + k],
+            get_quaternion(lanes, ORIENTATION, k),
+            _lane_spin(lanes, START, k),
+            _lane_spin(lanes, MIDDLE, k),
+            _lane_spin(lanes, END, k),
+            get(lanes, STEP, k),
         )
-        for part in range(4):
-            lanes[(TURNED + part) * LANES + k] = result[part]
+        put_quaternion(lanes, TURNED, k, result)
 
 
 @kernel
-def interpolate_lane(dense, fraction, lanes, k, row):
-    """A step's interpolant at `fraction` of it, for one lane."""
-    third = (dense[0, 0], dense[0, 1], dense[0, 2], dense[0, 3], dense[0, 4])
-    fourth = (dense[1, 0], dense[1, 1], dense[1, 2], dense[1, 3], dense[1, 4])
+def dense_ends(lanes, k, dense):
+    """Fills the start, the end and the first orientation of one lane's dense step."""
+    from_lane(lanes, START, k, dense.start)
+    from_lane(lanes, END, k, dense.end)
+    from_lane(lanes, ORIENTATION, k, dense.orientation)
+
+
+@kernel
+def dense_terms(weights, lanes, k, dense):
+    """Fills the two terms of one lane's interpolant by the method's dense weights."""
+    third, fourth = _five(weights[0]), _five(weights[1])
     for column in range(COLUMNS):
         i = column * LANES + k
-        start, end = lanes[START * LANES + i], lanes[END * LANES + i]
-        row[column] = rosenbrock_dense(fraction, start, end, _mixed(third, i, lanes), _mixed(fourth, i, lanes))
+        dense.third[column] = _mixed(third, lanes, i)
+        dense.fourth[column] = _mixed(fourth, lanes, i)

@@ -5,14 +5,7 @@ from scipy.integrate import DOP853, Radau
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import (
-    COLUMNS,
-    DRIVE_WORK,
-    GROSS_WORK,
-    LANE_ROWS,
-    LANES,
-    MOTION,
-    ORBIT_ANGLE,
-    Drive,
+    RingDrive,
     mark_near,
     time_apart,
 )
@@ -23,7 +16,8 @@ from bearing_twin.kinds.bearing.jacobian import nudges
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.rosenbrock import Task, lone_chunk
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, lone_chunk
+from bearing_twin.kinds.bearing.rows import COLUMNS, DRIVE_WORK, GROSS_WORK, LANE_ROWS, MOTION, ORBIT_ANGLE, new_lanes
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
@@ -105,7 +99,7 @@ class BearingMotion:
         self.orientation = np.zeros((self.bearing.balls, 4))
         self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
         self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
-        self.drive = Drive(0.0, float(self.parameters.drive.speed), 0.0)
+        self.drive = RingDrive(0.0, float(self.parameters.drive.speed), 0.0)
         self.goal_speed = float(self.parameters.drive.speed)
         self.bearing = self._bearing
         self.steps = np.full(self.bearing.balls, 1e-6)
@@ -185,7 +179,7 @@ class BearingMotion:
         missing = self.goal_speed - self.drive.speed
         limit = self.parameters.drive.acceleration * duration
         change = min(limit, max(-limit, missing))
-        drive = Drive(self.drive.angle, self.drive.speed, change / duration)
+        drive = RingDrive(self.drive.angle, self.drive.speed, change / duration)
         states = np.full((len(times), *self.state.shape), np.nan)
         orientations = np.full((len(times), *self.orientation.shape), np.nan)
         before = self.state.copy(), self.orientation.copy(), self.steps.copy()
@@ -203,7 +197,7 @@ class BearingMotion:
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
-        self.drive = Drive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
+        self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
         self.elapsed += duration
 
     def _integrate(self, drive, near, times, duration, states, orientations):
@@ -212,7 +206,16 @@ class BearingMotion:
         results = Results(states, orientations, self.counts, failure)
         chunk = self.bearing, drive, near, times, duration
         if self.stepper in ROSENBROCK:
-            task = Task(ROSENBROCK[self.stepper], *chunk, self.scales, self.nudges)
+            task = ChunkTask(
+                method=ROSENBROCK[self.stepper],
+                bearing=self.bearing,
+                drive=drive,
+                near=near,
+                times=times,
+                duration=duration,
+                scales=self.scales,
+                nudges=self.nudges,
+            )
             status = self._rosenbrock(task, results)
         elif self.stepper in EXPLICIT:
             method = EXPLICIT[self.stepper]
@@ -243,7 +246,7 @@ class BearingMotion:
     def _scipy(self, drive, near, times, duration, states, orientations):
         """One chunk by a SciPy method: the same equations, for reference."""
         shape = self.state.shape
-        rates, balls, lanes = np.zeros(shape), np.arange(len(self.state)), np.zeros(LANE_ROWS * LANES)
+        rates, balls, lanes = np.zeros(shape), np.arange(len(self.state)), new_lanes(LANE_ROWS)
 
         def right_hand_side(time, flat):
             bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), balls, rates, lanes)

@@ -10,12 +10,6 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.equations import (
-    DISSIPATED,
-    DRIVE_WORK,
-    GROSS_WORK,
-    ORBIT_ANGLE,
-    SPIN,
-    VELOCITY,
     ball_position,
     ball_vector,
     in_ball_frame,
@@ -26,6 +20,7 @@ from bearing_twin.kinds.bearing.equations import (
     touchable,
 )
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.rows import DISSIPATED, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.spot import with_spot
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, quaternion_product, scaled
 from bearing_twin.sample import Channel, Sample, Wrench

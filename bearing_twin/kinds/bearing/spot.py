@@ -14,33 +14,37 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.friction import COARSE_POINTS, over_spot, slip_share
-from bearing_twin.kinds.bearing.equations import (
-    AXIS_DISTANCE,
+from bearing_twin.kinds.bearing.equations import RacewayContact, lane_position, raceway_contact
+from bearing_twin.kinds.bearing.rows import (
+    ACROSS,
+    ALONG,
     DISSIPATED,
     DRIVE_WORK,
-    GIVEN,
+    GIVEN_INNER,
+    GIVEN_OUTER,
     GROSS_WORK,
-    HEIGHT,
     LANE_RATES,
-    LANE_SPOTS,
     LANES,
+    MOMENT,
     ORBIT_ANGLE,
     RING_SPEED,
+    SEMI_MAJOR,
+    SEMI_MINOR,
+    SLIP_MAJOR,
+    SLIP_MINOR,
     SPIN,
+    SPIN_RATE,
+    SPOTS,
     VELOCITY,
-    RacewayContact,
-    lane_vector,
-    raceway_contact,
+    get,
+    get_vector,
+    increase,
+    increase_vector,
+    put,
 )
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 
-# Where the spots' quantities start in the lanes: the motion in a spot's frame, its semi-axes, and three means over it.
-# Each takes two rows, inner contacts and outer ones: 16 numbers side by side become vector instructions, 8 do not.
-SPOTS = 2 * LANES
-SLIP_MAJOR, SLIP_MINOR, SPIN_RATE, SEMI_MAJOR, SEMI_MINOR, ALONG, ACROSS, MOMENT = (
-    LANE_SPOTS * LANES + row * SPOTS for row in range(8)
-)
-INNER, OUTER = 0, LANES
+INNER_SPOTS, OUTER_SPOTS = 0, LANES  # where the spots of a ring begin among the SPOTS of all lanes
 
 
 class Spot(NamedTuple):
@@ -55,7 +59,7 @@ class Spot(NamedTuple):
     point: tuple[float, float, float]
 
 
-class Answer(NamedTuple):
+class SpotAnswer(NamedTuple):
     """What friction over a spot does: force and torque on the ball, power of the ring on it and power lost [W].
 
     `drilling` [N m] is the torque's part about the contact normal, the rest is the force's about the ball's centre.
@@ -77,7 +81,15 @@ def spot_of(contact, centre, position):
     major = cross(minor, contact.normal)
     semi_major, semi_minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
     slip = contact.slip
-    return Spot(major, minor, semi_major, semi_minor, dot(slip, major), dot(slip, minor), add(offset, contact.arm))
+    return Spot(
+        major=major,
+        minor=minor,
+        semi_major=semi_major,
+        semi_minor=semi_minor,
+        slip_major=dot(slip, major),
+        slip_minor=dot(slip, minor),
+        point=add(offset, contact.arm),
+    )
 
 
 @inlined
@@ -89,7 +101,13 @@ def _answer(coefficient, ring_speed, contact, spot, along, across, moment):
     turning = spot.point[0] * friction[1] - spot.point[1] * friction[0] + drilling * contact.normal[2]
     loss = along * spot.slip_major + across * spot.slip_minor + moment * contact.spin_rate
     torque = add(cross(contact.arm, friction), scaled(drilling, contact.normal))
-    return Answer(friction, drilling, torque, ring_speed * turning, limit * loss)
+    return SpotAnswer(
+        friction=friction,
+        drilling=drilling,
+        torque=torque,
+        drive_power=ring_speed * turning,
+        dissipation=limit * loss,
+    )
 
 
 @kernel
@@ -104,35 +122,35 @@ def with_spot(spot, bearing, centre, ring_speed, position, contact):
     )
     answer = _answer(spot[0], ring_speed, contact, place, along, across, moment)
     return RacewayContact(
-        contact.approach,
-        contact.approach_rate,
-        contact.normal_load,
-        contact.energy,
-        contact.curvature_small,
-        contact.curvature_large,
-        contact.normal,
-        contact.arm,
-        contact.slip,
-        contact.spin_rate,
-        answer.friction,
-        answer.drilling,
-        add(contact.force, answer.friction),
-        answer.torque,
-        contact.drive_power + answer.drive_power,
-        contact.dissipation + answer.dissipation,
+        approach=contact.approach,
+        approach_rate=contact.approach_rate,
+        normal_load=contact.normal_load,
+        energy=contact.energy,
+        curvature_small=contact.curvature_small,
+        curvature_large=contact.curvature_large,
+        normal=contact.normal,
+        arm=contact.arm,
+        slip=contact.slip,
+        spin_rate=contact.spin_rate,
+        friction=answer.friction,
+        drilling=answer.drilling,
+        force=add(contact.force, answer.friction),
+        torque=answer.torque,
+        drive_power=contact.drive_power + answer.drive_power,
+        dissipation=contact.dissipation + answer.dissipation,
     )
 
 
 @inlined
 def _contacts(bearing, lanes, k):
     """Both contacts of a lane, without friction, and the frames of their spots."""
-    cosine, sine = cosine_sine(lanes[ORBIT_ANGLE * LANES + k])
-    position = (lanes[AXIS_DISTANCE * LANES + k], 0.0, lanes[HEIGHT * LANES + k])
-    velocity, spin = lane_vector(lanes, VELOCITY, k), lane_vector(lanes, SPIN, k)
+    cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+    position = lane_position(lanes, k)
+    velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
     centre, middle = about_z(cosine, -sine, bearing.offset), (0.0, 0.0, 0.0)
-    speed, given = lanes[RING_SPEED * LANES + k], lanes[GIVEN * LANES + k]
+    speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
     inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
-    given = lanes[(GIVEN + 1) * LANES + k]
+    given = get(lanes, GIVEN_OUTER, k)
     outer = raceway_contact(bearing, bearing.outer, given, middle, 0.0, position, velocity, spin)
     return inner, spot_of(inner, centre, position), outer, spot_of(outer, middle, position)
 
@@ -140,14 +158,14 @@ def _contacts(bearing, lanes, k):
 @inlined
 def _set_out(contact, spot, lanes, k):
     """Writes what the quadrature of spot k reads, and its means as zero."""
-    lanes[SLIP_MAJOR + k] = spot.slip_major
-    lanes[SLIP_MINOR + k] = spot.slip_minor
-    lanes[SPIN_RATE + k] = contact.spin_rate
-    lanes[SEMI_MAJOR + k] = spot.semi_major
-    lanes[SEMI_MINOR + k] = spot.semi_minor
-    lanes[ALONG + k] = 0.0
-    lanes[ACROSS + k] = 0.0
-    lanes[MOMENT + k] = 0.0
+    put(lanes, SLIP_MAJOR, k, spot.slip_major)
+    put(lanes, SLIP_MINOR, k, spot.slip_minor)
+    put(lanes, SPIN_RATE, k, contact.spin_rate)
+    put(lanes, SEMI_MAJOR, k, spot.semi_major)
+    put(lanes, SEMI_MINOR, k, spot.semi_minor)
+    put(lanes, ALONG, k, 0.0)
+    put(lanes, ACROSS, k, 0.0)
+    put(lanes, MOMENT, k, 0.0)
 
 
 @kernel
@@ -156,31 +174,27 @@ def over_spots(regularisation, lanes):
     for i in range(len(COARSE_POINTS)):
         x, y, weight = COARSE_POINTS[i, 0], COARSE_POINTS[i, 1], COARSE_POINTS[i, 2]
         for k in range(SPOTS):
-            major, minor = lanes[SEMI_MAJOR + k] * x, lanes[SEMI_MINOR + k] * y
-            slip_major, slip_minor, spin = lanes[SLIP_MAJOR + k], lanes[SLIP_MINOR + k], lanes[SPIN_RATE + k]
+            major, minor = get(lanes, SEMI_MAJOR, k) * x, get(lanes, SEMI_MINOR, k) * y
+            slip_major, slip_minor = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
+            spin = get(lanes, SPIN_RATE, k)
             one = slip_share(major, minor, weight, slip_major, slip_minor, spin, regularisation)
-            lanes[ALONG + k] += one[0]
-            lanes[ACROSS + k] += one[1]
-            lanes[MOMENT + k] += one[2]
+            increase(lanes, ALONG, k, one[0])
+            increase(lanes, ACROSS, k, one[1])
+            increase(lanes, MOMENT, k, one[2])
 
 
 @inlined
 def _lane_answer(coefficient, ring_speed, contact, spot, lanes, k):
-    return _answer(coefficient, ring_speed, contact, spot, lanes[ALONG + k], lanes[ACROSS + k], lanes[MOMENT + k])
-
-
-@inlined
-def _add(lanes, row, factor, vector, k):
-    for axis in range(3):
-        lanes[(LANE_RATES + row + axis) * LANES + k] += factor * vector[axis]
+    along, across, moment = get(lanes, ALONG, k), get(lanes, ACROSS, k), get(lanes, MOMENT, k)
+    return _answer(coefficient, ring_speed, contact, spot, along, across, moment)
 
 
 @kernel
 def _set_out_all(bearing, lanes):
     for k in range(LANES):
         inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
-        _set_out(inner, inner_spot, lanes, INNER + k)
-        _set_out(outer, outer_spot, lanes, OUTER + k)
+        _set_out(inner, inner_spot, lanes, INNER_SPOTS + k)
+        _set_out(outer, outer_spot, lanes, OUTER_SPOTS + k)
 
 
 @kernel
@@ -188,14 +202,14 @@ def _add_all(coefficient, bearing, lanes):
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
-        one = _lane_answer(coefficient, lanes[RING_SPEED * LANES + k], inner, inner_spot, lanes, INNER + k)
-        two = _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER + k)
-        _add(lanes, VELOCITY, inverse_mass, add(one.friction, two.friction), k)
-        _add(lanes, SPIN, inverse_inertia, add(one.torque, two.torque), k)
+        one = _lane_answer(coefficient, get(lanes, RING_SPEED, k), inner, inner_spot, lanes, INNER_SPOTS + k)
+        two = _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER_SPOTS + k)
+        increase_vector(lanes, LANE_RATES + VELOCITY, k, scaled(inverse_mass, add(one.friction, two.friction)))
+        increase_vector(lanes, LANE_RATES + SPIN, k, scaled(inverse_inertia, add(one.torque, two.torque)))
         power = inner.drive_power + one.drive_power
-        lanes[(LANE_RATES + DRIVE_WORK) * LANES + k] = power
-        lanes[(LANE_RATES + DISSIPATED) * LANES + k] += one.dissipation + two.dissipation
-        lanes[(LANE_RATES + GROSS_WORK) * LANES + k] = abs(power)
+        put(lanes, LANE_RATES + DRIVE_WORK, k, power)
+        increase(lanes, LANE_RATES + DISSIPATED, k, one.dissipation + two.dissipation)
+        put(lanes, LANE_RATES + GROSS_WORK, k, abs(power))
 
 
 @kernel

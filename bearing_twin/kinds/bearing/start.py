@@ -10,19 +10,9 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.normal import HERTZ_U_MAX, LAWS, shape_variable
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.equations import (
-    AXIS_DISTANCE,
-    COLUMNS,
-    HEIGHT,
-    ORBIT_ANGLE,
-    SPIN,
-    VELOCITY,
-    Bearing,
-    raceway_of,
-    single_contact,
-    static_force,
-)
+from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
+from bearing_twin.kinds.bearing.rows import AXIS_DISTANCE, COLUMNS, HEIGHT, ORBIT_ANGLE, SPIN, VELOCITY
 
 
 class Rates(NamedTuple):
@@ -44,21 +34,23 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     # The rational form of the law hertz ends at b/a = 0.01; grooves closer than that take the exact solution.
     narrow = law == "hertz" and max(shape_variable(*pair) for pair in nominal_curvatures(geometry)) > HERTZ_U_MAX
     tag = LAWS["hertz_exact" if narrow else law]
+    damping, relaxation_time = viscous_terms(contact)
     return Bearing(
-        geometry.balls,
-        radius,
-        mass,
-        0.4 * mass * radius**2,
-        raceway_of(geometry, geometry.inner_conformity, -1.0, inner_modulus, tag),
-        raceway_of(geometry, geometry.outer_conformity, 1.0, outer_modulus, tag),
-        tuple(parameters.drive.offset),
-        tuple(parameters.gravity),
-        *viscous_terms(contact),
-        contact.friction_coefficient,
-        contact.friction_regularisation,
-        hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
-        contact.friction_coefficient if contact.friction == "point" else 0.0,
-        (contact.friction_coefficient,) if contact.friction == "spot" else (),
+        balls=geometry.balls,
+        ball_radius=radius,
+        ball_mass=mass,
+        ball_inertia=0.4 * mass * radius**2,
+        inner=raceway_of(geometry, geometry.inner_conformity, -1.0, inner_modulus, tag),
+        outer=raceway_of(geometry, geometry.outer_conformity, 1.0, outer_modulus, tag),
+        offset=tuple(parameters.drive.offset),
+        gravity=tuple(parameters.gravity),
+        damping=damping,
+        relaxation_time=relaxation_time,
+        friction_coefficient=contact.friction_coefficient,
+        friction_regularisation=contact.friction_regularisation,
+        pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
+        raceway_friction=contact.friction_coefficient if contact.friction == "point" else 0.0,
+        spot=(contact.friction_coefficient,) if contact.friction == "spot" else (),
     )
 
 

@@ -1,6 +1,6 @@
-"""What the integration loops of the bearing share: costs, failures, checks of a state, and turning the balls.
+"""What the integration loops of the bearing share: costs, failures, checks of a state, dense steps, turning the balls.
 
-The loops (`bearing_rosenbrock`, `bearing_groups`, `bearing_explicit`, `bearing_imex`) take `times` [s], increasing,
+The loops (`rosenbrock`, `groups`, `explicit`, `imex`) take `times` [s], increasing,
 counted from the start of the chunk, all within `duration`; they advance `state` (N, COLUMNS) and `orientation` (N, 4)
 to the end of the chunk and fill `states` (len(times), N, COLUMNS) and `orientations` (len(times), N, 4). `counts`
 gathers the cost; the returned status is one of OK, NOT_FINITE, TOO_DEEP, STALLED, with the failing time and ball in
@@ -12,15 +12,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.equations import (
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.equations import approaches
+from bearing_twin.kinds.bearing.rows import (
+    AXIAL_SPIN,
     AXIS_DISTANCE,
     COLUMNS,
-    SPIN,
-    VELOCITY,
-    approaches,
+    MOTION,
+    RADIAL_SPIN,
+    TANGENTIAL_SPIN,
+    TANGENTIAL_VELOCITY,
 )
 from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.steppers import rosenbrock_dense
 
 OK, NOT_FINITE, TOO_DEEP, STALLED = range(4)
 STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
@@ -39,10 +43,31 @@ class Results(NamedTuple):
     failure: np.ndarray
 
 
+class DenseStep(NamedTuple):
+    """One ball's Rosenbrock step: its start, its end, and the two terms of `rosenbrock_dense`, each (COLUMNS,).
+
+    `orientation` (4,) is that at the start, `between` (COLUMNS,) room for a state inside the step.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    third: np.ndarray
+    fourth: np.ndarray
+    orientation: np.ndarray
+    between: np.ndarray
+
+
+@inlined
+def spin_in_frame(axis_distance, tangential_velocity, spin):
+    """Angular velocity of a ball against the frame that turns with it around the axis [rad/s]."""
+    return (spin[0], spin[1], spin[2] - tangential_velocity / axis_distance)
+
+
 @kernel
 def relative_spin(row):
-    """Angular velocity of a ball against the frame that turns with it around the axis, from one row of the state."""
-    return (row[SPIN], row[SPIN + 1], row[SPIN + 2] - row[VELOCITY + 1] / row[AXIS_DISTANCE])
+    """`spin_in_frame` from one row of the state."""
+    spin = (row[RADIAL_SPIN], row[TANGENTIAL_SPIN], row[AXIAL_SPIN])
+    return spin_in_frame(row[AXIS_DISTANCE], row[TANGENTIAL_VELOCITY], spin)
 
 
 @kernel
@@ -61,6 +86,67 @@ def changes_contact(bearing, start, end):
         if before * after < 0.0 and min(abs(before), abs(after)) > TOUCHING:
             return True
     return False
+
+
+@kernel
+def error_norm(errors, scales):
+    """Root mean square of a motion's errors (MOTION,), in units of the scales; infinite where it is not finite."""
+    total = 0.0
+    for column in range(MOTION):
+        ratio = errors[column] / scales[column]
+        total += ratio * ratio
+    total = math.sqrt(total / MOTION)
+    return total if total < math.inf else math.inf
+
+
+@kernel
+def new_dense_step():
+    """Room for a `DenseStep`."""
+    return DenseStep(
+        start=np.zeros(COLUMNS),
+        end=np.zeros(COLUMNS),
+        third=np.zeros(COLUMNS),
+        fourth=np.zeros(COLUMNS),
+        orientation=np.zeros(4),
+        between=np.zeros(COLUMNS),
+    )
+
+
+@kernel
+def interpolate(dense, fraction, out):
+    """The state (COLUMNS,) at `fraction` of a dense step."""
+    for column in range(COLUMNS):
+        out[column] = rosenbrock_dense(
+            fraction, dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
+        )
+
+
+@kernel
+def landing(bearing, dense):
+    """Share of a dense step, in which a contact with a raceway begins or ends, after which it just has."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-6:
+        share = 0.5 * (low + high)
+        interpolate(dense, share, dense.between)
+        if changes_contact(bearing, dense.start, dense.between):
+            high = share
+        else:
+            low = share
+    return high
+
+
+@kernel
+def give_out(times, cursor, until, time, step, ball, dense, results):
+    """Writes a ball's instants up to `until` inside its step from `time` on; returns the next instant to serve."""
+    states, orientations = results.states, results.orientations
+    while cursor < len(times) and times[cursor] <= until:
+        fraction = (times[cursor] - time) / step
+        state = states[cursor, ball]
+        interpolate(dense, fraction, state)
+        interpolate(dense, 0.5 * fraction, dense.between)
+        turn(dense.orientation, dense.start, dense.between, state, fraction * step, orientations[cursor, ball])
+        cursor += 1
+    return cursor
 
 
 @kernel

@@ -1,0 +1,200 @@
+"""Balls side by side in lanes: the rows of the flat array they live in, by name, and how to reach them.
+
+Number `row * LANES + k` of the array is what `row` holds for lane k, so that a row's LANES numbers become vector
+instructions. All rows stand in one array, because LLVM proves the rows of one array apart, while of several, of named
+tuples of arrays and of views it gives up and leaves scalar code.
+
+A lane's state begins at AXIS_DISTANCE; other states begin elsewhere (START, END, LANE_RATES, ...), and their columns
+are reached as START + VELOCITY. The accessors take k in range(LANES) for one number of one lane, or let it run on
+through the rows that follow, over STATE_SPAN or MOTION_SPAN numbers: a stretch of rows of all lanes at once.
+"""
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.numerics.steppers import MOST_STAGES
+
+LANES = 8
+
+
+def _rows(first, *heights):
+    """Where stretches of so many rows begin, then the row after the last of them.
+
+    NumPy's integers: numba compiles a function anew for every plain integer that it is handed as a constant.
+    """
+    return np.cumsum((first, *heights))
+
+
+# Columns of a ball's state, and rows of the state in lanes. Velocity and angular velocity: radial, tangential, axial.
+AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT, RADIAL_VELOCITY, TANGENTIAL_VELOCITY, AXIAL_VELOCITY = np.arange(6)
+RADIAL_SPIN, TANGENTIAL_SPIN, AXIAL_SPIN, DRIVE_WORK, DISSIPATED, GROSS_WORK = np.arange(6, 12)
+VELOCITY, SPIN = RADIAL_VELOCITY, RADIAL_SPIN
+MOTION = 9  # the columns before this one are the motion; the rest only listen
+COLUMNS = 12
+MOTION_SPAN, STATE_SPAN = MOTION * LANES, COLUMNS * LANES  # numbers in a stretch of rows
+
+# What the rates need besides the motion, and the rates; then what friction over the spots works with, if anything.
+RING_SPEED, GIVEN_INNER, GIVEN_OUTER, LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(COLUMNS, 1, 1, 1, COLUMNS, 16)
+# The motion in a spot's frame, its semi-axes, and three means over it, each in two rows, inner contacts and outer ones:
+# 16 numbers side by side become vector instructions there, 8 do not.
+SPOTS = 2 * LANES
+SLIP_MAJOR, SLIP_MINOR, SPIN_RATE, SEMI_MAJOR, SEMI_MINOR, ALONG, ACROSS, MOMENT = _SPOT_ROWS + 2 * np.arange(8)
+
+# The slopes of the given coefficients; the Jacobian, see `entry`; the orientation at a step's start and at its end.
+GIVEN_SLOPE_INNER, GIVEN_SLOPE_OUTER, JACOBIAN, ORIENTATION, TURNED, _SHARED = _rows(
+    LANE_ROWS, 1, 1, COLUMNS * MOTION, 4, 4
+)
+JACOBIAN_END = ORIENTATION
+
+# The implicit-explicit method: velocity and angular velocity before a step.
+VELOCITY_BEFORE, SPIN_BEFORE, IMEX_ROWS = _rows(_SHARED, 3, 3)
+TANGENTIAL_VELOCITY_BEFORE = VELOCITY_BEFORE + TANGENTIAL_VELOCITY - VELOCITY
+
+# Rosenbrock methods. What `factorise_body` leaves; a stage's right-hand side and what it solves to; a step's start,
+# middle and end; h times the explicit change of the rates with time; 1 / h in every row; the stages; and of each lane:
+# time, step, h gamma, the error estimated, and the step before its cut.
+FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, RIGHT = _rows(
+    _SHARED, 1, 1, 9, 9, 9, 9
+)
+SOLUTION, START, MIDDLE, END, SLOPE, INVERSE_STEP, _STAGES, TIME = _rows(
+    RIGHT + COLUMNS, *(COLUMNS,) * 6, MOST_STAGES * COLUMNS
+)
+FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
+STEP, GAIN, ERROR, WANTED, ROSENBROCK_ROWS = _rows(TIME + 1, 1, 1, 1, 1)
+
+
+@inlined
+def get(lanes, row, k):
+    """The number in `row` of lane k."""
+    return lanes[row * LANES + k]
+
+
+@inlined
+def put(lanes, row, k, value):
+    """Writes the number in `row` of lane k."""
+    lanes[row * LANES + k] = value
+
+
+@inlined
+def increase(lanes, row, k, value):
+    """Adds to the number in `row` of lane k."""
+    lanes[row * LANES + k] += value
+
+
+@inlined
+def get_vector(lanes, row, k):
+    """Three rows of lane k from `row` on as a vector."""
+    return (lanes[row * LANES + k], lanes[(row + 1) * LANES + k], lanes[(row + 2) * LANES + k])
+
+
+@inlined
+def put_vector(lanes, row, k, vector):
+    """Writes a vector into three rows of lane k from `row` on."""
+    lanes[row * LANES + k] = vector[0]
+    lanes[(row + 1) * LANES + k] = vector[1]
+    lanes[(row + 2) * LANES + k] = vector[2]
+
+
+@inlined
+def increase_vector(lanes, row, k, vector):
+    """Adds a vector to three rows of lane k from `row` on."""
+    lanes[row * LANES + k] += vector[0]
+    lanes[(row + 1) * LANES + k] += vector[1]
+    lanes[(row + 2) * LANES + k] += vector[2]
+
+
+@inlined
+def get_quaternion(lanes, row, k):
+    """Four rows of lane k from `row` on: x, y, z, w."""
+    x, y, z = get_vector(lanes, row, k)
+    return (x, y, z, lanes[(row + 3) * LANES + k])
+
+
+@inlined
+def put_quaternion(lanes, row, k, quaternion):
+    """Writes x, y, z, w into four rows of lane k from `row` on."""
+    put_vector(lanes, row, k, quaternion)
+    lanes[(row + 3) * LANES + k] = quaternion[3]
+
+
+@inlined
+def get_block(lanes, row, k):
+    """Nine rows of lane k from `row` on as a 3 x 3 matrix."""
+    return (get_vector(lanes, row, k), get_vector(lanes, row + 3, k), get_vector(lanes, row + 6, k))
+
+
+@inlined
+def put_block(lanes, row, k, block):
+    """Writes a 3 x 3 matrix into nine rows of lane k from `row` on."""
+    put_vector(lanes, row, k, block[0])
+    put_vector(lanes, row + 3, k, block[1])
+    put_vector(lanes, row + 6, k, block[2])
+
+
+@inlined
+def entry(rate, column):
+    """The row that holds the Jacobian's entry d(rate)/d(column), both columns of the state."""
+    return JACOBIAN + rate * MOTION + column
+
+
+@inlined
+def get_jacobian_block(lanes, rate, column, k):
+    """The 3 x 3 block of lane k's Jacobian whose first entry is (rate, column)."""
+    first = entry(rate, column)
+    return (
+        get_vector(lanes, first, k),
+        get_vector(lanes, first + MOTION, k),
+        get_vector(lanes, first + 2 * MOTION, k),
+    )
+
+
+@inlined
+def put_jacobian_block(lanes, rate, column, k, block):
+    """Writes the 3 x 3 block of lane k's Jacobian whose first entry is (rate, column)."""
+    first = entry(rate, column)
+    put_vector(lanes, first, k, block[0])
+    put_vector(lanes, first + MOTION, k, block[1])
+    put_vector(lanes, first + 2 * MOTION, k, block[2])
+
+
+@kernel
+def into_lane(numbers, lanes, row, k):
+    """Copies a ball's numbers (n,) to n rows of lane k from `row` on."""
+    for i in range(len(numbers)):
+        lanes[(row + i) * LANES + k] = numbers[i]
+
+
+@kernel
+def from_lane(lanes, row, k, numbers):
+    """Copies n rows of lane k from `row` on to a ball's numbers (n,)."""
+    for i in range(len(numbers)):
+        numbers[i] = lanes[(row + i) * LANES + k]
+
+
+@kernel
+def into_blocks(balls, blocks, row):
+    """Copies a table (N, n), one line a ball, to rows from `row` on of blocks of LANES balls each.
+
+    Lanes left over repeat the last ball.
+    """
+    for i in range(len(blocks) * LANES):
+        into_lane(balls[min(i, len(balls) - 1)], blocks[i // LANES], row, i % LANES)
+
+
+@kernel
+def from_blocks(blocks, row, balls):
+    """The inverse of `into_blocks`."""
+    for ball in range(len(balls)):
+        from_lane(blocks[ball // LANES], row, ball % LANES, balls[ball])
+
+
+@kernel
+def new_lanes(rows):
+    """An array of so many rows of zeros."""
+    return np.zeros(rows * LANES)
+
+
+@kernel
+def new_blocks(balls, rows):
+    """Arrays of so many rows of zeros, as many as so many balls need; (blocks, rows * LANES)."""
+    return np.zeros(((balls + LANES - 1) // LANES, rows * LANES))
