@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "bearing_twin"
 
 # A module may import from its own room and from those above it in this list, never from those below.
-GROUND = ("compiled", "errors", "parameters", "paths", "report", "sample", "shelf", "units")
+GROUND = ("compiled", "errors", "units", "parameters", "paths", "report", "sample", "shelf")
 ROOMS = (
     *GROUND,
     "numerics",

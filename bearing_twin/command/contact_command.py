@@ -5,10 +5,10 @@ import math
 
 from bearing_twin.command.outcome import Outcome, picture_path
 from bearing_twin.errors import SceneError
+from bearing_twin.units import named
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
 GIVEN = ("load", "approach", "peak_pressure", "semi_major", "semi_minor", "speed")
-UNITS = {"_n_per_m": "N/m", "_per_m": "1/m", "_pa": "Pa", "_n": "N", "_m": "m", "_s": "s"}  # longest first
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -206,6 +206,5 @@ def _show(result):
 
 def _row(key, value):
     """(words, number, unit) of an SI-suffixed key."""
-    text = f"{value:.6g}" if isinstance(value, float) else value
-    suffix = next((suffix for suffix in UNITS if key.endswith(suffix)), "")
-    return key.removesuffix(suffix).replace("_", " "), text, UNITS.get(suffix, "")
+    words, unit = named(key)
+    return words, f"{value:.6g}" if isinstance(value, float) else value, unit
