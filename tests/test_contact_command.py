@@ -65,7 +65,9 @@ def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formul
     assert chi * 1.5 == pytest.approx(math.log((1.0 + chi) / (1.0 - 0.5 * chi)), rel=1e-12)
     assert found["flores"]["damping_s_per_m"] == pytest.approx(0.8, rel=1e-12)
     outcome.show()
-    assert "lankarani_nikravesh" in "".join(capsys.readouterr())
+    shown = "".join(capsys.readouterr())
+    assert "damping [s/m]" in shown
+    assert "lankarani_nikravesh" in shown
 
 
 @pytest.mark.parametrize("line", ["--bearing 6203 --load 300", "--radii-1 0.01 --load 1", "--radii-1 0.1 1 --load 9"])

@@ -51,7 +51,7 @@ def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
 
     table = Table(box=None, pad_edge=False)
     for index, name in enumerate(header):
-        table.add_column(name, no_wrap=index == 0)
+        table.add_column(Text(name), no_wrap=index == 0)  # else [s/m] is taken for markup
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
     _console(WIDE).print(table)
