@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.errors import SceneError
+from bearing_twin.units import with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
@@ -155,11 +156,6 @@ def unknown(word: Any, legal: Iterable[str]) -> str:
     near = difflib.get_close_matches(str(word).lower(), [one.lower() for one in legal], n=1, cutoff=0.5)
     hint = next((f"did you mean {one}? " for one in legal if near and one.lower() == near[0]), "")
     return f"{hint}legal: {', '.join(legal)}"
-
-
-def with_unit(unit: str) -> str:
-    """A unit to append to a number or word; nothing where there is none."""
-    return "" if unit in ("", "1") else f" {unit}"
 
 
 def echo(value: Any) -> str:

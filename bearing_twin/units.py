@@ -1,24 +1,93 @@
-"""The one table of units: the suffix of a key, the unit of a channel, and how people read it."""
+"""Units: how one is declared, how it ends the key of a figure, how people read it, and which prefixes it takes.
 
-SUFFIXES = {  # longest first, so that the first that fits is the right one
-    "_rad_s": "rad/s",
-    "_m_s2": "m/s^2",
-    "_m_s": "m/s",
-    "_nms": "N m s",
-    "_nm": "N m",
-    "_pa": "Pa",
-    "_hz": "Hz",
-    "_ns": "N s",
-    "_rad": "rad",
-    "_kg": "kg",
-    "_n": "N",
-    "_m": "m",
-    "_s": "s",
-    "_j": "J",
-    "_w": "W",
+A channel, a quantity and a parameter declare the symbol; the keys of figures, JSON and costs end with the suffix.
+"""
+
+import math
+from typing import NamedTuple
+
+ALL, BELOW_ONE = "GMkmµn", "mµn"
+PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
+
+
+class Unit(NamedTuple):
+    """A row of UNITS: `suffix` of keys ("" = none is used), `shown` to people, the `prefixes` it may take."""
+
+    suffix: str
+    shown: str
+    prefixes: str = ""
+
+
+UNITS = {  # by the symbol that declarations use
+    "1": Unit("", ""),
+    "m": Unit("m", "m", ALL),
+    "s": Unit("s", "s", BELOW_ONE),
+    "kg": Unit("kg", "kg"),
+    "rad": Unit("rad", "rad"),
+    "Hz": Unit("hz", "Hz"),
+    "W": Unit("w", "W", ALL),
+    "N": Unit("n", "N", ALL),
+    "J": Unit("j", "J", ALL),
+    "Pa": Unit("pa", "Pa", ALL),
+    "B": Unit("bytes", "B"),
+    "N m": Unit("nm", "N m", ALL),
+    "N s": Unit("ns", "N s", ALL),
+    "N m s": Unit("nms", "N m s"),
+    "kg m^2/s": Unit("", "kg m²/s"),
+    "N/m": Unit("n_per_m", "N/m"),
+    "1/m": Unit("per_m", "1/m"),
+    "s/m": Unit("s_per_m", "s/m"),
+    "m/s": Unit("m_s", "m/s"),
+    "m/s^2": Unit("m_s2", "m/s²"),
+    "rad/s": Unit("rad_s", "rad/s"),
+    "rad/s^2": Unit("rad_s2", "rad/s²"),
+    "kg/m^3": Unit("kg_m3", "kg/m³"),
+    "s (m/s)^0.2": Unit("", "s (m/s)^0.2"),
+    "N s/m^1.25": Unit("", "N s/m^1.25"),
 }
+_LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
+
+
+def named(key: str) -> tuple[str, str]:
+    """(words, unit as shown) of an SI-suffixed key: `normal_load_inner_n` is ("normal load inner", "N")."""
+    for unit in _LONGEST_FIRST:
+        if key.endswith(f"_{unit.suffix}") and len(key) > len(unit.suffix) + 1:
+            return key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit.shown
+    return key.replace("_", " "), ""
 
 
 def suffix_of(unit: str) -> str:
-    """The suffix of keys whose values are in `unit`; empty for numbers without one and for rare units."""
-    return next((suffix for suffix, known in SUFFIXES.items() if known == unit), "")
+    """The suffix of keys whose values are in `unit`, as `_rad_s`; empty for numbers without one and for rare units."""
+    known = UNITS.get(unit)
+    return f"_{known.suffix}" if known and known.suffix else ""
+
+
+def with_unit(unit: str) -> str:
+    """A unit to append to a number or word; nothing where there is none."""
+    return f" {unit}" if not _is_plain(unit) else ""
+
+
+def labelled(words: str, unit: str) -> str:
+    """The label of an axis: `load [N]`, or the words alone where there is no unit."""
+    return words if _is_plain(unit) else f"{words} [{unit}]"
+
+
+def inverse(unit: str) -> str:
+    """The unit of a density over this unit."""
+    if _is_plain(unit):
+        return ""
+    return f"1/({unit})" if " " in unit else f"1/{unit}"
+
+
+def prefixed(size: float, unit: str) -> tuple[float, str]:
+    """(factor, unit with prefix) by which values of up to `size` in `unit` become readable numbers."""
+    known = UNITS.get(unit)
+    if known is None or not known.prefixes or not 0.0 < size < math.inf:
+        return 1.0, unit
+    scales = [(prefix, scale) for prefix, scale in PREFIXES.items() if prefix in known.prefixes or not prefix]
+    prefix, scale = next((row for row in scales if size >= row[1]), scales[-1])
+    return 1.0 / scale, f"{prefix}{unit}"
+
+
+def _is_plain(unit):
+    return unit in ("", "1")

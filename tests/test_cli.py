@@ -12,7 +12,7 @@ import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
-from bearing_twin.command.terminal import named, progress, show_result
+from bearing_twin.command.terminal import progress, show_result
 from bearing_twin.parameters import describe
 from bearing_twin.run.scene import KINDS, scene_names
 
@@ -226,14 +226,6 @@ def test_progress_is_shown_only_when_it_takes_long(capsys, monkeypatch):
     err = capsys.readouterr().err
     assert "waiting: 50 %" in err
     assert "waiting: done in" in err
-
-
-def test_keys_tell_their_units():
-    assert named("normal_load_inner_n") == ("normal load inner", "N")
-    assert named("friction_torque_nm") == ("friction torque", "N m")
-    assert named("cage_speed_rad_s") == ("cage speed", "rad/s")
-    assert named("semi_major_inner_m") == ("semi major inner", "m")
-    assert named("energy_closure") == ("energy closure", "")
 
 
 def test_a_result_of_every_sort_of_value_is_shown(capsys):

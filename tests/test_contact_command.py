@@ -57,6 +57,19 @@ def test_impact_gives_its_duration():
     assert result["contact_duration_s"] == pytest.approx(6.278541908e-5, rel=1e-9)
 
 
+def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formulas(capsys):
+    outcome = asked("--radii-1 0.01 --speed 2 --mass 0.1 --restitution 0.5")
+    found = outcome.result["damping"]
+    assert [one["restitution"] for one in found.values()] == pytest.approx([0.5, 0.663, 0.725, 0.470], abs=6e-4)
+    chi = found["exact"]["damping_s_per_m"] * 2.0
+    assert chi * 1.5 == pytest.approx(math.log((1.0 + chi) / (1.0 - 0.5 * chi)), rel=1e-12)
+    assert found["flores"]["damping_s_per_m"] == pytest.approx(0.8, rel=1e-12)
+    outcome.show()
+    shown = "".join(capsys.readouterr())
+    assert "damping [s/m]" in shown
+    assert "lankarani_nikravesh" in shown
+
+
 @pytest.mark.parametrize("line", ["--bearing 6203 --load 300", "--radii-1 0.01 --load 1", "--radii-1 0.1 1 --load 9"])
 def test_the_picture_is_a_png(line, tmp_path):
     path = tmp_path / "contact.png"
@@ -75,6 +88,8 @@ def test_the_picture_is_a_png(line, tmp_path):
         ("--radii-1 1 --load 1 --approach 1", "exactly one of"),
         ("--radii-1 1 --speed 1", "belong together"),
         ("--radii-1 1 --load 1 --mass 1", "belong together"),
+        ("--radii-1 1 --load 1 --restitution 0.5", "goes with --speed"),
+        ("--radii-1 1 --speed 1 --mass 1 --restitution 0", "above 0 and at most 1"),
         ("--radii-1 -1 --load 1", "above zero"),
         ("--radii-1 1 2 3 --load 1", "3 values"),
         ("--radii-1 1 --poisson 0.5 --load 1", "below 0.5"),

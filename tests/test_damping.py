@@ -90,10 +90,10 @@ def test_steady_restitution_is_smooth_through_the_critical_ratio():
 
 
 def test_usual_shortcuts_miss_a_restitution_of_one_half():
-    found = {name: shortcut.restitution for name, shortcut in shortcuts(0.5).items()}
+    found = {name: shortcut.restitution for name, shortcut in shortcuts(0.5, 2.0).items()}
     expected = {"exact": 0.5, "hunt_crossley": 0.663, "lankarani_nikravesh": 0.725, "flores": 0.470}
     assert found == pytest.approx(expected, abs=6e-4)
-    assert all(abs(shortcut.restitution - 0.99) < 0.004 for shortcut in shortcuts(0.99).values())
+    assert all(abs(shortcut.restitution - 0.99) < 0.004 for shortcut in shortcuts(0.99, 2.0).values())
 
 
 def test_both_terms_vanish_at_onset_and_never_pull():
@@ -107,7 +107,7 @@ def test_both_terms_vanish_at_onset_and_never_pull():
 
 @pytest.mark.parametrize("e", [0.0, -0.1, 1.1, math.nan])
 def test_impossible_restitutions_are_refused(e):
-    for make in (damping_number, shortcuts, lambda one: steady_damping(one, 1.0, 1.0)):
+    for make in (damping_number, lambda one: shortcuts(one, 1.0), lambda one: steady_damping(one, 1.0, 1.0)):
         with pytest.raises(SceneError, match="above 0 and at most 1"):
             make(e)
 

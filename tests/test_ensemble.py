@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -245,8 +246,21 @@ def test_a_study_too_large_is_refused_with_the_estimate():
         StudyError, match=r"would need 3\.\d+e\+10 B for 10000000 samples, more than its memory = 2e\+09 B"
     ):
         run_study(study)
-    with pytest.raises(StudyError, match="raise memory"):
+    with pytest.raises(StudyError, match="or raise it"):
         run(ENSEMBLE, ["memory=1e3"])
+
+
+@pytest.mark.parametrize(("sampler", "rows"), [("random", 8_200), ("sobol", 5_000)])
+def test_the_memory_of_sobol_indices_is_in_the_estimate(sampler, rows):
+    """Just above a power of two, where most is needed; a study without them has compiled and imported everything."""
+    asked = {**ENSEMBLE, "samples": 100, "sampler": sampler}
+    run({**asked, "sensitivity": 16})
+    study = parse_study({**asked, "sensitivity": rows}, "s")
+    tracemalloc.start()
+    run_study(study)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 0.5 * memory_needed(study) < peak < memory_needed(study)
 
 
 @pytest.mark.parametrize(

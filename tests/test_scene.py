@@ -1,8 +1,12 @@
 """Scenes: YAML in, frozen dataclasses out, and back; impossible bearings and hostile files are refused."""
 
+import json
+import math
 import os
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -109,7 +113,7 @@ def test_wrong_overrides_are_refused_with_the_reason(override, words):
         (["geometry.outer_conformity=3.0"], "must be below 2.61"),
         (["geometry.radial_clearance=-2e-4"], "between -0.00013492 and 0.0006746"),
         (["geometry.radial_clearance=1e-3"], "geometry.radial_clearance"),
-        (["drive.offset=[1e-4, 1e-4, 0]"], "its length must be below 0.00013492"),
+        (["drive.offset=[1e-4, 1e-4, 0]"], "its length must be below 0.00013192"),
         (["run.publish_rate=2000"], "cannot exceed run.output_rate"),
         (["run.duration=86400", "run.output_rate=1e8"], "outputs is too many"),
         (["materials.ball.poisson_ratio=0.5"], "below 0.5"),
@@ -160,6 +164,62 @@ def test_texts_that_are_no_scene_are_refused_in_one_sentence(text, words):
     assert words in message
     assert message.startswith("scene t")
     assert len(message.splitlines()) == 1
+
+
+GROOVES = 0.04 * 6.746e-3  # m: of a 6203, (f_i + f_o - 1) D, which the centres of both grooves lie apart on a ball
+
+
+def angular(degrees, axial, *radial):
+    """A 6203 with the clearance that makes this contact angle, its inner ring moved by `axial` of the free travel."""
+    angle = math.radians(degrees)
+    clearance = 2.0 * GROOVES * (1.0 - math.cos(angle))
+    offset = [*(radial or (0.0, 0.0)), axial * GROOVES * math.sin(angle)]
+    return [f"geometry.radial_clearance={clearance!r}", f"drive.offset={offset!r}"]
+
+
+def squeezed(overrides):
+    """Greatest approach [m] of a ball's two contacts together, all places on its way round tried."""
+    key, value = overrides[0].split("=")
+    assert key == "geometry.radial_clearance"
+    x, y, z = json.loads(overrides[1].split("=")[1])
+    places = np.linspace(0.0, 2.0 * math.pi, 100_001)
+    across = GROOVES - 0.5 * float(value) + x * np.cos(places) + y * np.sin(places)
+    return np.max(np.hypot(across, z)) - GROOVES
+
+
+@pytest.mark.parametrize(
+    "case", [(15, 1.5), (25, 1.2), (25, 1.6, 2e-5, -3e-5), (40, 1.2), (58, 0.99, 2e-5, 0.0), (15, -1.5)]
+)
+def test_an_offset_that_the_grooves_bear_is_legal(case):
+    """Beyond 2 % of the ball, too, where an angular-contact bearing has its working point."""
+    overrides = angular(*case)
+    load_scene("bearing_6203", overrides)
+    assert squeezed(overrides) < 0.02 * 6.746e-3
+
+
+@pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.6, -0.4, 2.0), (0.0, 3.0, -1.0)])
+@pytest.mark.parametrize("clearance", [-6e-6, 5e-5])
+def test_an_offset_that_squeezes_a_ball_too_much_is_refused_and_the_longest_told(direction, clearance):
+    def scene(length):
+        offset = [length * one / math.hypot(*direction) for one in direction]
+        return [f"geometry.radial_clearance={clearance!r}", f"drive.offset={offset!r}"]
+
+    message = refusal(load_scene, "bearing_6203", scene(6e-4))
+    told = float(re.search(r"squeezes a ball by (\S+) m", message).group(1))
+    assert told == pytest.approx(squeezed(scene(6e-4)), rel=1e-3)
+    longest = float(re.search(r"its length must be below (\S+) m", message).group(1))
+    assert squeezed(scene(longest)) == pytest.approx(0.02 * 6.746e-3, rel=1e-3)
+    assert "length must be below" in refusal(load_scene, "bearing_6203", scene(1.001 * longest))
+    load_scene("bearing_6203", scene(0.999 * longest))
+
+
+@pytest.mark.parametrize("case", [(62, 1.05), (59, 1.2), (58, -1.1)])
+def test_a_contact_on_the_edge_of_the_groove_is_refused_with_its_angle(case):
+    overrides = angular(*case)
+    message = refusal(load_scene, "bearing_6203", overrides)
+    told = re.search(r"an angle of (\S+) degrees, on the edge of the grooves; at most 60 degrees", message).group(1)
+    angle = math.radians(case[0])
+    assert float(told) == pytest.approx(math.degrees(math.atan(abs(case[1]) * math.tan(angle))), abs=0.06)
 
 
 def test_yaml_traps_are_read_as_they_look():

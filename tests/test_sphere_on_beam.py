@@ -12,10 +12,10 @@ from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
+from bearing_twin.kinds.beam.free_flight import gap_and_rate, next_touch
 from bearing_twin.kinds.beam.impact import hertz_contact_time, throw
 from bearing_twin.kinds.beam.modes import modes_of
 from bearing_twin.kinds.beam.motion import solve
-from bearing_twin.kinds.ellipsoid.free_flight import gap_and_rate, next_touch
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 

@@ -13,7 +13,6 @@ from bearing_twin.contact.ellipse import elliptic_b_d
 from bearing_twin.contact.friction import (
     FAST_ERROR,
     FINE_ERROR,
-    creep_speed,
     friction_factor,
     over_spot,
     points,
@@ -112,9 +111,3 @@ def test_spin_weakens_the_force():
 def test_compiled_and_plain_agree():
     arguments = LOAD, MAJOR, 0.2 * MAJOR, 0.01, 0.02, 30.0, MU, 1e-3
     assert spot_friction_fast.py_func(*arguments) == pytest.approx(spot_friction_fast(*arguments), rel=1e-12)
-
-
-def test_creep_is_the_slip_that_holds_the_load():
-    speed = creep_speed(12.0, LOAD, MU, 0.01)
-    assert friction_factor(LOAD, speed, 0.0, 0.0, MU, 0.01) * speed == pytest.approx(12.0, rel=1e-12)
-    assert creep_speed(20.0, LOAD, MU, 0.01) == math.inf

@@ -14,6 +14,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.pictures.style import STYLE, finish, frame, heading, scaled
+from bearing_twin.units import inverse, labelled
 
 WIDTH, ROW, MARGINS = 16.0, 4.6, 1.75  # inches: of a sheet, of a row of panels, of title and footer together
 FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too
@@ -167,7 +168,7 @@ def _draw_panel(figure, axis, panel):
     across, unit_x = panel.x.shown or scaled(_extent(panel, 0), panel.x.unit)
     up, unit_y = panel.y.shown or scaled(_extent(panel, 1), panel.y.unit)
     if panel.y.unit == f"1/{panel.x.unit}":  # a density
-        up, unit_y = 1.0 / across, f"1/({unit_x})" if " " in unit_x else f"1/{unit_x}"
+        up, unit_y = 1.0 / across, inverse(unit_x)
     frame(axis)
     for part in panel.parts:
         if isinstance(part, Map):
@@ -177,7 +178,7 @@ def _draw_panel(figure, axis, panel):
             _draw_part(axis, part, across, up)
     for name, words, factor, unit in (("x", panel.x, across, unit_x), ("y", panel.y, up, unit_y)):
         getattr(axis, f"set_{name}scale")("log" if words.log else "linear")
-        getattr(axis, f"set_{name}label")(words.name if unit in ("", "1") else f"{words.name} [{unit}]")
+        getattr(axis, f"set_{name}label")(labelled(words.name, unit))
         if words.limits is not None:
             low, high = (None if one is None else one * factor for one in words.limits)
             getattr(axis, f"set_{name}lim")(low, high)
@@ -226,5 +227,5 @@ def _draw_map(figure, axis, part, across, up, factor, unit):
         axis.contour(x, y, z, levels=factor * np.array(part.levels), colors="white", linewidths=0.8)
     bar = figure.colorbar(drawn, ax=axis, pad=0.02, extend="max" if np.nanmax(z) > high else "neither")
     bar.outline.set_visible(False)
-    bar.set_label(f"{part.name} [{unit}]" if unit not in ("", "1") else part.name, fontsize=11, color=STYLE["ink"])
+    bar.set_label(labelled(part.name, unit), fontsize=11, color=STYLE["ink"])
     bar.ax.tick_params(length=0, labelsize=10, labelcolor=STYLE["ink"])

@@ -5,10 +5,10 @@ import math
 
 from bearing_twin.command.outcome import Outcome, picture_path
 from bearing_twin.errors import SceneError
+from bearing_twin.units import named
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
 GIVEN = ("load", "approach", "peak_pressure", "semi_major", "semi_minor", "speed")
-UNITS = {"_n_per_m": "N/m", "_per_m": "1/m", "_pa": "Pa", "_n": "N", "_m": "m", "_s": "s"}  # longest first
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,6 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     given.add_argument("--semi-minor", type=float, metavar="B", help="shorter semi-axis [m]")
     given.add_argument("--speed", type=float, metavar="V", help="speed of an elastic impact [m/s], with --mass")
     given.add_argument("--mass", type=float, metavar="M", help="m1 m2/(m1 + m2) of the impact [kg]")
+    given.add_argument(
+        "--restitution", type=float, metavar="E", help="with --speed: the damping that gives it, by several formulas"
+    )
     parser.add_argument(
         "--frozen-at",
         type=float,
@@ -61,7 +64,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if name == "speed":
         contact, duration = calculator.impact(gap, modulus, value, arguments.mass)
         size = 2.0 * gap.least_radius
-        more = {"contact_duration_s": duration}
+        more = {"contact_duration_s": duration, **_damping(arguments.restitution, value)}
         slowest = min((first, second), key=lambda body: body.young_modulus / body.density)
         flags = validity.gathered(
             validity.wave_doubt(duration, validity.wave_transit(size, slowest.young_modulus, slowest.density))
@@ -161,7 +164,23 @@ def _given(arguments):
         raise SceneError(f"give exactly one of {options}")
     if (given[0][0] == "speed") != (arguments.mass is not None):
         raise SceneError("--speed and --mass belong together: an impact needs both")
+    if arguments.restitution is not None and given[0][0] != "speed":
+        raise SceneError("--restitution goes with --speed and --mass: give these, or leave it out")
     return given[0]
+
+
+def _damping(restitution, speed):
+    """Hunt and Crossley's damping for a restitution at this speed, exactly and by the usual formulas."""
+    from bearing_twin.contact.damping import shortcuts
+
+    if restitution is None:
+        return {}
+    found = shortcuts(restitution, speed)
+    return {
+        "damping": {
+            name: {"damping_s_per_m": one.damping, "restitution": one.restitution} for name, one in found.items()
+        }
+    }
 
 
 def _show(result):
@@ -173,6 +192,9 @@ def _show(result):
     say("")
     rows = ((name, f"{law['normal_load_n']:.6g}", f"{100 * law['error']:+.3g}") for name, law in result["laws"].items())
     show_rows(("law", "load at this approach [N]", "error [%]"), rows)
+    if "damping" in result:
+        rows = ((name, *(f"{one:.6g}" for one in row.values())) for name, row in result["damping"].items())
+        show_rows(("formula", "damping [s/m]", "restitution at this speed"), rows)
     say(
         f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "
         "(--frozen-at); hertz_differential: its states carried here from a circle"
@@ -181,6 +203,5 @@ def _show(result):
 
 def _row(key, value):
     """(words, number, unit) of an SI-suffixed key."""
-    text = f"{value:.6g}" if isinstance(value, float) else value
-    suffix = next((suffix for suffix in UNITS if key.endswith(suffix)), "")
-    return key.removesuffix(suffix).replace("_", " "), text, UNITS.get(suffix, "")
+    words, unit = named(key)
+    return words, f"{value:.6g}" if isinstance(value, float) else value, unit

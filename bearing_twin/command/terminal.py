@@ -8,29 +8,13 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from bearing_twin.sample import Block
+from bearing_twin.units import named
 
 SLOW = 1.0  # seconds without a sign of life before one is given
 PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no terminal
 
 WIDTH, WIDE = 120, 220  # columns where there is no terminal to ask
 COLUMN = 15  # of a table of balls
-
-UNITS = {  # the suffix of a key, longest first
-    "_rad_s": "rad/s",
-    "_m_s2": "m/s²",
-    "_m_s": "m/s",
-    "_ratio": "",
-    "_nm": "N m",
-    "_pa": "Pa",
-    "_hz": "Hz",
-    "_nms": "N m s",
-    "_ns": "N s",
-    "_rad": "rad",
-    "_n": "N",
-    "_m": "m",
-    "_s": "s",
-    "_j": "J",
-}
 
 
 def show_result(result: Mapping) -> None:
@@ -67,7 +51,7 @@ def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
 
     table = Table(box=None, pad_edge=False)
     for index, name in enumerate(header):
-        table.add_column(name, no_wrap=index == 0)
+        table.add_column(Text(name), no_wrap=index == 0)  # else [s/m] is taken for markup
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
     _console(WIDE).print(table)
@@ -115,14 +99,6 @@ def with_progress(blocks: Iterable[Block], duration: float, what: str) -> Iterat
         for block in blocks:
             yield block
             update(block.time_ns[-1] * 1e-9 / duration)
-
-
-def named(key: str) -> tuple[str, str]:
-    """(words, unit) of an SI-suffixed key: `normal_load_inner_n` is ("normal load inner", "N")."""
-    for suffix, unit in UNITS.items():
-        if key.endswith(suffix) and len(key) > len(suffix):
-            return key.removesuffix(suffix).replace("_", " "), unit
-    return key.replace("_", " "), ""
 
 
 def _progress_bar(stack, what):

@@ -67,7 +67,7 @@ def gap_of_curvatures(small: float, large: float) -> Gap:
     if ratio < AXIS_RATIO_MIN:
         raise SceneError(
             f"the ellipse would have b/a = {ratio:.2g}, below {AXIS_RATIO_MIN:g}: this is a line contact; "
-            "use a theory of line contact with the length of the bodies"
+            "the laws of a line contact are those of scenes of kind two_discs"
         )
     return Gap(small, large, 0.5 / large)
 

@@ -20,9 +20,9 @@ SERIES_BELOW = 0.05  # chi v: the logarithms cancel to its square, so their seri
 
 
 class Shortcut(NamedTuple):
-    """What a usual approximate formula gives: its chi v for the wanted restitution, and the restitution it yields."""
+    """What a usual formula gives: `damping` [s/m] for the wanted restitution, and the restitution it really yields."""
 
-    number: float
+    damping: float
     restitution: float
 
 
@@ -134,17 +134,19 @@ def steady_damping(restitution: float, coefficient: float, mass: float) -> float
     return steady_ratio(restitution) * math.sqrt(5.0 * mass * coefficient)
 
 
-def shortcuts(restitution: float) -> dict[str, Shortcut]:
-    """The usual closed formulas for chi v at this restitution, and what each really gives by the exact relation."""
-    _check(restitution)
-    e = restitution
+def shortcuts(restitution: float, speed: float) -> dict[str, Shortcut]:
+    """The usual closed formulas for Hunt and Crossley's damping beside the exact one, and what each really gives.
+
+    For the restitution wanted at this speed of onset [m/s]. Raises SceneError as `damping_for_restitution` does.
+    """
+    exact, e = damping_for_restitution(restitution, speed) * speed, restitution
     formulas = {
-        "exact": damping_number(e),
+        "exact": exact,
         "hunt_crossley": 1.5 * (1.0 - e),
         "lankarani_nikravesh": 0.75 * (1.0 - e * e),
         "flores": 1.6 * (1.0 - e) / e,
     }
-    return {name: Shortcut(number, restitution_of(number)) for name, number in formulas.items()}
+    return {name: Shortcut(number / speed, restitution_of(number)) for name, number in formulas.items()}
 
 
 def _check(restitution):

@@ -66,17 +66,6 @@ def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisa
     return coefficient * normal_load / speed
 
 
-def creep_speed(tangential_load: float, normal_load: float, coefficient: float, regularisation: float) -> float:
-    """Speed [m/s] at which a regularised contact creeps where true friction would stick; inf where it slides.
-
-    The load T below mu N is held by a slip of v_s T/sqrt((mu N)^2 - T^2): the price of `friction_factor`'s smoothness.
-    """
-    limit = coefficient * normal_load
-    if abs(tangential_load) >= limit:
-        return math.inf
-    return regularisation * abs(tangential_load) / math.sqrt(limit * limit - tangential_load * tangential_load)
-
-
 @inlined
 def slip_share(x, y, weight, slip_major, slip_minor, spin, regularisation):
     """One point's share of the slip's mean direction along both axes, and of its moment about the centre [m].

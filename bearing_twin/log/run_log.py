@@ -185,8 +185,8 @@ def _chosen(path, found: set[str], topic: str | None) -> str:
     if topic is None and len(found) == 1:
         return next(iter(found))
     if topic not in found:
-        asked = f"not {topic!r} " if topic else ""
-        raise LogError(f"{path} holds samples on {', '.join(sorted(found))}, {asked}- name one of these as `topic`")
+        held = ", ".join(sorted(found)) + (f", not {topic!r}" if topic else "")
+        raise LogError(f"{path} holds samples on {held}; read one with read_log(path, topic=...)")
     return topic
 
 

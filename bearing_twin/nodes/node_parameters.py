@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.parameters import echo, unknown, with_unit
+from bearing_twin.parameters import echo, unknown
+from bearing_twin.units import labelled, with_unit
 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
 
@@ -26,7 +27,7 @@ class NodeParameter(NamedTuple):
 
     @property
     def description(self) -> str:
-        return f"{self.help} [{self.unit}]" if self.unit else self.help
+        return labelled(self.help, self.unit)
 
 
 class ParameterError(BearingTwinError):

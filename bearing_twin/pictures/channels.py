@@ -10,6 +10,7 @@ from bearing_twin import __version__
 from bearing_twin.pictures.style import BALL_COLOURS, finish, frame, heading, scaled
 from bearing_twin.pictures.values import Values, footer, scaled_time
 from bearing_twin.sample import Block
+from bearing_twin.units import with_unit
 
 WIDTH, ROW, MARGINS, COLUMNS = 16.0, 2.6, 2.2, 2
 MOST_PANELS = 16
@@ -48,7 +49,7 @@ class ChannelPicture:
             line = np.multiply(values[channel.name], factor)
             axis.plot(time, line, color=BALL_COLOURS[place % len(BALL_COLOURS)], linewidth=1.6)
             axis.margins(x=0.0)
-            axis.set_ylabel(prefixed if prefixed not in ("", "1") else "")
+            axis.set_ylabel(with_unit(prefixed).lstrip())
             heading(axis, f"{channel.name.replace('_', ' ')}: {channel.meaning}"[:90])
         for axis in axes[-1]:
             axis.set_xlabel(f"time [{unit}]")

@@ -8,6 +8,7 @@ import numpy as np
 
 from bearing_twin import __version__
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.units import prefixed
 
 STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6dc", "edge": "#8a97a3"}
 
@@ -18,9 +19,6 @@ RACEWAYS = ("inner", "outer")
 RACEWAY_COLOURS = ("#0072B2", "#D55E00")
 LOAD_MAP = "cividis"
 
-PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-PREFIXED = ("s", "N", "Pa", "m", "J", "N m", "N s")  # units that take a prefix; others are shown as they are
-
 
 def ball_line(ball: int) -> dict:
     """Colour and dashes of a ball's line: colours come round again after eight balls, then dashed."""
@@ -29,11 +27,7 @@ def ball_line(ball: int) -> dict:
 
 def scaled(values, unit) -> tuple[float, str]:
     """(factor, unit with prefix) that makes the values readable."""
-    size = float(np.nanmax(np.abs(values))) if np.size(values) else 0.0
-    if unit not in PREFIXED or not 0.0 < size < np.inf:
-        return 1.0, unit
-    scale, prefix = next((row for row in PREFIXES if size >= row[0]), PREFIXES[-1])
-    return 1.0 / scale, f"{prefix}{unit}"
+    return prefixed(float(np.nanmax(np.abs(values))) if np.size(values) else 0.0, unit)
 
 
 def heading(axis, text: str) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.sample import Block
+from bearing_twin.units import prefixed
 
 GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
 
@@ -55,6 +56,5 @@ def footer(facts, values: Values, version: str) -> str:
 
 def scaled_time(time: np.ndarray) -> tuple[np.ndarray, float, str]:
     """Times in a readable unit, the factor from seconds, and the unit."""
-    last = float(time[-1])
-    scale, unit = (1e6, "µs") if last < 1e-3 else (1e3, "ms") if last < 1.0 else (1.0, "s")
+    scale, unit = prefixed(float(time[-1]), "s")
     return scale * time, scale, unit

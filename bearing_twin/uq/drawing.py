@@ -148,7 +148,7 @@ class Drawn:
     def _total(self) -> int:
         """The greatest number of realisations of the study, but for an expansion, whose number nobody knows."""
         settings = self.study.settings
-        further = settings.sensitivity * (self.study.joint.dimension + 2)
+        further = self.study.sensitivity_rows * (self.study.joint.dimension + 2)
         return further + (MOST_RUNS if settings.method == "chaos" else self.points.samples)
 
     def _tell(self, done) -> None:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading, scaled
+from bearing_twin.units import inverse, labelled
 from bearing_twin.uq.propagation import exact_distributions, task_of
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.statistics import density, histogram
@@ -91,12 +92,12 @@ def _draw_quantity(axis, result, name, exact):
     axis.set_xlim((low - margin) * factor, (high + margin) * factor)
     axis.set_ylim(bottom=0.0)
     words = name.replace("_", " ")
-    axis.set_xlabel(f"{words} [{unit}]" if unit not in ("", "1") else words)
+    axis.set_xlabel(labelled(words, unit))
     if not drawn and exact is None:
         axis.set_yticks([])
         axis.legend(frameon=False, fontsize=10.5)
         return
-    axis.set_ylabel(f"density [1/{unit}]" if unit not in ("", "1") else "density")
+    axis.set_ylabel(labelled("density", inverse(unit)))
     axis.legend(frameon=False, fontsize=10.5)
 
 
@@ -118,7 +119,7 @@ def _draw_convergence(axis, result):
             level = getattr(exact, path["statistic"]) * factor
             axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
     axis.set_xlabel("samples")
-    axis.set_ylabel(f"{what} [{unit}]" if unit not in ("", "1") else what)
+    axis.set_ylabel(labelled(what, unit))
     axis.legend(frameon=False, fontsize=10.5)
     heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}")
 
@@ -145,7 +146,7 @@ def _draw_history(axis, result, channel):
             label="run at the mean inputs",
         )  # fmt: skip
     axis.set_xlabel(f"time [{unit_time}]")
-    axis.set_ylabel(f"{channel.replace('_', ' ')} [{unit}]")
+    axis.set_ylabel(labelled(channel.replace("_", " "), unit))
     axis.margins(x=0.0)
     axis.legend(frameon=False, fontsize=10.5)
     heading(axis, f"{channel.replace('_', ' ').capitalize()} over time")

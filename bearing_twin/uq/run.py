@@ -17,6 +17,7 @@ from bearing_twin.uq.histories import KEPT, Histories
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
+from bearing_twin.uq.sensitivity import values_held
 from bearing_twin.uq.statistics import half_width
 from bearing_twin.uq.study import Study
 
@@ -76,7 +77,9 @@ def memory_needed(study: Study) -> float:
     inputs, quantities = len(study.inputs), len(study.quantities)
     # A batch is kept in pieces before it is joined, and histories are sorted instant by instant.
     row = 2.0 * (inputs + quantities + histories + 2) + WORKING_COPIES
-    further = settings.sensitivity * (inputs + 2) * (2.0 * inputs + quantities + WORKING_COPIES)
+    rows = study.sensitivity_rows
+    # Their points are kept three times: in the unit cube, as values, and as the key by which they are found again.
+    further = rows * (inputs + 2) * (3.0 * inputs + quantities) + (values_held(rows, inputs) if rows else 0)
     sums = len(study.histories) * settings.history_points * (settings.history_points + KEPT)
     return 8.0 * (settings.samples * row + further + sums)
 
@@ -87,7 +90,7 @@ def refuse_too_large(study: Study) -> None:
     if needed > allowed:
         raise StudyError(
             f"study {study.name} would need {needed:.3g} B for {study.settings.samples} samples, more than its "
-            f"memory = {allowed:.3g} B; ask for fewer samples, histories or history_points, or raise memory"
+            f"memory = {allowed:.3g} B; ask for fewer samples, histories, history_points or sensitivity, or raise it"
         )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from bearing_twin.parameters import choice, plain, quantity, section
 from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.uq.inputs import Input, Joint
-from bearing_twin.uq.sampling import GREATEST_SAMPLES, GREATEST_SEED, SAMPLERS
+from bearing_twin.uq.sampling import GREATEST_SAMPLES, GREATEST_SEED, SAMPLERS, rounded
 from bearing_twin.uq.scene_keys import put
 
 METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
@@ -80,6 +80,12 @@ class Study:
     def inputs(self) -> tuple[Input, ...]:
         """The uncertain inputs, in the order of the file."""
         return self.joint.inputs
+
+    @property
+    def sensitivity_rows(self) -> int:
+        """Rows of (inputs + 2) further samples for Sobol indices, as many as the sampler makes of those asked for."""
+        asked = self.settings.sensitivity
+        return rounded(self.settings.sampler, asked) if asked else 0
 
     @property
     def targets(self) -> tuple[tuple[str, ...], ...]:

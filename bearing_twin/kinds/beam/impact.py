@@ -9,8 +9,8 @@ from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.contact import FULL, NOT_FINITE, STALLED, TIME_UP, Sphere
+from bearing_twin.kinds.beam.free_flight import next_touch
 from bearing_twin.kinds.beam.modes import TERMS, Beam, Modes, beam_energy, response_at
-from bearing_twin.kinds.ellipsoid.free_flight import next_touch
 from bearing_twin.kinds.impact.collision import Contact
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there

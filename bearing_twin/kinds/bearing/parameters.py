@@ -125,7 +125,8 @@ class BearingScene:
 
 GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
 GREATEST_CLEARANCE = 0.1  # of the ball diameter: beyond it the grooves no longer hold the balls
-GREATEST_OFFSET = 0.02  # of the ball diameter
+GREATEST_SQUEEZE = 0.02  # of the ball diameter: approaches of a ball's two contacts together, as of an interference
+GREATEST_ANGLE = math.radians(60.0)  # contact angle: beyond it contacts lie on the edges of the grooves
 
 
 def viscous_terms(contact: Contact) -> tuple[float, float]:
@@ -174,12 +175,9 @@ def check(parameters: BearingScene) -> list[str]:
     first, added = parameters.drive.offset, parameters.drive.change.offset
     changed = tuple(a + b for a, b in zip(first, added, strict=True))
     for key, vector in (("drive.offset", first), ("drive.offset + drive.change.offset", changed)):
-        offset = math.hypot(*vector)
-        if offset >= GREATEST_OFFSET * ball:
-            problems.append(
-                f"{key} = {list(vector)} m moves the inner ring by {offset:g} m, too far; "
-                f"its length must be below {GREATEST_OFFSET * ball:.6g} m"
-            )
+        found = _check_offset(key, vector, geometry)
+        if found:
+            problems.append(found)
             break
     problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})
     problems += check_run(run)
@@ -201,3 +199,36 @@ def upgraded(scene: dict) -> dict:
         for body in ("ball", "inner_ring", "outer_ring"):
             scene["materials"][body]["yield_strength"] = strength
     return scene
+
+
+def _check_offset(key: str, vector: tuple[float, float, float], geometry: Geometry) -> str:
+    """What is wrong with this displacement of the inner ring for a ball anywhere on its way round, "" if nothing.
+
+    Between the centres of the grooves lie A_r = (f_i + f_o - 1) D - c/2 + r cos(psi) and A_z = z; the ball is squeezed
+    by hypot(A_r, A_z) - (f_i + f_o - 1) D at the angle of this line, most of all where the radial offset r points.
+    """
+    ball, radial, axial = geometry.ball_diameter, math.hypot(*vector[:2]), abs(vector[2])
+    free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * ball
+    middle, limit = free - 0.5 * geometry.radial_clearance, GREATEST_SQUEEZE * ball
+    squeeze = math.hypot(middle + radial, axial) - free
+    if squeeze > limit and radial + axial > 0.0:
+        # the root s of |(middle, 0) + s (radial, axial)| = free + limit
+        length = math.hypot(radial, axial)
+        along = middle * radial / length
+        longest = (free + limit) ** 2 - middle**2
+        longest = longest / (along + math.sqrt(along**2 + longest)) if longest > 0.0 else 0.0
+        return (
+            f"{key} = {list(vector)} m squeezes a ball by {squeeze:.4g} m between the raceways, more than a contact "
+            f"bears ({limit:.4g} m, {100.0 * GREATEST_SQUEEZE:g} % of its diameter); in this direction its length must "
+            f"be below {longest:.5g} m"
+        )
+    # of all balls that touch both raceways, the one nearest to the middle of the groove's opening
+    nearest = max(middle - radial, math.sqrt(max(free**2 - axial**2, 0.0)) if axial < free else -math.inf)
+    angle = math.atan2(axial, nearest)
+    if nearest <= middle + radial and angle > GREATEST_ANGLE:
+        return (
+            f"{key} = {list(vector)} m brings contacts to an angle of {math.degrees(angle):.3g} degrees, on the edge "
+            f"of the grooves; at most {math.degrees(GREATEST_ANGLE):.3g} degrees: shorten its part along z, or lower "
+            "geometry.radial_clearance"
+        )
+    return ""

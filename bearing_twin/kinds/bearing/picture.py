@@ -22,6 +22,7 @@ from bearing_twin.pictures.style import (
     finish,
     frame,
     heading,
+    scaled,
 )
 from bearing_twin.sample import Block
 
@@ -63,7 +64,7 @@ def _draw_loads(figure, axes, history):
     time, low, high = _shown(history) or whole
     part = f", last {time[-1] - time[0]:.3g} s of {history.last.time_ns * 1e-9:.4g} s" if time[0] > whole[0][0] else ""
     span = time[-1] - time[0]
-    scale, unit = (1e3, "ms") if span < 0.1 else (1.0, "s")
+    scale, unit = scaled(time[-1], "s")
     for raceway, axis in enumerate(axes):
         frame(axis)
         greatest = whole[2][:, :, raceway].max()

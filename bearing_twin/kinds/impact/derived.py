@@ -113,13 +113,12 @@ def check_discs(parameters: TwoDiscsScene) -> list[str]:
     most = greatest_energy(disc_law(disc, name))
     if energy >= most:
         others = [one for one in LINE_LAWS if energy < greatest_energy(disc_law(disc, one))]
-        way_out = f"contact.normal: {others[0]}, or " if others else ""
+        way_out = f"use contact.normal: {others[0]}, or " if others else ""
         equation = "eq. (14)" if name == "line" else "Johnson's law"
         return [
             f"contact.normal = {name} has no solution: {equation} cannot store the {energy:.4g} J of this impact, only "
-            f"{most:.4g} J; use {way_out}finite elasticity (an elastic disc by finite "
-            f"elements), or a speed below {2.0 * math.sqrt(most / disc_mass(disc)):.4g}"
-            f" m/s"
+            f"{most:.4g} J; {way_out}let the discs meet below {2.0 * math.sqrt(most / disc_mass(disc)):.4g} m/s "
+            "(motion.first_velocity)"
         ]
     return _check_step(parameters.solver, pair_contact_time(parameters)) + check_run(parameters.run)
 

@@ -1,0 +1,88 @@
+"""What sentences recommend exists: keys, their words, options, subcommands. Read from the source, so none is missed."""
+
+import ast
+import itertools
+import re
+from pathlib import Path
+
+import pytest
+
+import bearing_twin
+from bearing_twin.command.cli import _parsers
+from bearing_twin.parameters import describe
+from bearing_twin.run.scene import KINDS
+from bearing_twin.uq.study import Settings
+
+PACKAGE = Path(bearing_twin.__file__).parent
+GAP = "\0"  # stands for what an f-string fills in
+ROWS = {kind: describe(row.parameters) for kind, row in KINDS.items()}
+STUDY_KEYS = {row.key for row in describe(Settings)} | {"stop.quantity"}
+KEYS = STUDY_KEYS | {row.key for rows in ROWS.values() for row in rows}
+SECTIONS = {key.split(".")[0] for key in KEYS if "." in key}
+
+
+def sentences():
+    """(where, text) of every text in the package but its docstrings."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        silent = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.JoinedStr):
+                silent |= {id(part) for part in node.values}
+                parts = [part.value if isinstance(part, ast.Constant) else GAP for part in node.values]
+                yield f"{path.relative_to(PACKAGE)}:{node.lineno}", "".join(map(str, parts))
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in silent:
+                yield f"{path.relative_to(PACKAGE)}:{node.lineno}", node.value
+
+
+SENTENCES = [(where, text) for where, text in sentences() if " " in text]
+
+
+def found(pattern):
+    return [(where, match) for where, text in SENTENCES for match in re.finditer(pattern, text)]
+
+
+def keys_at(where):
+    """The keys that a sentence at this place may name: those of the kinds in its folder, or of all."""
+    folder = re.match(r"kinds/(\w+)/", where)
+    kinds = [kind for kind, row in KINDS.items() if folder and f".kinds.{folder[1]}." in row.parameters.__module__]
+    return {row.key for kind in kinds for row in ROWS[kind]} or KEYS
+
+
+def test_every_key_in_a_sentence_is_one():
+    words = found(rf"(?<![\w./\[{{])({'|'.join(sorted(SECTIONS))})((?:\.[a-z]\w*)+)(?![\w/(\0])")
+    assert len(words) > 60
+    assert [(where, match.group()) for where, match in words if match.group() not in keys_at(where)] == []
+
+
+def test_every_word_recommended_for_a_key_is_legal():
+    """`solver.stepper: dop853`: the word is an option of that key in some kind of scene."""
+    options = {}
+    for row in itertools.chain(*ROWS.values()):
+        options.setdefault(row.key, set()).update(row.options)
+    words = [
+        (where, match.group(1), match.group(2))
+        for where, match in found(r"(?<![\w.])([a-z]+(?:\.[a-z_]+)+): ([a-z]\w*)")
+        if options.get(match.group(1))
+    ]
+    assert len(words) > 5
+    assert [(where, key, word) for where, key, word in words if word not in options[key]] == []
+
+
+def test_every_option_in_a_sentence_is_one():
+    actions = itertools.chain(*(parser._actions for parser in _parsers()[1].values()))
+    options = {name for action in actions for name in action.option_strings}
+    words = found(r"(?<![\w-])--[a-z][a-z0-9-]*(?![\w\0-])")
+    assert len(words) > 15
+    assert [(where, match.group()) for where, match in words if match.group() not in options | {"--version"}] == []
+
+
+def test_every_subcommand_in_a_sentence_is_one():
+    words = found(r"`bearing_twin ([a-z]+)")
+    assert len(words) > 3
+    assert [(where, match.group(1)) for where, match in words if match.group(1) not in _parsers()[1]] == []
+
+
+@pytest.mark.parametrize("theory", ["finite element", "finite elasticity", "theory of line contact"])
+def test_no_sentence_sends_anyone_to_a_theory_that_is_not_here(theory):
+    assert [where for where, text in SENTENCES if theory in text.lower()] == []
