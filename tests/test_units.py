@@ -4,11 +4,11 @@ import math
 
 import pytest
 
+from bearing_twin.kinds import KINDS
 from bearing_twin.parameters import describe
 from bearing_twin.pictures.style import scaled
 from bearing_twin.run.scene import KINDS, load_scene, scene_names
 from bearing_twin.units import PREFIXES, UNITS, inverse, labelled, named, prefixed, suffix_of, with_unit
-from bearing_twin.uq.quantities import QUANTITIES
 from bearing_twin.uq.study import Settings
 
 
@@ -46,7 +46,7 @@ def test_every_declared_unit_is_in_the_table():
     """Parameters of every kind and of studies, quantities, and channels; a section and a word have none."""
     declared = {row.unit for kind in KINDS.values() for row in describe(kind.parameters)}
     declared |= {row.unit for row in describe(Settings)} - {"its unit"}  # the tolerance of a stop: the quantity's
-    declared |= {row.unit for table in QUANTITIES.values() for row in table.values()}
+    declared |= {row.unit for kind in KINDS.values() for row in kind.quantities_of().values()}
     scenes = {load_scene(name).kind: name for name in scene_names()}
     assert set(scenes) == set(KINDS)
     declared |= {channel.unit for name in scenes.values() for channel in load_scene(name).channels}
