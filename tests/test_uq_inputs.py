@@ -5,14 +5,14 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy import integrate, stats
 from scipy.special import digamma
 
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.uq.inputs import DISTRIBUTIONS, GREATEST_UNIT, LEAST_UNIT, Joint, read_input
-from bearing_twin.uq.knowledge import greatest_entropy
+from bearing_twin.uq.knowledge import LEAST_SPREAD, PLENTY, greatest_entropy
 
 EXAMPLES = {
     "gamma": {"mean": 1.138e-4, "std": 2e-5},
@@ -149,10 +149,15 @@ def _height(one):
 
 @settings(max_examples=40, deadline=None)
 @given(st.floats(0.02, 0.98), st.floats(0.01, 0.95))
+@example(0.98, 0.1171875)
 def test_bounds_with_mean_and_deviation_are_a_truncated_normal(share, part):
     """Up to the deviation of the truncated exponential, beyond which the density would rise towards the bounds."""
     exponential = read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share}})
     std = part * exponential.std
+    if 0.5 * LEAST_SPREAD >= std >= 0.5 * min(share, 1.0 - share) / PLENTY:
+        with pytest.raises(StudyError, match="one of them says nothing"):
+            read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": std}})
+        return
     one = read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": std}})
     assert one.distribution_name == "truncated_normal"
     assert (one.low, one.high) == (0.0, 0.5)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from bearing_twin.command import chart_command, contact_command, study_command
-from bearing_twin.command.outcome import Outcome, new_log, picture_path
+from bearing_twin.command.outcome import Outcome, listed, new_log, picture_path
 
 
 class Command(NamedTuple):
@@ -156,23 +156,39 @@ def _recover(arguments) -> Outcome:
 
 
 def _scenes_arguments(parser):
-    parser.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
+    listed = parser.add_mutually_exclusive_group()
+    listed.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
+    listed.add_argument("--figures", action="store_true", help="list every figure of a run: unit, meaning")
 
 
 def _scenes(arguments) -> Outcome:
-    from bearing_twin.command.terminal import show_rows
-    from bearing_twin.parameters import describe
-    from bearing_twin.run.scene import KINDS, load_scene, scene_names
+    from bearing_twin.shelf import SCENES
 
     if arguments.keys:
-        rows = [(kind, row) for kind, entry in KINDS.items() for row in describe(entry.parameters)]
-        names = ("key", "type", "default", "unit", "limits", "help")
-        keys = [{"kind": kind} | {name: getattr(row, name) for name in names} for kind, row in rows]
-        return Outcome({"keys": keys}, [], lambda: show_rows(names, ([key[name] for name in names] for key in keys)))
-    scenes = [load_scene(name) for name in scene_names()]
-    result = {"scenes": [{"name": one.name, "kind": one.kind, "description": one.description} for one in scenes]}
+        return _keys()
+    if arguments.figures:
+        return _figures()
     header = ("name", "kind", "description")
-    return Outcome(result, [], lambda: show_rows(header, (scene.values() for scene in result["scenes"])))
+    return listed("scenes", header, ({name: head[name] for name in header} for head in SCENES.heads()))
+
+
+def _keys() -> Outcome:
+    from bearing_twin.kinds import KINDS
+    from bearing_twin.parameters import describe
+
+    rows = [(kind, row) for kind, entry in KINDS.items() for row in describe(entry.parameters)]
+    names = ("key", "type", "default", "unit", "limits", "help")
+    return listed("keys", names, ({"kind": kind} | {name: getattr(row, name) for name in names} for kind, row in rows))
+
+
+def _figures() -> Outcome:
+    from bearing_twin.command.terminal import named
+    from bearing_twin.kinds import KINDS
+
+    rows = [(kind, key, meaning) for kind, entry in KINDS.items() for key, meaning in entry.meanings_of().items()]
+    header = ("kind", "figure", "unit", "meaning")
+    found = ({"kind": kind, "figure": key, "unit": named(key)[1], "meaning": meaning} for kind, key, meaning in rows)
+    return listed("figures", header, found)
 
 
 COMMANDS = {

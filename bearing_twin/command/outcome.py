@@ -1,6 +1,6 @@
 """What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +13,18 @@ class Outcome(NamedTuple):
     result: dict
     doubts: list[str]
     show: Callable[[], None] | None = None
+
+
+def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
+    """A list as a result: all of each row as JSON, the columns of `header` as a table."""
+    rows = list(rows)
+
+    def show():
+        from bearing_twin.command.terminal import show_rows
+
+        show_rows(header, ([row[name] for name in header] for row in rows))
+
+    return Outcome({what: rows}, [], show)
 
 
 def new_log(text) -> Path:

@@ -98,10 +98,9 @@ def _interrupted_by_ctrl_c(event):
 def _listed() -> Outcome:
     from bearing_twin.command.terminal import say, show_rows
     from bearing_twin.kinds import KINDS
-    from bearing_twin.uq.study_file import load_study, study_names
+    from bearing_twin.shelf import STUDIES
 
-    studies = [load_study(name) for name in study_names()]
-    rows = [{"name": one.name, "scene": one.scene["name"], "description": one.description} for one in studies]
+    rows = [{name: head[name] for name in ("name", "scene", "description")} for head in STUDIES.heads()]
     quantities = [
         {"kind": kind, "quantity": name, "unit": row.unit, "meaning": row.meaning}
         for kind, entry in KINDS.items()

@@ -6,9 +6,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
 
-from bearing_twin.sample import Block
 from bearing_twin.units import named
+
+if TYPE_CHECKING:  # a list of scenes needs no arrays
+    from bearing_twin.sample import Block
 
 SLOW = 1.0  # seconds without a sign of life before one is given
 PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no terminal
@@ -93,7 +96,7 @@ def progress(what: str) -> Iterator[Callable[[float], None]]:
         say(f"{what}: done in {time.monotonic() - began:.1f} s")
 
 
-def with_progress(blocks: Iterable[Block], duration: float, what: str) -> Iterator[Block]:
+def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iterator["Block"]:
     """The same blocks; `progress` shows how far their time has come towards `duration` [s]."""
     with progress(what) as update:
         for block in blocks:

@@ -6,7 +6,7 @@ compile or plot are named by `late`, so that reading the table imports nothing h
 
 import importlib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
@@ -54,7 +54,7 @@ class Figures(Protocol):
         """Takes a block in; every block but the last ends before a sequence number divisible by 50."""
 
     def figures(self) -> dict[str, Any]:
-        """Numbers by SI-suffixed keys: what they are is in the key or in the kind's `meanings`."""
+        """Numbers by SI-suffixed keys; the kind's `meanings` say what each is."""
 
     def flags(self) -> list[str]:
         """What lies outside the theory's validity, one sentence each."""
@@ -231,6 +231,7 @@ class Kind:
     choose: Callable[[Any], Choice] = one_model
     records: Callable[[Any], tuple[Table, ...]] = no_records
     figures: Callable[[Any, Choice], Figures] | None = None
+    meanings: Callable[[], Mapping[str, str]] | None = None
     quantities: Callable[[], dict[str, Quantity]] | None = None
     closed_form: Callable[[], ClosedForm | None] = lambda: None
     known_when_solved: bool = False
@@ -252,17 +253,25 @@ class Kind:
             return PlainFigures(parameters, choice, self.channels(parameters))
         return self.figures(parameters, choice)
 
+    def meanings_of(self) -> Mapping[str, str]:
+        """What each key of the figures is: at the end, the greatest, the mean over which part."""
+        if self.meanings is not None:
+            return self.meanings()
+        return {key: f"{channel.meaning}, {words}" for channel, _, key, words in self._drawn()}
+
+    def _drawn(self) -> Iterator[tuple[Channel, str, str, str]]:
+        """(channel, name, key, when) of each of `PlainFigures`."""
+        for channel in self.channels(self.parameters()):
+            if channel.shape == ():
+                suffix = suffix_of(channel.unit)
+                yield channel, f"{channel.name}_at_end", f"{channel.name}_at_end{suffix}", "at the end"
+                yield channel, f"greatest_{channel.name}", f"greatest_{channel.name}{suffix}", "greatest magnitude"
+
     def quantities_of(self) -> dict[str, Quantity]:
         """What a study may ask; by default every figure drawn from the channels."""
         if self.quantities is not None:
             return self.quantities()
-        found = {}
-        for channel in self.channels(self.parameters()):
-            if channel.shape == ():
-                suffix = suffix_of(channel.unit)
-                for name, key, words in (
-                    (f"{channel.name}_at_end", f"{channel.name}_at_end{suffix}", "at the end"),
-                    (f"greatest_{channel.name}", f"greatest_{channel.name}{suffix}", "greatest magnitude"),
-                ):
-                    found[name] = Quantity(channel.unit, f"{channel.meaning}, {words}", read_off(key))
-        return found
+        return {
+            name: Quantity(channel.unit, f"{channel.meaning}, {words}", read_off(key))
+            for channel, name, key, words in self._drawn()
+        }

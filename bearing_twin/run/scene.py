@@ -12,9 +12,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.sections import ALIASES, not_here
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
 from bearing_twin.sample import Channel
-from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
-
-SCENES = Shelf("scene", "scenes", SceneError)
+from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 
 
 @dataclass(frozen=True)

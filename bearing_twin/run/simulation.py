@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numba.core import event
 
 from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.kinds import KINDS
@@ -16,6 +17,7 @@ from bearing_twin.sample import Block, Sample, joined
 
 CHUNK_NS = 20_000_000  # integrate at most this much simulated time between commands ...
 CHUNK_OUTPUTS = 200  # ... and at most this many outputs, so that memory stays small
+COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
 class Simulation:
@@ -33,6 +35,7 @@ class Simulation:
         self.output_period_ns = scene.output_period_ns
         self._per_chunk = max(1, min(CHUNK_OUTPUTS, CHUNK_NS // self.output_period_ns))
         self._motion = self._new_motion()
+        self._solved_seconds = 0.0
         self.reset()
 
     def _new_motion(self):
@@ -62,13 +65,20 @@ class Simulation:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
         self._motion.reset()
         self.sequence, self.time_ns = -1, -self.output_period_ns
-        self._pending = self._block(0, self._motion.first_outputs())
+        self._pending: Block | None = None
         self._gathering = Gathering(self.kind.figures_of(self.scene.parameters, self.choice), self.choice)
-        self._compute_seconds = 0.0
+        self._compute_seconds = self._solved_seconds
 
     def warm_up(self) -> float:
-        """Compiles what this scene needs (or loads it from the cache) and returns the seconds it took."""
-        start = time.perf_counter()
+        """Compiles what this scene needs (or loads it from the cache) and returns the seconds it took.
+
+        What is known when it is solved is solved here, once: that counts as computing.
+        """
+        start, compiling = time.perf_counter(), []
+        if self.kind.known_when_solved:
+            with event.install_timer(COMPILING, compiling.append):
+                self._begun()
+            return sum(compiling, 0.0)
         period = 1e-9 * self.output_period_ns
         self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
         return time.perf_counter() - start
@@ -81,17 +91,30 @@ class Simulation:
         """The next solver outputs, at most a chunk's worth is computed ahead; raises IntegrationError with the time."""
         parts, missing = [], outputs
         while missing > 0:
-            if not len(self._pending):
-                self._compute_chunk(self._pending.first_sequence)
+            pending = self._begun()
+            if not len(pending):
+                self._compute_chunk(pending.first_sequence)
                 continue
-            take = min(len(self._pending), missing)
-            parts.append(self._pending.part(0, take))
-            self._pending = self._pending.part(take, len(self._pending))
+            take = min(len(pending), missing)
+            parts.append(pending.part(0, take))
+            self._pending = pending.part(take, len(pending))
             missing -= take
         block = joined(parts)
         self.sequence, self.time_ns = block.first_sequence + outputs - 1, int(block.time_ns[-1])
         self._gathering.add(block)
         return block
+
+    def _begun(self) -> Block:
+        """The outputs computed and not given out; the first of a run are those at its start."""
+        if self._pending is None:
+            start, compiling = time.perf_counter(), []
+            with event.install_timer(COMPILING, compiling.append):
+                self._pending = self._block(0, self._motion.first_outputs())
+            seconds = max(0.0, time.perf_counter() - start - sum(compiling))
+            self._compute_seconds += seconds
+            if self.kind.known_when_solved:
+                self._solved_seconds += seconds
+        return self._pending
 
     def _block(self, first: int, arrays) -> Block:
         time_ns = (first + np.arange(len(arrays[0]), dtype=np.int64)) * self.output_period_ns
@@ -113,7 +136,8 @@ class Simulation:
     def report(self) -> Report:
         """What the run cost and how far to trust it, up to the last output given out."""
         # Outputs computed but not given out took their share of the seconds.
-        share = (self.sequence + 1) / (self.sequence + 1 + len(self._pending))
+        given = self.sequence + 1
+        share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         return self._gathering.report(self.scene.name, share * self._compute_seconds, self._motion.costs())
 
 

@@ -9,7 +9,7 @@ from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.change_of_variable import Derived, derive
 from bearing_twin.uq.quantities import has_closed_form
 from bearing_twin.uq.realise import Task, only_what_is_wanted, realise
-from bearing_twin.uq.scene_keys import numeric_keys, put, value_at
+from bearing_twin.uq.scene_keys import numeric_keys, put
 from bearing_twin.uq.statistics import MOMENTS
 from bearing_twin.uq.study import Study, placed
 from bearing_twin.uq.tails import refuse_missing_moments
@@ -37,7 +37,7 @@ def task_of(study: Study) -> Task:
 
 def _with_one_stepper(task: Task, medians) -> Task:
     """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
-    if value_at(task.scene, "solver.stepper") != "auto":
+    if task.scene.get("solver", {}).get("stepper") != "auto":  # chosen, or of a kind that leaves no choice
         return task
     choice = choose(parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians"))
     return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))

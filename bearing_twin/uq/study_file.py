@@ -6,13 +6,12 @@ from collections.abc import Iterable, Mapping
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, read, unknown
 from bearing_twin.run.scene import open_scene, parse_scene
-from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, Shelf
+from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.uq.quantities import quantities_of, quantity_of
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys, put, value_at
 from bearing_twin.uq.study import Settings, Study
 from bearing_twin.uq.study_inputs import read_inputs
 
-STUDIES = Shelf("study", "studies", StudyError)
 FREE_KEYS = (
     "name", "description", "scene", "set", "inputs", "correlation", "quantities", "histories", "sweep", "executor",
 )  # fmt: skip

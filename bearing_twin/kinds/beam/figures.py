@@ -10,10 +10,20 @@ from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, 
 from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.motion import modes_for
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
-from bearing_twin.kinds.contract import Quantity, read_off
-from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, impact_quantities
+from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
+from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
+
+MEANINGS = IMPACT_MEANINGS | {
+    "restitution": "speed of the sphere away from the beam over its speed before, at the end",
+    "sphere_velocity_after_m_s": "of the sphere along the blow, at the end",
+    "contact_count": "contacts that have ended",
+    "peak_deflection_m": "of the beam, greatest by magnitude over all watched points and the whole motion",
+    "peak_stress_pa": "bending stress, greatest by magnitude over all watched points and the whole motion",
+    "highest_mode": "of the beam in the sum, the same for the whole motion",
+    "gravity_m_s2": "on the sphere after the first touch, as the scene gives it",
+}
 
 SLENDER = 10.0  # span / height below which shear and rotary inertia matter
 LARGE_DEFLECTION = 0.02  # of the span
@@ -118,14 +128,6 @@ class BeamFigures(ImpactFigures):
         return flags
 
 
-def quantities() -> dict[str, Quantity]:
-    """What a study may ask of a sphere on a beam."""
-    return {
-        **impact_quantities(),
-        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
-        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m")),
-        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa")),
-        "velocity_after": Quantity(
-            "m/s", "of the sphere at the end, positive along the blow", read_off("sphere_velocity_after_m_s")
-        ),
-    }
+def meanings() -> dict[str, str]:
+    """What each key of the figures is."""
+    return MEANINGS

@@ -20,7 +20,6 @@ from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
@@ -28,6 +27,33 @@ PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent 
 ENERGY_GAIN = 0.01  # of the work moved; more is never a success
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
 STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
+LATE = "mean over the second half of the run"
+PEAK = "at the contact's greatest load"
+MEANINGS = {
+    "inner_ring_speed_at_end_rad_s": "of the inner ring, at the end",
+    "cage_speed_rad_s": f"of the balls about the axis, {LATE}",
+    "cage_speed_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
+    "roll_rate_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved",
+    "drive_work_j": "work of the drive since the start, at the end",
+    "dissipated_j": "energy lost in the contacts since the start, at the end",
+    "drive_torque_nm": f"that turns the inner ring, {LATE}",
+    **{
+        f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
+        for ring in ("inner", "outer")
+        for key, suffix, words in (
+            ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
+            ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest over the run"),
+            ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}"),
+            ("semi_major", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
+            ("semi_minor", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
+            ("peak_pressure", "_pa", f"on the {{ring}} raceway, {PEAK}"),
+            ("share_without_contact", "", "share of the outputs without a load on the {ring} raceway, whole run"),
+        )
+    },
+    "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
+}
 SUMS = ("count", "load", "torque", "drive_torque", "roll_rate", "speed")
 
 
@@ -181,11 +207,7 @@ class BearingFigures:
         return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
 
     def figures(self) -> dict:
-        """The run in numbers, SI unit at the end of each key; one value a ball where it is a list.
-
-        Means (`normal_load_*`, `friction_torque_nm`, speeds) are over the second half of the run, `greatest_*` over
-        all of it, ellipses and pressures at the greatest load.
-        """
+        """The run in numbers, SI unit at the end of each key; one value a ball where it is a list. See MEANINGS."""
         geometry = self.parameters.geometry
         late, before = self._second_half()
         span = late["time"] - before["time"]
@@ -220,35 +242,6 @@ class BearingFigures:
         }
 
 
-def _of_both(*keys: str):
-    """The greatest number in the lists at these keys."""
-    return lambda figures: max(float(value) for key in keys for value in figures[key])
-
-
-def quantities() -> dict[str, Quantity]:
-    """What a study may ask of a bearing."""
-    return {
-        "greatest_ball_load": Quantity(
-            "N",
-            "greatest load of any contact during the run",
-            _of_both("greatest_normal_load_inner_n", "greatest_normal_load_outer_n"),
-        ),
-        "greatest_pressure": Quantity(
-            "Pa",
-            "greatest Hertz pressure of any contact",
-            _of_both("peak_pressure_inner_pa", "peak_pressure_outer_pa"),
-        ),
-        "cage_speed": Quantity(
-            "rad/s", "mean speed of the balls about the axis, second half of the run", read_off("cage_speed_rad_s")
-        ),
-        "roll_rate": Quantity("rad/s", "mean, second half of the run", read_off("roll_rate_rad_s")),
-        "drive_torque": Quantity(
-            "N m", "that turns the inner ring, mean of the second half of the run", read_off("drive_torque_nm")
-        ),
-        "dissipated_energy": Quantity("J", "lost in the contacts during the run", read_off("dissipated_j")),
-        "greatest_contact_angle": Quantity(
-            "rad",
-            "of any contact at its greatest load",
-            _of_both("contact_angle_inner_rad", "contact_angle_outer_rad"),
-        ),
-    }
+def meanings() -> dict[str, str]:
+    """What each key of the figures is."""
+    return MEANINGS

@@ -8,10 +8,9 @@ import numpy as np
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.ellipsoid.derived import modulus_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
-from bearing_twin.kinds.impact.figures import ENERGY_GAIN, impact_quantities
+from bearing_twin.kinds.impact.figures import ENERGY_GAIN
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
 
@@ -19,6 +18,28 @@ LISTED = 200  # contacts named one by one in a report
 NOTABLE = 0.01  # of the greatest load: lighter touches say nothing about waves in the body
 GREATEST_DRIFT = 1e-6  # of a quaternion's norm in one step
 ENERGIES = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_viscous", "dissipated_friction")
+
+MEANINGS = {
+    "peak_force_n": "normal load, greatest over the run; of a contact that goes on, as seen at the outputs",
+    "contact_count": "contacts that have begun",
+    "contact_duration_s": "time in contact over the run",
+    "contacts": f"the first {LISTED} contacts one by one; of one that goes on, no impulse and no restitution",
+    "restitution": "speed away over the speed before, of the first contact; none while it goes on",
+    "resting_since_s": "begin of the contact that goes on at the end; none where there is none",
+    "greatest_approach_m": "greatest over the run; of a contact that goes on, as seen at the outputs",
+    "peak_pressure_pa": "Hertz pressure, greatest over the run; of a contact that goes on, as seen at the outputs",
+    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the most ever stored",
+    "greatest_energy_gain": "the most energy gained by the numbers at any output, as a share of the most ever stored",
+    "energy_start_j": "kinetic, elastic and potential, at the start",
+    "energy_end_j": "kinetic, elastic and potential, at the end",
+    "dissipated_viscous_j": "lost to damping since the start, at the end",
+    "dissipated_friction_j": "lost to friction since the start, at the end",
+    "velocity_change_x_m_s": "of the centre along x since the start, at the end",
+    "velocity_change_y_m_s": "of the centre along y since the start, at the end",
+    "angular_momentum_change_vertical_nms": "about the centre, along z, since the start, at the end",
+    "height_at_end_m": "of the centre above the plane, at the end",
+    "quaternion_drift": "of the norm before it is put right, greatest in one step since the start, at the end",
+}
 
 TOUCH = Table("touch", (Channel("time", "s", (), "begin of the contact"),), "a contact that begins")
 CONTACT = Table(
@@ -229,12 +250,6 @@ def _row(bounce):
     }
 
 
-def quantities() -> dict[str, Quantity]:
-    """What a study may ask of an ellipsoid on a plane."""
-    return {
-        **{name: row for name, row in impact_quantities().items() if name != "impulse"},
-        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
-        "peak_pressure": Quantity("Pa", "greatest Hertz pressure", read_off("peak_pressure_pa")),
-        "dissipated_viscous": Quantity("J", "lost to damping", read_off("dissipated_viscous_j")),
-        "dissipated_friction": Quantity("J", "lost to friction", read_off("dissipated_friction_j")),
-    }
+def meanings() -> dict[str, str]:
+    """What each key of the figures is."""
+    return MEANINGS

@@ -19,11 +19,11 @@ from bearing_twin.contact.line import approach_of, load_of_energy
 from bearing_twin.contact.line import energy as energy_of
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.contract import ClosedForm, Quantity
+from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
 from bearing_twin.kinds.impact.collision import Contact, Spring
 from bearing_twin.kinds.impact.derived import disc_law, disc_mass, meeting_speed
-from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures, impact_quantities
+from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
@@ -60,16 +60,6 @@ class DiscFigures(ImpactFigures):
 
 
 figures = DiscFigures
-
-
-def quantities() -> dict[str, Quantity]:
-    """What a study may ask of two discs."""
-    return impact_quantities(
-        contact_duration=disc_closed_form.contact_time,
-        peak_force=disc_closed_form.peak_force,
-        greatest_approach=disc_closed_form.greatest_approach,
-        impulse=lambda law, reduced, speed: 2.0 * reduced * speed,
-    )
 
 
 def closed_form() -> ClosedForm:

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.sample import Block, Channel, Table
 
 ENERGY_GAIN = 0.01  # of the energy brought; more, either way, is never a success
@@ -24,6 +23,15 @@ CONTACT = Table(
     ),
     "a contact that has ended",
 )
+MEANINGS = {
+    "peak_force_n": "contact force, greatest over all contacts that have ended",
+    "contact_duration_s": "time in contact, sum over all contacts that have ended",
+    "contacts": "the contacts that have ended, one by one: begin, duration, greatest force, impulse of the force",
+    "greatest_approach_m": "mutual approach, greatest over all contacts that have ended",
+    "restitution": "relative speed away over that before, after the last contact that has ended",
+    "energy_closure": "energy gained (+) or lost (-) by the numbers, as a share of what was brought, whole motion",
+    "impact_speed_m_s": "relative speed at the first touch",
+}
 START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
 
 
@@ -119,17 +127,6 @@ class ImpactFigures:
         return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
 
 
-def _total_impulse(contacts) -> float:
-    return sum(float(contact["impulse_ns"]) for contact in contacts)
-
-
-def impact_quantities(**closed) -> dict[str, Quantity]:
-    """What a study may ask of any impact; closed forms by the quantity's name."""
-    rows = {
-        "contact_duration": Quantity("s", "total time in contact", read_off("contact_duration_s")),
-        "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
-        "greatest_approach": Quantity("m", "greatest mutual approach", read_off("greatest_approach_m")),
-        "impulse": Quantity("N s", "of the contact force, over all contacts", read_off("contacts", _total_impulse)),
-        "restitution": Quantity("1", "relative speed away over relative speed before", read_off("restitution")),
-    }
-    return {name: row._replace(closed=closed.get(name)) for name, row in rows.items()}
+def meanings() -> dict[str, str]:
+    """What each key of the figures is."""
+    return MEANINGS

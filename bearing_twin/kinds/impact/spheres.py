@@ -19,10 +19,10 @@ from bearing_twin.contact import hertz_impact as closed_forms
 from bearing_twin.contact.damping import damping_for_restitution, restitution_of, steady_damping
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.contract import ClosedForm, Quantity
+from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact.collision import NO_LINE, Contact, Spring
 from bearing_twin.kinds.impact.derived import is_elastic, meeting_speed, pair_contact_time, sphere_mass, sphere_pair
-from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures, impact_quantities
+from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
 from bearing_twin.kinds.impact.parameters import TwoSpheresScene
@@ -68,16 +68,6 @@ class SphereFigures(ImpactFigures):
 
 
 figures = SphereFigures
-
-
-def quantities() -> dict[str, Quantity]:
-    """What a study may ask of two spheres."""
-    return impact_quantities(
-        contact_duration=closed_forms.contact_time,
-        peak_force=closed_forms.peak_force,
-        greatest_approach=closed_forms.greatest_approach,
-        impulse=lambda coefficient, reduced, speed: 2.0 * reduced * speed,
-    )
 
 
 def closed_form() -> ClosedForm:

@@ -1,0 +1,37 @@
+"""What a study may ask of a bearing; nothing here compiles."""
+
+from bearing_twin.kinds.contract import Quantity, read_off
+
+
+def _of_both(*keys: str):
+    """The greatest number in the lists at these keys."""
+    return lambda figures: max(float(value) for key in keys for value in figures[key])
+
+
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of a bearing."""
+    return {
+        "greatest_ball_load": Quantity(
+            "N",
+            "greatest load of any contact during the run",
+            _of_both("greatest_normal_load_inner_n", "greatest_normal_load_outer_n"),
+        ),
+        "greatest_pressure": Quantity(
+            "Pa",
+            "greatest Hertz pressure of any contact",
+            _of_both("peak_pressure_inner_pa", "peak_pressure_outer_pa"),
+        ),
+        "cage_speed": Quantity(
+            "rad/s", "mean speed of the balls about the axis, second half of the run", read_off("cage_speed_rad_s")
+        ),
+        "roll_rate": Quantity("rad/s", "mean, second half of the run", read_off("roll_rate_rad_s")),
+        "drive_torque": Quantity(
+            "N m", "that turns the inner ring, mean of the second half of the run", read_off("drive_torque_nm")
+        ),
+        "dissipated_energy": Quantity("J", "lost in the contacts during the run", read_off("dissipated_j")),
+        "greatest_contact_angle": Quantity(
+            "rad",
+            "of any contact at its greatest load",
+            _of_both("contact_angle_inner_rad", "contact_angle_outer_rad"),
+        ),
+    }

@@ -1,0 +1,113 @@
+"""A kind of scene that nobody knew before passes every command: one file and its row are all it takes."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import toy_kind
+
+from bearing_twin.command.cli import BAD_INPUT, DONE, main
+from bearing_twin.kinds import KINDS
+from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.stream import topics
+from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import parse_study
+
+SCENE = "kind: toy\nstart: 0.02\nbody: {mass: 2.0, stiffness: 800.0, damping: 4.0}\n"
+DECAY = 1.0  # 1/s: half the damping over the mass
+RATE = math.sqrt(399.0)  # rad/s: stiffness over mass, less the decay squared
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "swing.yaml"
+    path.write_text(SCENE, encoding="utf-8")
+    return path
+
+
+def asked(capsys, *words):
+    assert main([*map(str, words), "--json"]) == DONE
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_house_knows_it_as_any_other():
+    assert KINDS["toy"] is toy_kind.KIND
+    assert [topic.full_name for topic in topics(parse_scene(SCENE, "swing"))] == ["/toy/scene", "/toy/samples"]
+
+
+def test_it_runs_from_python(scene):
+    run = simulate(load_scene(scene, ["run.duration=0.5"]))
+    samples = list(run)
+    assert len(samples) == run.outputs == 501
+    time = np.array([1e-9 * sample.time_ns for sample in samples])
+    swing = np.cos(RATE * time) + DECAY / RATE * np.sin(RATE * time)
+    assert [sample["position"] for sample in samples] == pytest.approx(0.02 * np.exp(-DECAY * time) * swing, abs=1e-12)
+    report = run.report
+    assert (report.status, report.flags, report.samples) == ("done", (), 501)
+    assert set(report.figures) == set(toy_kind.KIND.meanings_of())
+    assert report.figures["position_at_end_m"] == samples[-1]["position"]
+    assert report.figures["greatest_velocity_m_s"] == max(abs(float(sample["velocity"])) for sample in samples)
+    assert report.costs["evaluations"] >= 501
+
+
+def test_its_log_is_reported_to_the_bit_and_verified(scene, tmp_path, capsys):
+    log, first, second = (tmp_path / name for name in ("swing.mcap", "run.png", "log.png"))
+    simulated = asked(capsys, "simulate", scene, "--out", log, "--plot", first)
+    reported = asked(capsys, "report", log, "--plot", second)
+    own = {"compile_s", "plot", "missing_outputs"}
+    assert {key: one for key, one in simulated.items() if key not in own} == {
+        key: one for key, one in reported.items() if key not in own
+    }
+    for picture in (first, second):
+        assert picture.read_bytes().startswith(b"\x89PNG")
+    assert asked(capsys, "verify", log) == {
+        "log": str(log),
+        "samples": 1001,
+        "greatest_deviation": 0.0,
+        "deviations": {"position": 0.0, "velocity": 0.0, "energies": 0.0},
+    }
+    assert read_log(log).channels == toy_kind.CHANNELS
+
+
+def test_its_table_its_keys_and_its_figures_are_shown(scene, capsys):
+    assert main(["simulate", str(scene)]) == DONE
+    captured = capsys.readouterr()
+    assert "position at end" in captured.out + captured.err
+    keys = [row["key"] for row in asked(capsys, "scenes", "--keys")["keys"] if row["kind"] == "toy"]
+    assert keys == [
+        *("body.mass", "body.stiffness", "body.damping", "start"),
+        *("run.duration", "run.output_rate", "run.publish_rate"),
+    ]
+    figures = {row["figure"]: row for row in asked(capsys, "scenes", "--figures")["figures"] if row["kind"] == "toy"}
+    assert figures["greatest_velocity_m_s"]["unit"] == "m/s"
+    assert figures["greatest_velocity_m_s"]["meaning"] == "of the body, greatest magnitude"
+
+
+def test_its_mistakes_are_named(scene, capsys):
+    for change, words in (
+        ("body.damping=90", "stay below 80 N s/m"),
+        ("body.masss=1", "did you mean mass?"),
+        ("run.duration=-1", "run.duration"),
+    ):
+        assert main(["simulate", str(scene), "--set", change]) == BAD_INPUT
+        assert words in capsys.readouterr().err
+
+
+def test_a_study_of_it_runs_in_workers_that_never_heard_of_it(scene):
+    study = {
+        "scene": str(scene),
+        "inputs": {"body.stiffness": {"distribution": "uniform", "low": 600.0, "high": 1000.0}},
+        "quantities": ["position_at_end", "greatest_velocity"],
+        "histories": ["position"],
+        "history_duration": 0.5,
+        "samples": 8,
+        "workers": 2,
+    }
+    result = run_study(parse_study(study, "swings")).as_dict()
+    assert (result["samples"], result["failed"]) == (8, {})
+    quickest = 0.02 * math.sqrt(1000.0 / 2.0)
+    assert 0.7 * quickest < result["quantities"]["greatest_velocity"]["mean"] < quickest
+    assert -0.02 < result["quantities"]["position_at_end"]["mean"] < 0.02
