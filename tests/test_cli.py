@@ -3,16 +3,18 @@
 import functools
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
-from bearing_twin.command.terminal import named, progress, show_result
+from bearing_twin.command.terminal import named, progress, said_if_slow, show_result
 from bearing_twin.parameters import describe
 from bearing_twin.run.scene import KINDS, scene_names
 
@@ -65,12 +67,12 @@ def test_simulate_prints_one_json_object_with_what_was_asked_for(capsys):
     assert result["stepper"] in ("rk4", "rodas4", "dop853", "radau")
 
 
-def test_without_json_the_result_is_a_table_on_standard_error(capsys):
+def test_without_json_the_result_is_a_table_on_standard_output(capsys):
     assert main(["simulate", *SHORT]) == DONE
-    captured = capsys.readouterr()
-    assert captured.out == ""
+    out, err = capsys.readouterr()
     for words in ("cage speed", "rad/s", "normal load", "real time factor", "ball"):
-        assert words in captured.err
+        assert words in out
+        assert words not in err
 
 
 def test_a_run_is_logged_reported_and_verified(log, capsys):
@@ -124,7 +126,9 @@ def test_scenes_and_keys_are_listed(capsys):
     keys = asked(capsys, "scenes", "--keys")["keys"]
     assert [key["key"] for key in keys] == [row.key for kind in KINDS.values() for row in describe(kind.parameters)]
     assert main(["scenes", "--keys"]) == DONE
-    assert "contact.friction_coefficient" in capsys.readouterr().err
+    out, err = capsys.readouterr()
+    assert "contact.friction_coefficient" in out
+    assert err == ""
 
 
 @pytest.mark.parametrize(
@@ -184,8 +188,9 @@ def test_as_a_program_standard_output_is_json_alone():
     assert "Traceback" not in done.stderr
 
 
-def test_a_reader_that_goes_away_is_no_error():
-    words = [*COMMAND, "scenes", "--keys", "--json"]
+@pytest.mark.parametrize("form", [["--json"], []])
+def test_a_reader_that_goes_away_is_no_error(form):
+    words = [*COMMAND, "scenes", "--keys", *form]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
         assert process.stderr.read() == b""
@@ -215,6 +220,20 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     assert report["missing_outputs"] == 0
 
 
+def test_slow_work_says_how_long_it_has_taken(capsys, monkeypatch):
+    monkeypatch.setattr("bearing_twin.command.terminal.SLOW", 0.0)
+    monkeypatch.setattr("bearing_twin.command.terminal.PLAIN_PERIOD", 0.01)
+    said = []
+    enough = threading.Event()
+    monkeypatch.setattr(
+        "bearing_twin.command.terminal.say", lambda text: said.append(text) or len(said) < 3 or enough.set()
+    )
+    with said_if_slow("drawing"):
+        assert enough.wait(300.0)
+    assert said[0] == "drawing"
+    assert re.fullmatch(r"drawing: \d+ s so far", said[2])
+
+
 def test_progress_is_shown_only_when_it_takes_long(capsys, monkeypatch):
     with progress("waiting") as update:
         update(0.5)
@@ -238,6 +257,6 @@ def test_keys_tell_their_units():
 
 def test_a_result_of_every_sort_of_value_is_shown(capsys):
     show_result({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
-    err = capsys.readouterr().err
+    out = capsys.readouterr().out
     for words in ("none", "costs steps", "load", "yes"):
-        assert words in err
+        assert words in out
