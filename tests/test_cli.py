@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 
+import numba
 import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
@@ -260,3 +261,36 @@ def test_a_result_of_every_sort_of_value_is_shown(capsys):
     out = capsys.readouterr().out
     for words in ("none", "costs steps", "load", "yes"):
         assert words in out
+
+
+def test_compile_says_what_each_scene_took(capsys):
+    found = asked(capsys, "compile", "two_discs", "bearing_6203")
+    assert [row["scene"] for row in found["scenes"]] == ["two_discs", "bearing_6203"]
+    assert found["seconds"] >= sum(row["seconds"] for row in found["scenes"]) - 0.01
+    assert main(["compile", "two_discs"]) == DONE
+    out, err = capsys.readouterr()
+    assert "two_discs" in out
+    assert re.search(r"^two_discs: ready after \d+\.\d s, \d+ functions compiled$", err, re.MULTILINE)
+    assert "did you mean two_discs?" in refused(capsys, "compile", "two_disks")
+
+
+def test_compile_names_the_function_that_takes_long(capsys, monkeypatch):
+    monkeypatch.setattr("bearing_twin.command.compile_command.QUICK", 0.0)
+    monkeypatch.setattr("bearing_twin.command.terminal.PLAIN_PERIOD", 0.05)
+
+    def warm_up(simulation):
+        numba.njit(lambda x: x + 1.0)(1.0)
+        deadline = time.monotonic() + 300.0
+        while "so far" not in (said := said_so_far()) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert "two_discs: <lambda> compiled in" in said
+
+    said = []
+
+    def said_so_far():
+        said.append(capsys.readouterr().err)
+        return "".join(said)
+
+    monkeypatch.setattr("bearing_twin.run.simulation.Simulation.warm_up", warm_up)
+    assert main(["compile", "two_discs"]) == DONE
+    assert re.search(r"two_discs: compiling \S.*, \d+ s so far", said_so_far())
