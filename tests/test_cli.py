@@ -24,7 +24,7 @@ SHORT = ["bearing_6203", "--duration", "0.02"]
 
 
 def run(*words, **options):
-    return subprocess.run([*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=200, **options)
+    return subprocess.run([*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=600, **options)
 
 
 def asked(capsys, *words, code=DONE):
@@ -175,7 +175,7 @@ def test_help_is_quick_because_nothing_heavy_is_imported():
         "try:\n    main(['--help'])\nexcept SystemExit as end:\n    assert end.code == 0\n"
         f"print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
     assert done.stderr.strip() == "[]"
     assert "simulate" in done.stdout
 
@@ -195,7 +195,7 @@ def test_a_reader_that_goes_away_is_no_error(form):
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
         assert process.stderr.read() == b""
-        assert process.wait(timeout=60) == DONE
+        assert process.wait(timeout=600) == DONE
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, INTERRUPTED), (signal.SIGTERM, 128 + signal.SIGTERM)])
@@ -208,11 +208,11 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     # A suite that runs in the background of a shell has SIGINT ignored, and hands that down.
     heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     with subprocess.Popen(words, **pipes, env=environment, preexec_fn=heard) as process:
-        deadline = time.monotonic() + 120.0
-        while not (path.exists() and path.stat().st_size > 100_000) and time.monotonic() < deadline:
+        while not (path.exists() and path.stat().st_size > 100_000):
+            assert process.poll() is None, process.stderr.read()
             time.sleep(0.05)
         process.send_signal(number)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=600)
     assert process.returncode == code
     assert out == ""
     assert "Traceback" not in err

@@ -20,13 +20,14 @@ from std_srvs.srv import SetBool
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.log.stream import topics
-from bearing_twin.nodes.messages import message_class, rclpy
+from bearing_twin.nodes.messages import message_class, qos_profile, rclpy
 from bearing_twin.nodes.processes import NodeProcess, node_command, started
 from bearing_twin.nodes.watching import Watch, Watcher, ball_table, load_line
 from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import Scene, load_scene
 
 REPLAY_RATE = 2.0
+DISCOVERY = 600.0  # s at most; it ends when every topic has its subscriber
 REFRESH = 0.25  # s
 LINE_PERIOD = 5.0  # s between two lines about a wait, where there is no terminal
 LINE_NS = 500_000_000  # simulated time between two lines, where there is no terminal
@@ -49,6 +50,10 @@ def main(args: list[str] | None = None) -> int:
     wanted = parser.parse_args(args)
     _keep_to_itself()
     scene = load_scene(wanted.scene)
+    if scene.kind != "bearing":
+        raise DemoError(
+            f"scene {scene.name} is no bearing but of kind {scene.kind}: give --scene the name of a bearing"
+        )
     folder = Path(wanted.out) / time.strftime("%Y%m%d_%H%M%S")
     folder.mkdir(parents=True)
     recording = folder / "recording.mcap"
@@ -121,9 +126,13 @@ def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording:
 
 def _replay(scene: Scene, folder: Path, recording: Path) -> Watch:
     progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
-    command = node_command("replay_node", {"log": recording, "rate": REPLAY_RATE})
+    command = node_command("replay_node", {"log": recording, "rate": REPLAY_RATE, "discovery": DISCOVERY})
     with _watching(scene) as (watcher, executor), started("replay_node", command, folder) as replay:
         _listen(watcher, (replay,))
+        for topic in topics(scene):  # replay_node waits until all of them are subscribed to
+            watcher.create_subscription(
+                message_class(topic.ros_type), topic.full_name, lambda data: None, qos_profile(topic.qos), raw=True
+            )
         what = lambda: f"replay_node is {replay.status}, {watcher.watch.messages} messages"  # noqa: E731
         _wait(executor, lambda: replay.ended, what, "the replay is over", (replay,), may_end=(replay,))
         replay.look(time.monotonic(), may_end=True)

@@ -44,7 +44,7 @@ PARAMETERS = (
         read_only=False,
     ),
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
-    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 60.0),
+    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish simulation time on /clock"),
     NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
 )
