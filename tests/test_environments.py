@@ -95,10 +95,8 @@ def test_what_is_compiled_before_an_end_is_kept(tmp_path, number):
 @pytest.mark.parametrize("python", PYTHONS or [pytest.param("", marks=pytest.mark.skip(reason="no other Python here"))])
 def test_the_package_runs_with_another_python(python, tmp_path):
     """Installed with what it needs into an environment of its own; versions as pip finds them for this Python."""
-    version = subprocess.run(
-        [python, "-c", "import sys; print(sys.version_info[:2])"], stdout=subprocess.PIPE, check=True
-    )
-    if version.stdout.decode().strip() == str(sys.version_info[:2]):
+    asked = [python, "-c", "import sys; print(sys.version_info[:2])"]
+    if subprocess.run(asked, stdout=subprocess.PIPE, check=True).stdout.decode().strip() == str(sys.version_info[:2]):
         pytest.skip("the Python of the other tests")
     subprocess.run([python, "-m", "venv", tmp_path / "venv"], check=True)
     own = tmp_path / "venv" / "bin" / "python"

@@ -27,15 +27,14 @@ def test_late_imports_and_helpers_of_tests_count():
 def test_a_changed_test_is_nearest_and_a_file_that_is_no_python_goes_by_its_name():
     assert wanted.distances(["tests/test_ellipse.py"], GRAPH) == {"tests/test_ellipse.py": 0}
     assert "tests/test_readme.py" in wanted.distances(["README.md"], GRAPH)
-    assert wanted.distances(["nothing/of/this/name.xyz"], GRAPH) == {}
+    assert wanted.distances(["no/such_" + "folder_/such_" + "file_.xyz"], GRAPH) == {}
 
 
 def test_without_git_the_core_is_run(monkeypatch, capsys):
     ran = []
     monkeypatch.setattr(wanted, "_git", lambda *words: None)
-    monkeypatch.setattr(
-        wanted.subprocess, "run", lambda words, **more: ran.append(words) or subprocess.CompletedProcess(words, 0)
-    )
+    done = subprocess.CompletedProcess([], 0)
+    monkeypatch.setattr(wanted.subprocess, "run", lambda words, **more: ran.append(words) or done)
     assert wanted.main([]) == 0
     assert ran[0][-len(wanted.CORE) :] == [f"tests/{name}.py" for name in wanted.CORE]
     assert "the core tests only" in capsys.readouterr().err

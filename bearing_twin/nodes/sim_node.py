@@ -264,6 +264,7 @@ class SimNode(Node):
             "outputs": self.simulation.sequence + 1,
             "messages": self._outlet.published,
             "runs": self.loop.runs + 1,
+            "least_subscribers": min(publisher.get_subscription_count() for publisher in self._outlet.publishers),
         }
         self._publish_status(level, message, values)
 
