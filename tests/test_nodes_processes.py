@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -77,8 +78,9 @@ def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monke
 
 
 def test_a_node_is_started_as_its_executable():
-    command = node_command("sim_node", {"scene": "none", "start_paused": True, "duration": 1.5})
-    assert command[-6:] == ["-p", "scene:=none", "-p", "start_paused:=true", "-p", "duration:=1.5"]
+    command = node_command("sim_node", {"scene": "no", "start_paused": True, "log": Path("a b"), "overrides": ["c=1"]})
+    wanted = ['scene:="no"', "start_paused:=true", 'log:="a b"', 'overrides:=["c=1"]']
+    assert command[-8:] == [word for one in wanted for word in ("-p", one)]
     done = subprocess.run(
         [*command[:4], "--ros-args", "-p"], capture_output=True, text=True, timeout=LIMIT, check=False
     )

@@ -77,11 +77,14 @@ def _keep_to_itself() -> None:
 
 
 def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording: Path) -> Watch:
+    names = [topic.full_name for topic in topics(scene)]
     parameters = {"scene": wanted.scene, "duration": wanted.duration, "start_paused": True}
     progress.print(f"sim_node and recorder_node start; what they say goes to {folder}", soft_wrap=True)
     with (
         _watching(scene) as (watcher, executor),
-        started("recorder_node", node_command("recorder_node", {"log": recording}), folder) as recorder,
+        started(
+            "recorder_node", node_command("recorder_node", {"log": recording, "topics": names}), folder
+        ) as recorder,
         started("sim_node", node_command("sim_node", parameters), folder) as simulation,
     ):
         nodes = (simulation, recorder)

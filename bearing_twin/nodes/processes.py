@@ -4,6 +4,7 @@ A node is waited for as long as it lives and its heartbeat is heard, however slo
 """
 
 import contextlib
+import json
 import signal
 import subprocess
 import sys
@@ -89,7 +90,7 @@ def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodePro
 
 def node_command(name: str, parameters: dict) -> list[str]:
     """The words that start a node of this package with these parameters."""
-    words = [f"{key}:={str(value).lower() if isinstance(value, bool) else value}" for key, value in parameters.items()]
+    words = [f"{key}:={json.dumps(value, default=str)}" for key, value in parameters.items()]
     command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, "--ros-args"]
     return [*command, *(part for word in words for part in ("-p", word))]
 
