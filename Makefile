@@ -1,19 +1,22 @@
 # make demo    set up what is missing, then simulate, publish, log and replay the 8-ball bearing
-# make test    set up what is missing, then run all tests; one file: make test T=tests/test_x.py
+# make check   the tests that a change wants, within about a minute
+# make test    set up what is missing, then run the tests; one file: make test T=tests/test_x.py
+# make test-environments   what needs slow or strange surroundings: empty caches, a busy processor, other Pythons
 # make lint    style and formatting
-# make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/
-# make clean   remove everything the set-up made
+# make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
+# make clean   remove everything the set-up made, but for kernels in the user's cache folder
 
 SHELL := /bin/bash
 PYTHON ?= python3
 .DEFAULT_GOAL := help
-.PHONY: help setup test lint format demo clean missing
+.PHONY: help setup base check test test-environments lint format demo clean missing
 .NOTPARALLEL:
 
 , := ,
 STAMPS := .venv/stamps
 STARTED := $(shell date +%s)
 stage = @echo "== $$(( $$(date +%s) - $(STARTED) )) s: $(1)" >&2
+LOGS := build/logs
 
 # What building the interface package needs from the machine; a sentence when it is not there.
 CXX_FOUND := $(shell for c in $(CXX) c++ g++ clang++; do command -v $$c && break; done)
@@ -32,7 +35,9 @@ INTERFACES := $(if $(MISSING),missing,install/.interfaces)
 help:
 	@sed -n 's/^# make/make/p' Makefile
 
-setup: $(PACKAGES) $(STAMPS)/package $(INTERFACES)
+base: $(PACKAGES) $(STAMPS)/package $(INTERFACES)
+
+setup: base $(STAMPS)/kernels
 
 missing:
 	@echo "The nodes are left out, because $(MISSING) is missing; command line, logs and pictures work without." >&2
@@ -41,33 +46,49 @@ missing:
 $(STAMPS)/venv:
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 10) or sys.exit("Python 3.10 or newer is needed and $(PYTHON) is %d.%d: use make PYTHON=/path/to/python3." % sys.version_info[:2])'
 	$(call stage,virtual environment .venv with $(PYTHON))
-	@$(PYTHON) -m venv .venv
-	@.venv/bin/python -m pip install --quiet -r requirements/pip.txt
+	@.ci/stage $(LOGS)/venv.txt "making .venv" $(PYTHON) -m venv .venv
+	@.ci/stage $(LOGS)/pip.txt "installing pip" .venv/bin/python -m pip install -r requirements/pip.txt
 	@mkdir -p $(STAMPS) && touch $@
 
 # One resolver call for everything: faster than one a file, and the pins are checked against each other.
 $(PACKAGES): $(STAMPS)/venv $(REQUIREMENTS)
 	$(call stage,Python packages$(if $(MISSING),, and ROS 2 Jazzy)$(,) about 40 s)
-	@.venv/bin/python -m pip install $(addprefix -r ,$(REQUIREMENTS))
+	@.ci/stage $(LOGS)/packages.txt "installing packages" .venv/bin/python -m pip install $(addprefix -r ,$(REQUIREMENTS))
 	@touch $@
 
 $(STAMPS)/package: $(PACKAGES) setup.py setup.cfg pyproject.toml package.xml
 	$(call stage,bearing_twin into .venv)
-	@.venv/bin/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@.ci/stage $(LOGS)/package.txt "installing bearing_twin" \
+	  .venv/bin/python -m pip install --no-deps --no-build-isolation --editable .
 	@touch $@
 
 install/.interfaces: $(PACKAGES) cmake/relocate.cmake $(shell find msg_schemas -type f)
 	$(call stage,interface package bearing_twin_msgs$(,) about 40 s)
-	@mkdir -p install && rm -f install/local_setup.bash && source env.bash && colcon --log-level error build --packages-select bearing_twin_msgs \
-	  --event-handlers console_direct+ console_cohesion- --cmake-clean-cache \
+	@mkdir -p install && rm -f install/local_setup.bash && source env.bash && \
+	  .ci/stage $(LOGS)/interfaces.txt "building bearing_twin_msgs" \
+	  colcon --log-level error build --packages-select bearing_twin_msgs --event-handlers console_direct+ console_cohesion- --cmake-clean-cache \
 	  --cmake-args -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DCMAKE_INSTALL_MESSAGE=NEVER \
 	  -DCMAKE_PROJECT_INCLUDE="$(CURDIR)/cmake/relocate.cmake" -Wno-dev
 	@touch $@
+
+# Compiled once here, so that nobody waits for it later; a run whose kernels are not there compiles them itself.
+$(STAMPS)/kernels: $(STAMPS)/package $(shell grep -rl --include=*.py bearing_twin.compiled bearing_twin)
+	$(call stage,kernels of the scenes$(,) one to two minutes)
+	@mkdir -p $(LOGS) && .venv/bin/python -m bearing_twin compile > $(LOGS)/kernels.txt
+	@touch $@
+
+check: base
+	$(call stage,tests that the change wants)
+	@source env.bash && python tests/wanted.py
 
 # With CI set no ROS test may be skipped: a missing ROS is then an error.
 test: setup
 	$(call stage,tests)
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest $(T)
+
+test-environments: setup
+	$(call stage,tests of environments)
+	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest -m environment -v $(T)
 
 lint: $(PACKAGES)
 	@.venv/bin/ruff check .

@@ -1,7 +1,55 @@
-"""Settings for all tests."""
+"""Settings for all tests, and the choice of those that fit into a time."""
 
+import pytest
 from hypothesis import settings
 
 # The first example compiles a kernel; how long examples take says nothing about right or wrong.
 settings.register_profile("bearing_twin", deadline=None)
 settings.load_profile("bearing_twin")
+
+TOOK = "bearing_twin/seconds"  # where the cache of pytest keeps how long each test took last time
+UNKNOWN = 0.3  # s, assumed of a test that never ran here
+TIMES: dict[str, float] = {}  # s, of the tests of this session
+
+
+def pytest_addoption(parser):
+    parser.addoption("--within", type=float, metavar="S", help="only the first tests that took S seconds last time")
+    parser.addoption("--always", default="", metavar="FILES", help="test files that --within never leaves out")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config, items):
+    """With --within, keeps the order of the files and leaves out what does not fit any more."""
+    seconds = config.getoption("within")
+    if seconds is None:
+        return
+    took, always = config.cache.get(TOOK, {}), config.getoption("always").split(",")
+    kept, left_out = [], []
+    for item in items:
+        needed = took.get(item.nodeid, UNKNOWN)
+        if item.path.stem in always:
+            kept.append(item)
+        elif needed <= seconds:
+            seconds -= needed
+            kept.append(item)
+        else:
+            left_out.append(item)
+    config.hook.pytest_deselected(items=left_out)
+    config.left_out = sum(took.get(item.nodeid, UNKNOWN) for item in left_out), len(left_out)
+    items[:] = kept
+
+
+def pytest_runtest_logreport(report):
+    if report.passed:
+        TIMES[report.nodeid] = TIMES.get(report.nodeid, 0.0) + report.duration
+
+
+def pytest_sessionfinish(session):
+    if TIMES and hasattr(session.config, "cache"):
+        session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    seconds, number = getattr(config, "left_out", (0.0, 0))
+    if number:
+        terminalreporter.write_line(f"{number} tests near the change were left out, some {seconds:.0f} s: make test")

@@ -149,7 +149,8 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
 
 
 @pytest.mark.parametrize(
-    "module", ["cli", "commands", "chart_command", "contact_command", "outcome", "study_command", "terminal"]
+    "module",
+    ["cli", "commands", "chart_command", "compile_command", "contact_command", "outcome", "study_command", "terminal"],
 )
 def test_the_command_line_imports_late(module):
     path = PACKAGE / "command" / f"{module}.py"

@@ -3,16 +3,19 @@
 import functools
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 
+import numba
 import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
-from bearing_twin.command.terminal import progress, show_result
+from bearing_twin.command.terminal import progress, said_if_slow, show_result
 from bearing_twin.parameters import describe
 from bearing_twin.run.scene import KINDS, scene_names
 
@@ -21,7 +24,7 @@ SHORT = ["bearing_6203", "--duration", "0.02"]
 
 
 def run(*words, **options):
-    return subprocess.run([*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=200, **options)
+    return subprocess.run([*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=600, **options)
 
 
 def asked(capsys, *words, code=DONE):
@@ -65,12 +68,12 @@ def test_simulate_prints_one_json_object_with_what_was_asked_for(capsys):
     assert result["stepper"] in ("rk4", "rodas4", "dop853", "radau")
 
 
-def test_without_json_the_result_is_a_table_on_standard_error(capsys):
+def test_without_json_the_result_is_a_table_on_standard_output(capsys):
     assert main(["simulate", *SHORT]) == DONE
-    captured = capsys.readouterr()
-    assert captured.out == ""
+    out, err = capsys.readouterr()
     for words in ("cage speed", "rad/s", "normal load", "real time factor", "ball"):
-        assert words in captured.err
+        assert words in out
+        assert words not in err
 
 
 def test_a_run_is_logged_reported_and_verified(log, capsys):
@@ -124,7 +127,9 @@ def test_scenes_and_keys_are_listed(capsys):
     keys = asked(capsys, "scenes", "--keys")["keys"]
     assert [key["key"] for key in keys] == [row.key for kind in KINDS.values() for row in describe(kind.parameters)]
     assert main(["scenes", "--keys"]) == DONE
-    assert "contact.friction_coefficient" in capsys.readouterr().err
+    out, err = capsys.readouterr()
+    assert "contact.friction_coefficient" in out
+    assert err == ""
 
 
 @pytest.mark.parametrize(
@@ -170,7 +175,7 @@ def test_help_is_quick_because_nothing_heavy_is_imported():
         "try:\n    main(['--help'])\nexcept SystemExit as end:\n    assert end.code == 0\n"
         f"print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
     assert done.stderr.strip() == "[]"
     assert "simulate" in done.stdout
 
@@ -184,12 +189,13 @@ def test_as_a_program_standard_output_is_json_alone():
     assert "Traceback" not in done.stderr
 
 
-def test_a_reader_that_goes_away_is_no_error():
-    words = [*COMMAND, "scenes", "--keys", "--json"]
+@pytest.mark.parametrize("form", [["--json"], []])
+def test_a_reader_that_goes_away_is_no_error(form):
+    words = [*COMMAND, "scenes", "--keys", *form]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
         assert process.stderr.read() == b""
-        assert process.wait(timeout=60) == DONE
+        assert process.wait(timeout=600) == DONE
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, INTERRUPTED), (signal.SIGTERM, 128 + signal.SIGTERM)])
@@ -202,17 +208,31 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     # A suite that runs in the background of a shell has SIGINT ignored, and hands that down.
     heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     with subprocess.Popen(words, **pipes, env=environment, preexec_fn=heard) as process:
-        deadline = time.monotonic() + 120.0
-        while not (path.exists() and path.stat().st_size > 100_000) and time.monotonic() < deadline:
+        while not (path.exists() and path.stat().st_size > 100_000):
+            assert process.poll() is None, process.stderr.read()
             time.sleep(0.05)
         process.send_signal(number)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=600)
     assert process.returncode == code
     assert out == ""
     assert "Traceback" not in err
     report = asked(capsys, "report", path)
     assert report["samples"] > 20
     assert report["missing_outputs"] == 0
+
+
+def test_slow_work_says_how_long_it_has_taken(capsys, monkeypatch):
+    monkeypatch.setattr("bearing_twin.command.terminal.SLOW", 0.0)
+    monkeypatch.setattr("bearing_twin.command.terminal.PLAIN_PERIOD", 0.01)
+    said = []
+    enough = threading.Event()
+    monkeypatch.setattr(
+        "bearing_twin.command.terminal.say", lambda text: said.append(text) or len(said) < 3 or enough.set()
+    )
+    with said_if_slow("drawing"):
+        assert enough.wait(300.0)
+    assert said[0] == "drawing"
+    assert re.fullmatch(r"drawing: \d+ s so far", said[2])
 
 
 def test_progress_is_shown_only_when_it_takes_long(capsys, monkeypatch):
@@ -230,6 +250,39 @@ def test_progress_is_shown_only_when_it_takes_long(capsys, monkeypatch):
 
 def test_a_result_of_every_sort_of_value_is_shown(capsys):
     show_result({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
-    err = capsys.readouterr().err
+    out = capsys.readouterr().out
     for words in ("none", "costs steps", "load", "yes"):
-        assert words in err
+        assert words in out
+
+
+def test_compile_says_what_each_scene_took(capsys):
+    found = asked(capsys, "compile", "two_discs", "bearing_6203")
+    assert [row["scene"] for row in found["scenes"]] == ["two_discs", "bearing_6203"]
+    assert found["seconds"] >= sum(row["seconds"] for row in found["scenes"]) - 0.01
+    assert main(["compile", "two_discs"]) == DONE
+    out, err = capsys.readouterr()
+    assert "two_discs" in out
+    assert re.search(r"^two_discs: ready after \d+\.\d s, \d+ functions compiled$", err, re.MULTILINE)
+    assert "did you mean two_discs?" in refused(capsys, "compile", "two_disks")
+
+
+def test_compile_names_the_function_that_takes_long(capsys, monkeypatch):
+    monkeypatch.setattr("bearing_twin.command.compile_command.QUICK", 0.0)
+    monkeypatch.setattr("bearing_twin.command.terminal.PLAIN_PERIOD", 0.05)
+
+    def warm_up(simulation):
+        numba.njit(lambda x: x + 1.0)(1.0)
+        deadline = time.monotonic() + 300.0
+        while "so far" not in (said := said_so_far()) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert "two_discs: <lambda> compiled in" in said
+
+    said = []
+
+    def said_so_far():
+        said.append(capsys.readouterr().err)
+        return "".join(said)
+
+    monkeypatch.setattr("bearing_twin.run.simulation.Simulation.warm_up", warm_up)
+    assert main(["compile", "two_discs"]) == DONE
+    assert re.search(r"two_discs: compiling \S.*, \d+ s so far", said_so_far())

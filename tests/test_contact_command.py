@@ -121,7 +121,7 @@ def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
     assert circle.result["laws"]["constant"]["error"] == pytest.approx(-0.203, abs=1e-3)
     assert own.result["laws"]["constant"]["error"] == pytest.approx(0.0, abs=1e-5)
     own.show()
-    assert "exact for b/a = 0.104322" in capsys.readouterr().err
+    assert "exact for b/a = 0.104322" in capsys.readouterr().out
     for ratio in ("0", "1.5", "nan"):
         with pytest.raises(SceneError, match="frozen_at"):
             asked(f"{line} --frozen-at {ratio}")

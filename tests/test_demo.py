@@ -6,9 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
 
 from bearing_twin.log.mcap_log import read_log
+from bearing_twin.nodes import demo
 
 
 def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
@@ -17,7 +19,7 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
         env=os.environ | {"ROS_DOMAIN_ID": str(10 + os.getpid() % 90), "COLUMNS": "80"},
         capture_output=True,
         text=True,
-        timeout=150,
+        timeout=3600,
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
@@ -30,3 +32,40 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     assert [sample.sequence for sample in read_log(log)] == list(range(1001))
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert all(len(line) <= 80 for line in result.stdout.splitlines() if line.startswith(("│", "┃")))
+
+
+def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path):
+    code = (
+        "import sys\n"
+        "from bearing_twin.nodes import demo, entry\n"
+        "right = demo.node_command\n"
+        "demo.node_command = lambda name, wanted: right(name, {**wanted, 'no_such_parameter': 1})\n"
+        f"sys.argv = ['demo', '--out', {str(tmp_path)!r}]\n"
+        "sys.exit(entry.demo())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=3600, check=False)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    named = re.search(r"All it said is in (\S+_node\.txt)\. Mend what it names, or try again", done.stderr)
+    assert "_node: " in Path(named[1]).read_text()
+
+
+def test_a_scene_that_is_no_bearing_is_refused(tmp_path):
+    words = [sys.executable, "-m", "bearing_twin.nodes.entry", "demo", "--scene", "two_spheres", "--out", str(tmp_path)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=3600, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "two_spheres is no bearing" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("given", ["0", "10", "99", None])
+def test_the_demo_has_a_domain_of_its_own(monkeypatch, given):
+    monkeypatch.setattr(demo.os, "environ", {} if given is None else {"ROS_DOMAIN_ID": given})
+    for process in range(90):
+        monkeypatch.setattr(demo.os, "getpid", lambda process=process: process)
+        demo._keep_to_itself()
+        assert demo.os.environ["ROS_DOMAIN_ID"] != (given or "0")
+        assert 10 <= int(demo.os.environ["ROS_DOMAIN_ID"]) <= 100
+        demo.os.environ.pop("ROS_DOMAIN_ID")
+        if given is not None:
+            demo.os.environ["ROS_DOMAIN_ID"] = given

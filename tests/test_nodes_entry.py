@@ -19,7 +19,7 @@ def run(name, *arguments, python=(), **environment):
         env={key: value for key, value in (os.environ | environment).items() if value is not None},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
 
@@ -92,7 +92,7 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
                 break
         time.sleep(0.5)
         node.send_signal(number)
-        said = node.communicate(timeout=30)[1]
+        said = node.communicate(timeout=300)[1]
     finally:
         if node.poll() is None:
             node.kill()

@@ -182,7 +182,7 @@ def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number)
                 samples.publish(data)
             spin_for(executor, 0.5)
             recorder.send_signal(number)
-            _, said = recorder.communicate(timeout=20)
+            _, said = recorder.communicate(timeout=300)
         finally:
             if recorder.poll() is None:
                 recorder.kill()

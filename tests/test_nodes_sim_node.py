@@ -1,6 +1,8 @@
 """sim_node on the wire: topics, rates, losses, commands, diagnostics."""
 
 import math
+import re
+import threading
 import time
 from collections import defaultdict
 from functools import cache
@@ -61,6 +63,7 @@ def paused_node(executor, **parameters):
     lists = heard(watcher, NAMES)
     spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
     spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")
+    spin_until(executor, node.ready.is_set, "compilation")
     return node, watcher, lists
 
 
@@ -85,6 +88,57 @@ def test_topics_types_and_quality_of_service():
         assert services[STEP] == ["bearing_twin_msgs/srv/Step"]
         [listener] = watcher.get_subscriptions_info_by_topic("/bearing/command/speed")
         assert listener.topic_type == "std_msgs/msg/Float64"
+
+
+def test_compiling_is_a_state_in_which_commands_are_taken(monkeypatch):
+    compiled = threading.Event()
+    monkeypatch.setattr("bearing_twin.nodes.sim_node.COMMAND_TIMEOUT", 0.1)
+    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+    with ros_executor(threads=2) as executor:
+        node, watcher, seen = started(executor, SimNode, start_paused=True, duration=0.1), plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        spin_until(executor, lambda: len(seen) > 1, "diagnostics")
+        assert {(one.level, one.message) for one in seen} == {(DiagnosticStatus.OK, "compiling")}
+        seconds = [float(pair.value) for one in seen for pair in one.values if pair.key == "elapsed_s"]
+        assert 0.0 < seconds[0] < seconds[-1]
+        for data in (True, False):
+            answer = call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=data))
+            assert answer.success
+            assert re.fullmatch(r"taken: .* when the kernels are compiled \(\d+ s so far\)", answer.message)
+        step = call(executor, watcher, Step, STEP, Step.Request(duration=0.01))
+        assert (step.success, step.time_ns) == (False, 0)
+        assert "still compiling" in step.message
+        assert not node.ready.is_set()
+        compiled.set()
+        spin_until(executor, node.done.is_set, "end of the run that was taken")
+        assert node.failure is None
+        assert node.loop.time_ns == 100_000_000
+
+
+def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
+    compiled = threading.Event()
+    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+    with ros_executor(threads=2) as executor:
+        node, watcher = started(executor, SimNode, start_paused=True), plain_node(executor)
+        assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
+        monkeypatch.setattr(node, "_open_log", lambda number: 1 / 0 if number else None)
+        compiled.set()
+        spin_until(executor, node.ready.is_set, "compilation")
+        said = []
+        spin_until(executor, lambda: said.append(capfd.readouterr().err) or "division by zero" in "".join(said), "word")
+    assert "could not be carried out" in "".join(said)
+
+
+def test_a_node_closed_while_it_compiles_ends_at_once_and_leaves_no_log(monkeypatch, tmp_path):
+    compiled = threading.Event()
+    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+    with ros_executor() as executor:
+        node = started(executor, SimNode, log=str(tmp_path / "run.mcap"))
+        node.close()
+        compiled.set()
+        assert node.worker.stop(300.0)
+    assert node.failure is None
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_every_byte_arrives_in_real_time_and_as_in_a_log(tmp_path):
@@ -177,7 +231,7 @@ def test_a_pace_that_cannot_be_kept_is_said():
         node = started(executor, SimNode, real_time_factor=1000.0)
         watcher, seen = plain_node(executor), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        spin_until(executor, lambda: any(s.level == DiagnosticStatus.WARN for s in seen), "a warning", 60.0)
+        spin_until(executor, lambda: any(s.level == DiagnosticStatus.WARN for s in seen), "a warning")
         status = next(s for s in seen if s.level == DiagnosticStatus.WARN)
         values = {pair.key: pair.value for pair in status.values}
         assert "cannot keep up" in status.message
@@ -236,6 +290,7 @@ def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only():
             ]
         )
         assert [result.successful for result in results] == [False, False, True]
+        spin_until(executor, node.ready.is_set, "compilation")
         spin_until(executor, lambda: float(node.loop.paced.pacer.factor) == 2.0, "the new pace")
 
 
@@ -251,6 +306,7 @@ def test_the_log_is_whole_when_the_node_is_closed_in_the_middle(tmp_path):
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:
         node = started(executor, SimNode, log=str(path))
+        spin_until(executor, node.ready.is_set, "compilation")
         spin_until(executor, lambda: node.loop.time_ns > 200_000_000, "0.2 s")
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(node.simulation.sequence + 1))

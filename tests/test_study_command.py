@@ -86,12 +86,12 @@ def test_doubts_make_three_with_strict(capsys):
 def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
     words = ["--set", "stop.relative_tolerance=0.05", "--samples", "100000", "--set", "sensitivity=32"]
     assert main(["study", *QUICK, *words]) == DONE
-    err = capsys.readouterr().err
-    assert re.search(r"contact_duration +mean +6\.\d+e-05 \[\S+, \S+\] +s", err)
-    assert "0.95 quantile" in err
-    assert "contact_duration: " in err
-    assert "at 2 looks in a row" in err
-    assert re.search(r"contact_duration +contact.measured_alpha", err)
+    out = capsys.readouterr().out
+    assert re.search(r"contact_duration +mean +6\.\d+e-05 \[\S+, \S+\] +s", out)
+    assert "0.95 quantile" in out
+    assert "contact_duration: " in out
+    assert "at 2 looks in a row" in out
+    assert re.search(r"contact_duration +contact.measured_alpha", out)
 
 
 def test_a_study_goes_on_from_its_log(capsys, tmp_path):
@@ -112,7 +112,7 @@ def test_the_list_names_every_study_and_quantity(capsys):
         (kind, name) for kind, row in KINDS.items() for name in row.quantities_of()
     }
     assert main(["study", "--list"]) == DONE
-    assert "greatest_ball_load" in capsys.readouterr().err
+    assert "greatest_ball_load" in capsys.readouterr().out
 
 
 def test_polynomial_chaos_and_sobol_indices_agree(capsys):

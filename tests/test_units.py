@@ -7,7 +7,7 @@ import pytest
 from bearing_twin.kinds import KINDS
 from bearing_twin.parameters import describe
 from bearing_twin.pictures.style import scaled
-from bearing_twin.run.scene import KINDS, load_scene, scene_names
+from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.units import PREFIXES, UNITS, inverse, labelled, named, prefixed, suffix_of, with_unit
 from bearing_twin.uq.study import Settings
 

@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 def _chart(chart, arguments, folder) -> Outcome:
     """One picture with its table, of points that are measured."""
-    from bearing_twin.command.terminal import progress, say
+    from bearing_twin.command.terminal import progress, say, show_text
 
     if arguments.chart == "steppers":
         points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), say))
@@ -64,7 +64,7 @@ def _chart(chart, arguments, folder) -> Outcome:
     sentences = list(chart.reading(points))
 
     def show():
-        say("\n".join(sentences) + f"\npicture: {picture}\ntable:   {table}")
+        show_text("\n".join(sentences) + f"\npicture: {picture}\ntable:   {table}")
 
     rows = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
     return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
@@ -72,7 +72,7 @@ def _chart(chart, arguments, folder) -> Outcome:
 
 def _sheets(chart, names, folder) -> Outcome:
     """Every sheet of studies as a picture and a table, with what it says."""
-    from bearing_twin.command.terminal import progress, say
+    from bearing_twin.command.terminal import progress, show_text
 
     written = []
     for name in names:
@@ -81,7 +81,7 @@ def _sheets(chart, names, folder) -> Outcome:
 
     def show():
         for one in written:
-            say("\n".join([*one.reading, f"picture: {one.picture}", f"table:   {one.table}", ""]))
+            show_text("\n".join([*one.reading, f"picture: {one.picture}", f"table:   {one.table}", ""]))
 
     return Outcome({"sheets": [one._asdict() for one in written]}, [], show)
 

@@ -1,4 +1,6 @@
-"""The command line: one JSON object on standard output with --json, everything for human eyes on standard error.
+"""The command line: a result goes to standard output, as text or with --json as one JSON object.
+
+Progress, warnings and errors go to standard error.
 
 Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss or outside validity, with --strict;
 130: interrupted.
@@ -59,13 +61,13 @@ def _main(argv) -> int:
     outcome = COMMANDS[arguments.command].run(arguments)
     if arguments.json:
         sys.stdout.write(json_text(outcome.result) + "\n")
-        sys.stdout.flush()
     elif outcome.show:
         outcome.show()
     else:
         from bearing_twin.command.terminal import show_result
 
         show_result(plain_json(outcome.result))
+    sys.stdout.flush()  # here, where a reader that went away is no error
     for doubt in outcome.doubts:
         print(f"bearing_twin: doubtful: {doubt}", file=sys.stderr)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE
@@ -79,7 +81,7 @@ def _parsers():
     for name, command in COMMANDS.items():
         sub = group.add_parser(name, help=command.help, description=command.help, allow_abbrev=False)
         command.arguments(sub)
-        sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+        sub.add_argument("--json", action="store_true", help="print the result as one JSON object")
         sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")
         subparsers[name] = sub
     return parser, subparsers

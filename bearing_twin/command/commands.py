@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from bearing_twin.command import chart_command, contact_command, study_command
+from bearing_twin.command import chart_command, compile_command, contact_command, study_command
 from bearing_twin.command.outcome import Outcome, listed, new_log, picture_path
 
 
@@ -39,8 +39,8 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.run.simulation import simulate
 
     with progress(f"simulating {scene.name}") as update:
-        run = simulate(scene, update)
-        with said_if_slow("compiling the kernel, once on a machine: some 20 s"):
+        with said_if_slow("compiling what this scene needs, once on a machine"):
+            run = simulate(scene, update)
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))
         if log:
@@ -197,6 +197,7 @@ COMMANDS = {
     "report": Command("the figures of a log, of a run or of a study, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
     "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
+    "compile": Command(compile_command.HELP, compile_command.add_arguments, compile_command.run),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),

@@ -184,18 +184,18 @@ def _damping(restitution, speed):
 
 
 def _show(result):
-    """The result as two tables on standard error."""
-    from bearing_twin.command.terminal import say, show_rows
+    """The result as two tables."""
+    from bearing_twin.command.terminal import show_rows, show_text
 
     single = [(key, value) for key, value in result.items() if isinstance(value, (float, str))]
     show_rows(("quantity", "value", "unit"), (_row(key, value) for key, value in single))
-    say("")
+    show_text()
     rows = ((name, f"{law['normal_load_n']:.6g}", f"{100 * law['error']:+.3g}") for name, law in result["laws"].items())
     show_rows(("law", "load at this approach [N]", "error [%]"), rows)
     if "damping" in result:
         rows = ((name, *(f"{one:.6g}" for one in row.values())) for name, row in result["damping"].items())
         show_rows(("formula", "damping [s/m]", "restitution at this speed"), rows)
-    say(
+    show_text(
         f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "
         "(--frozen-at); hertz_differential: its states carried here from a circle"
     )

@@ -7,6 +7,7 @@ import threading
 
 from bearing_twin.command.outcome import Outcome, new_log, picture_path
 from bearing_twin.errors import StudyError
+from bearing_twin.report import json_text
 
 HELP = "what is uncertain about a scene: distributions in, quantiles with intervals out"
 
@@ -35,7 +36,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise StudyError("which study? give its name or a path; `bearing_twin study --list` lists them")
     picture = picture_path(arguments.plot) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
-    from bearing_twin.command.terminal import progress, say
+    from bearing_twin.command.terminal import progress, say, show_text
     from bearing_twin.log.study_log import read_study, write_study
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study_file import load_study
@@ -58,7 +59,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         written["plot"] = str(plot_study(result, picture))
     summary = result.as_dict() | written
     if cancelled.is_set():
-        _show(summary)
+        show_text(json_text(summary)) if arguments.json else _show(summary)
         say(f"stopped by Ctrl-C with {summary['samples']} of {study.settings.samples} samples done")
         raise KeyboardInterrupt
     return Outcome(summary, list(result.doubts), lambda: _show(summary))
@@ -96,7 +97,7 @@ def _interrupted_by_ctrl_c(event):
 
 
 def _listed() -> Outcome:
-    from bearing_twin.command.terminal import say, show_rows
+    from bearing_twin.command.terminal import show_rows, show_text
     from bearing_twin.kinds import KINDS
     from bearing_twin.shelf import STUDIES
 
@@ -109,15 +110,15 @@ def _listed() -> Outcome:
 
     def show():
         show_rows(("name", "scene", "description"), (row.values() for row in rows))
-        say("")
+        show_text()
         show_rows(("kind", "quantity", "unit", "meaning"), (row.values() for row in quantities))
 
     return Outcome({"studies": rows, "quantities": quantities}, [], show)
 
 
 def _show(summary) -> None:
-    """The summary as tables on standard error."""
-    from bearing_twin.command.terminal import say, show_rows
+    """The summary as tables."""
+    from bearing_twin.command.terminal import show_rows, show_text
 
     rows = []
     for name, found in summary["quantities"].items():
@@ -140,17 +141,19 @@ def _show(summary) -> None:
         if key != "refused"
     ]
     if sources:
-        say("")
+        show_text()
         show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
     for name, found in summary["quantities"].items():
         for statistic, reason in found["refused"].items():
-            say(f"{name}: no {statistic}, because {reason}")
+            show_text(f"{name}: no {statistic}, because {reason}")
         if found["modality"]:
-            say(f"{name}: {_modes(found['modality'])}")
+            show_text(f"{name}: {_modes(found['modality'])}")
     failed = sum(summary["failed"].values())
-    say(f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {summary['stopped_because']}")
+    show_text(
+        f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {summary['stopped_because']}"
+    )
     for reason, count in summary["failed"].items():
-        say(f"  {count} failed: {reason}")
+        show_text(f"  {count} failed: {reason}")
 
 
 def _modes(found) -> str:

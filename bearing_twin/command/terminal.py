@@ -1,4 +1,4 @@
-"""What a person sees on standard error: tables made from a result's own keys, progress, and word of slow starts."""
+"""What a person sees: results on standard output, made from their own keys; progress on standard error."""
 
 import contextlib
 import math
@@ -21,11 +21,11 @@ COLUMN = 15  # of a table of balls
 
 
 def show_result(result: Mapping) -> None:
-    """Print a result as tables: single values first, then one table for each group of lists of equal length."""
+    """Print a result on standard output: single values first, then one table for each group of equally long lists."""
     from rich.table import Table
     from rich.text import Text
 
-    console = _console()
+    console = _console(sys.stdout)
     single, columns = {}, {}
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
@@ -48,7 +48,7 @@ def show_result(result: Mapping) -> None:
 
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
-    """Print a plain table."""
+    """Print a plain table on standard output."""
     from rich.table import Table
     from rich.text import Text
 
@@ -57,24 +57,38 @@ def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
         table.add_column(Text(name), no_wrap=index == 0)  # else [s/m] is taken for markup
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
-    _console(WIDE).print(table)
+    _console(sys.stdout, WIDE).print(table)
+
+
+def show_text(text: str = "") -> None:
+    """Print a line of a result on standard output."""
+    print(text)
 
 
 def say(text: str) -> None:
-    """One line to the user."""
+    """Print a line about the work, not of its result, on standard error."""
     print(text, file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
 def said_if_slow(text: str) -> Iterator[None]:
-    """Print `text` if the body takes over a second."""
-    timer = threading.Timer(SLOW, say, (text,))
-    timer.daemon = True
-    timer.start()
+    """Print `text` if the body takes over a second, and again with the seconds so far for as long as it lasts."""
+    ended, began = threading.Event(), time.monotonic()
+
+    def keep_saying():
+        if ended.wait(SLOW):
+            return
+        say(text)
+        while not ended.wait(PLAIN_PERIOD):
+            say(f"{text}: {time.monotonic() - began:.0f} s so far")
+
+    thread = threading.Thread(target=keep_saying, name="said_if_slow", daemon=True)
+    thread.start()
     try:
         yield
     finally:
-        timer.cancel()
+        ended.set()
+        thread.join()
 
 
 @contextlib.contextmanager
@@ -113,7 +127,7 @@ def _progress_bar(stack, what):
         TextColumn("{task.percentage:3.0f} %"),
         TimeRemainingColumn(),
     )
-    bar = stack.enter_context(Progress(*columns, console=_console(), transient=True))
+    bar = stack.enter_context(Progress(*columns, console=_console(sys.stderr), transient=True))
     task = bar.add_task(what, total=1.0)
     return lambda share: bar.update(task, completed=share)
 
@@ -143,10 +157,14 @@ def _ball_table(lists):
     return table
 
 
-def _console(width=WIDTH):
+def _console(stream, width=WIDTH):
     from rich.console import Console
 
-    return Console(stderr=True, width=None if sys.stderr.isatty() else width)
+    class Pipe(Console):
+        def on_broken_pipe(self):
+            raise  # for the command line to end with, as everywhere else; the base class ends the program here
+
+    return Pipe(file=stream, width=None if stream.isatty() else width)
 
 
 def _flat(result: Mapping, prefix: str = "") -> Iterator[tuple[str, object]]:

@@ -6,11 +6,8 @@ Three nodes run as processes of their own, as with `ros2 run`; this process is t
 import argparse
 import contextlib
 import os
-import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -23,14 +20,16 @@ from std_srvs.srv import SetBool
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.log.stream import topics
-from bearing_twin.nodes.messages import rclpy
+from bearing_twin.nodes.messages import message_class, qos_profile, rclpy
+from bearing_twin.nodes.processes import NodeProcess, node_command, started
 from bearing_twin.nodes.watching import Watch, Watcher, ball_table, load_line
 from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import Scene, load_scene
 
 REPLAY_RATE = 2.0
-PATIENCE = 120.0  # s, for everything that starts; the first time kernels are compiled
+DISCOVERY = 600.0  # s at most; it ends when every topic has its subscriber
 REFRESH = 0.25  # s
+LINE_PERIOD = 5.0  # s between two lines about a wait, where there is no terminal
 LINE_NS = 500_000_000  # simulated time between two lines, where there is no terminal
 QUIET = 0.5  # s without a message that let the recorder catch up
 
@@ -49,9 +48,12 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument("--duration", type=float, default=5.0, help="simulated time [s] (default: %(default)s)")
     parser.add_argument("--out", default="demo", help="folder for logs and pictures (default: %(default)s)")
     wanted = parser.parse_args(args)
-    # A domain of its own, so that nodes of others on this machine are neither seen nor disturbed.
-    os.environ.setdefault("ROS_DOMAIN_ID", str(10 + os.getpid() % 90))
+    _keep_to_itself()
     scene = load_scene(wanted.scene)
+    if scene.kind != "bearing":
+        raise DemoError(
+            f"scene {scene.name} is no bearing but of kind {scene.kind}: give --scene the name of a bearing"
+        )
     folder = Path(wanted.out) / time.strftime("%Y%m%d_%H%M%S")
     folder.mkdir(parents=True)
     recording = folder / "recording.mcap"
@@ -66,45 +68,77 @@ def main(args: list[str] | None = None) -> int:
     return _show_results(scene, wanted.duration, folder, recording, live, replayed)
 
 
+def _keep_to_itself() -> None:
+    """A domain on this machine that is not the user's, so that nodes of others are neither seen nor disturbed."""
+    taken = os.environ.get("ROS_DOMAIN_ID", "0")
+    own = 10 + os.getpid() % 90
+    os.environ["ROS_DOMAIN_ID"] = str(own if str(own) != taken else own + 1)
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+
 def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording: Path) -> Watch:
+    names = [topic.full_name for topic in topics(scene)]
     parameters = {"scene": wanted.scene, "duration": wanted.duration, "start_paused": True}
+    progress.print(f"sim_node and recorder_node start; what they say goes to {folder}", soft_wrap=True)
     with (
         _watching(scene) as (watcher, executor),
-        _child("recorder_node", folder, {"log": recording}) as recorder,
-        _child("sim_node", folder, parameters) as simulation,
+        started(
+            "recorder_node", node_command("recorder_node", {"log": recording, "topics": names}), folder
+        ) as recorder,
+        started("sim_node", node_command("sim_node", parameters), folder) as simulation,
     ):
+        nodes = (simulation, recorder)
+        _listen(watcher, nodes)
         pause = watcher.create_client(SetBool, "/bearing/sim_node/pause")
-        names = [topic.full_name for topic in topics(scene)]
 
-        def ready() -> bool:
-            heard = all(watcher.count_subscribers(name) >= 1 for name in names)
-            return heard and watcher.count_subscribers("/bearing/samples") == 2 and pause.service_is_ready()
+        def found() -> bool:
+            # As the publishers count them: to others they send nothing. One is here, one in recorder_node.
+            everybody = int(simulation.values.get("least_subscribers", 0)) >= 2
+            return everybody and pause.service_is_ready()
 
-        _wait(executor, ready, "sim_node and recorder_node start", (simulation, recorder))
+        compiled = lambda: simulation.status not in ("starting", "compiling")  # noqa: E731
+        _wait(executor, compiled, lambda: f"sim_node is {simulation.status}", "the scene is ready", nodes)
+        _wait(executor, found, lambda: "discovery of all topics", "all topics are found", nodes)
         answer = pause.call_async(SetBool.Request(data=False))
-        _wait(executor, answer.done, "the kernels of the scene are compiled (once)", (simulation, recorder))
-        if not answer.result().success:
-            raise DemoError(f"sim_node did not start: {answer.result().message}")
+        _wait(
+            executor,
+            lambda: answer.done() or watcher.watch.messages > 0,
+            lambda: "the start of time",
+            "time runs",
+            nodes,
+        )
+        if answer.done() and not answer.result().success:
+            raise DemoError(f"sim_node did not start: {answer.result().message}; what it said is in {simulation.said}")
         progress.print(f"{scene.name} runs in real time for {wanted.duration:g} s:")
         with _live_table(watcher.watch) as show:
-            _spin(executor, lambda: simulation.poll() is not None, show, 10.0 * wanted.duration + PATIENCE)
-        _finish(simulation, folder)
-        _stop(recorder, folder)
+            _spin(executor, lambda: simulation.ended, show, nodes, may_end=(simulation,))
+        simulation.look(time.monotonic(), may_end=True)
+        recorder.interrupt()
+        what = lambda: "recorder_node completes its log"  # noqa: E731
+        _wait(executor, lambda: recorder.ended, what, "the recording is complete", (recorder,), may_end=(recorder,))
+        recorder.look(time.monotonic(), may_end=True)
         return watcher.watch
 
 
 def _replay(scene: Scene, folder: Path, recording: Path) -> Watch:
-    progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace")
-    parameters = {"log": recording, "rate": REPLAY_RATE}
-    with _watching(scene) as (watcher, executor), _child("replay_node", folder, parameters) as replay:
-        _wait(executor, lambda: replay.poll() is not None, "replay", ())
-        _finish(replay, folder)
+    progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
+    command = node_command("replay_node", {"log": recording, "rate": REPLAY_RATE, "discovery": DISCOVERY})
+    with _watching(scene) as (watcher, executor), started("replay_node", command, folder) as replay:
+        _listen(watcher, (replay,))
+        what = lambda: f"replay_node is {replay.status}, {watcher.watch.messages} messages"  # noqa: E731
+        _wait(executor, lambda: replay.ended, what, "the replay is over", (replay,), may_end=(replay,))
+        replay.look(time.monotonic(), may_end=True)
         return watcher.watch
 
 
 @contextlib.contextmanager
 def _watching(scene: Scene) -> Iterator[tuple[Watcher, SingleThreadedExecutor]]:
     watcher, executor = Watcher(scene), SingleThreadedExecutor()
+    heard = {subscription.topic_name for subscription in watcher.subscriptions}
+    for topic in topics(scene):  # all of them, so that a publisher can tell from its own count when nobody is missing
+        if topic.full_name not in heard:
+            kind, qos = message_class(topic.ros_type), qos_profile(topic.qos)
+            watcher.create_subscription(kind, topic.full_name, lambda data: None, qos, raw=True)
     executor.add_node(watcher)
     try:
         yield watcher, executor
@@ -113,53 +147,48 @@ def _watching(scene: Scene) -> Iterator[tuple[Watcher, SingleThreadedExecutor]]:
         watcher.destroy_node()
 
 
-@contextlib.contextmanager
-def _child(name: str, folder: Path, parameters: dict) -> Iterator[subprocess.Popen]:
-    """A node as a process, its output in `<name>.txt`; whatever happens here, it ends with the block."""
-    words = [f"{key}:={str(value).lower() if isinstance(value, bool) else value}" for key, value in parameters.items()]
-    command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, "--ros-args"]
-    with (folder / f"{name}.txt").open("wb") as said:
-        process = subprocess.Popen(
-            [*command, *(part for word in words for part in ("-p", word))], stdout=said, stderr=said
-        )
-        process.name = name
-        try:
-            yield process
-        finally:
-            for number in (signal.SIGINT, signal.SIGKILL):
-                if process.poll() is None:
-                    process.send_signal(number)
-                    with contextlib.suppress(subprocess.TimeoutExpired):
-                        process.wait(10.0)
+def _listen(watcher: Watcher, nodes: Sequence[NodeProcess]) -> None:
+    """Hands the heartbeats of these nodes to them; the name of a status begins with the node's."""
+    by_name = {node.name: node for node in nodes}
+
+    def take(array) -> None:
+        for status in array.status:
+            node = by_name.get(status.name.partition(":")[0].rpartition("/")[2])
+            if node is not None:
+                node.heard(status.message, {pair.key: pair.value for pair in status.values})
+
+    watcher.create_subscription(message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", take, 10)
 
 
-def _wait(executor, done: Callable[[], bool], what: str, processes) -> None:
-    """Spins until `done()`, with the seconds shown; raises DemoError when a process ends first or time is up."""
-    started = time.monotonic()
-    with progress.status(what) as status:
+def _wait(executor, done: Callable[[], bool], what: Callable[[], str], end: str, nodes, may_end=()) -> None:
+    """Spins until `done()`, shows `what()` meanwhile and `end` then; raises ProcessError for a node that fails."""
+    began = said = time.monotonic()
+    with progress.status(what()) as status:
 
         def show() -> None:
-            status.update(f"{what}: {time.monotonic() - started:.0f} s")
-            for process in processes:
-                if process.poll() is not None:
-                    raise DemoError(f"{process.name} ended early, with exit code {process.returncode}")
+            nonlocal said
+            now = time.monotonic()
+            status.update(f"{what()}: {now - began:.0f} s")
+            if not progress.is_terminal and now - said > LINE_PERIOD:
+                said = now
+                progress.print(f"{what()}: {now - began:.0f} s so far", soft_wrap=True)
 
-        _spin(executor, done, show, PATIENCE)
-    progress.print(f"{what}: {time.monotonic() - started:.1f} s")
+        _spin(executor, done, show, nodes, may_end)
+    progress.print(f"{end} after {time.monotonic() - began:.1f} s", soft_wrap=True)
 
 
-def _spin(executor, done: Callable[[], bool], show: Callable[[], None], patience: float) -> None:
-    started = shown = time.monotonic()
+def _spin(executor, done: Callable[[], bool], show: Callable[[], None], nodes, may_end=()) -> None:
+    shown = time.monotonic()
     while not done():
         executor.spin_once(timeout_sec=0.05)
         if not rclpy.ok():
             raise KeyboardInterrupt
         now = time.monotonic()
+        for node in nodes:
+            node.look(now, node in may_end)
         if now - shown > REFRESH:
             shown = now
             show()
-        if now - started > patience:
-            raise DemoError(f"nothing more happened within {patience:.0f} s")
     quiet_since = time.monotonic()
     while time.monotonic() - quiet_since < QUIET:
         executor.spin_once(timeout_sec=0.05)
@@ -187,18 +216,8 @@ def _lines(watch: Watch) -> Callable[[], None]:
     return show
 
 
-def _finish(process: subprocess.Popen, folder: Path) -> None:
-    if process.wait(30.0) != 0:
-        said = (folder / f"{process.name}.txt").read_text(errors="replace")
-        raise DemoError(f"{process.name} ended with exit code {process.returncode}:\n{said}")
-
-
-def _stop(process: subprocess.Popen, folder: Path) -> None:
-    process.send_signal(signal.SIGINT)
-    _finish(process, folder)
-
-
 def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, live: Watch, replayed: Watch) -> int:
+    progress.print("the log is read and drawn")
     log = read_log(recording, allow_gaps=True)
     recorded = sum(len(block) for block in log.blocks())
     expected = int(1e9 * duration) // round(1e9 / scene.parameters.run.output_rate) + 1

@@ -1,6 +1,7 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
 import threading
+from concurrent.futures import TimeoutError as StillBusy
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -21,7 +22,7 @@ PARAMETERS = (
     NodeParameter("start", 0.0, "where to start, from the first message", "s", 0.0, 1e9),
     NodeParameter("loop", False, "start again at the end"),
     NodeParameter("start_paused", False, "wait until ~/pause is called with false"),
-    NodeParameter("discovery", 3.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 60.0),
+    NodeParameter("discovery", 3.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish the time of the log on /clock"),
 )
 DIAGNOSTICS_PERIOD = 1.0  # s
@@ -86,7 +87,11 @@ class ReplayNode(Node):
 
     @guarded
     def _on_pause(self, request, response):
-        response.message = self.worker.post(self.loop.pause, request.data).result(timeout=COMMAND_TIMEOUT)
+        future = self.worker.post(self.loop.pause, request.data)
+        try:
+            response.message = future.result(timeout=COMMAND_TIMEOUT)
+        except StillBusy:
+            response.message = "taken: it is carried out when every topic has a subscriber, or the time for it is over"
         response.success = True
         return response
 

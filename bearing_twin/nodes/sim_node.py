@@ -1,9 +1,10 @@
 """sim_node: runs a scene and publishes it; see `topics` in `bearing_twin.log.stream`.
 
-Integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
+Compilation, integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
 """
 
 import threading
+import time
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
 
@@ -18,7 +19,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
 from bearing_twin.log.raw_log import refuse_existing
-from bearing_twin.log.stream import MessageStream
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, diagnostics, message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import Outlet
@@ -26,7 +27,7 @@ from bearing_twin.nodes.pacing import Pace
 from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
-from bearing_twin.run.scene import load_scene
+from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.run.simulation import Simulation
 
 PARAMETERS = (
@@ -43,14 +44,15 @@ PARAMETERS = (
         read_only=False,
     ),
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
-    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 60.0),
+    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish simulation time on /clock"),
     NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
 )
 DIAGNOSTICS_PERIOD = 1.0  # s
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 SHORTFALL = 0.95  # of the wanted pace, below which the node says so
-COMMAND_TIMEOUT = 30.0  # s
+COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
+SAY_EVERY = 10  # diagnostics while kernels are compiled, for each line about it
 
 
 class SimNode(Node):
@@ -64,47 +66,37 @@ class SimNode(Node):
         scene = load_scene(values["scene"], [one for one in values["overrides"] if one])
         if values["log"]:
             refuse_existing(values["log"])
-        self.simulation = Simulation(scene)
-        self._description = {
-            "scene": scene.name,
-            "law": self.simulation.law,
-            "stepper": self.simulation.stepper,
-            "choice_reason": self.simulation.choice_reason,
-        }
-        make_stream = partial(MessageStream, scene, choice=self.simulation.choice)
-        stream = make_stream()
-        topics = ((topic.name, topic.ros_type, topic.qos) for topic in stream.topics)
-        self._outlet = Outlet(self, topics, values["publish_clock"])
+        outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
+        self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._log_path = values["log"]
         self._discovery = values["discovery"]
-        self.loop = SimulationLoop(
-            self.simulation,
-            make_stream,
-            self._outlet.deliver,
-            values["real_time_factor"],
-            round(values["duration"] * 1e9),
-            self._open_log,
-        )
-        self.loop.paced.paused = values["start_paused"]
-        self._ready = False
+        self._paused_at_start = values["start_paused"]
+        self._description = {"scene": scene.name}
+        # Both are made in the worker's thread: on a new machine it compiles kernels for a minute or more first.
+        self.simulation: Simulation | None = None
+        self.loop: SimulationLoop | None = None
+        self.ready = threading.Event()
+        self._doing = "compiling"
+        self._started, self._looks = time.monotonic(), 0
         self._earlier = Pace(0, 0, 0, 0)
         self._warned = False
         self._serve()
-        self.worker = Worker(self._turn, self._warm_up, self._ended)
+        prepare = partial(self._prepare, scene, values["real_time_factor"], round(values["duration"] * 1e9))
+        self.worker = Worker(self._turn, prepare, self._ended)
         self.worker.start()
 
     def close(self) -> None:
         """Ends the simulation and completes the log; may be called twice."""
         # While kernels are still being compiled nothing has been computed, so there is nothing to wait for.
-        if self.worker.stop(timeout=COMMAND_TIMEOUT if self._ready else 0.0) or not self._ready:
+        if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
 
     def _serve(self) -> None:
-        services, others = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
+        services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
         self.create_service(SetBool, "~/pause", self._on_pause, callback_group=services)
         self.create_service(Trigger, "~/reset", self._on_reset, callback_group=services)
-        self.create_service(Step, "~/step", self._on_step, callback_group=services)
+        self.create_service(Step, "~/step", self._on_step, callback_group=steps)
         self.create_subscription(Float64, "command/speed", self._on_speed, qos_profile(Qos()), callback_group=others)
         self._diagnostics = self.create_publisher(
             message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
@@ -124,15 +116,23 @@ class SimNode(Node):
         run = self.simulation
         return LogWriter(path, run.scene, choice_record(run.choice))
 
-    def _warm_up(self) -> None:
-        self.get_logger().info("compiling the kernels of this scene (some seconds the first time)")
-        seconds = self.simulation.warm_up()
+    def _prepare(self, scene: Scene, factor: float, duration_ns: int) -> None:
+        self.get_logger().info("compiling the kernels of this scene (once on a machine)")
+        self.simulation = run = Simulation(scene)
+        run.warm_up()
+        self._doing = "waiting for subscribers"
         wait_for_subscribers(self._outlet.publishers, self._discovery)
-        self._ready = True
-        self.get_logger().info(
-            f"{self.simulation.scene.name} by {self.simulation.law} and {self.simulation.stepper}, "
-            f"ready after {seconds:.1f} s"
-        )
+        if self.worker.stopping:
+            return
+        make_stream = partial(MessageStream, scene, choice=run.choice)
+        loop = SimulationLoop(run, make_stream, self._outlet.deliver, factor, duration_ns, self._open_log)
+        loop.paced.paused = self._paused_at_start
+        self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice_reason}
+        self.loop = loop
+        self._doing = "computing"
+        self.ready.set()
+        seconds = time.monotonic() - self._started
+        self.get_logger().info(f"{scene.name} by {run.law} and {run.stepper}, ready after {seconds:.1f} s")
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
@@ -151,64 +151,100 @@ class SimNode(Node):
 
     # Callbacks
 
-    def _command(self, command, *arguments):
+    def _post(self, command: str, *arguments):
+        """Has the worker call this method of the loop, which may not be there yet; returns the future."""
+        return self.worker.post(lambda now: getattr(self.loop, command)(now, *arguments))
+
+    def _taken(self) -> str:
+        """Why a command is not yet carried out; it will be."""
+        if self.ready.is_set():
+            return "taken: it is carried out when the computation under way is done"
+        return f"taken: it is carried out when the kernels are compiled ({self._seconds():.0f} s so far)"
+
+    def _command(self, command: str, *arguments) -> str:
+        future = self._post(command, *arguments)
         try:
-            return self.worker.post(command, *arguments).result(timeout=COMMAND_TIMEOUT)
-        except StillBusy as error:
-            raise BearingTwinError(
-                "the simulation is still busy; the command is carried out when it is free"
-            ) from error
+            if self.ready.is_set():
+                return future.result(timeout=COMMAND_TIMEOUT)
+        except StillBusy:
+            pass
+        future.add_done_callback(self._say_failure)
+        return self._taken()
+
+    def _say_failure(self, future) -> None:
+        error = future.exception()
+        if error is not None and self.context.ok():
+            self.get_logger().error(f"a command that was taken could not be carried out: {error}")
 
     @guarded
     def _on_pause(self, request, response):
-        response.message = self._command(self.loop.pause, request.data)
+        response.message = self._command("pause", request.data)
         response.success = True
         return response
 
     @guarded
     def _on_reset(self, request, response):
-        response.message = self._command(self.loop.reset)
+        response.message = self._command("reset")
         response.success = True
         return response
 
     @guarded
     def _on_step(self, request, response):
-        response.time_ns = self.loop.time_ns
-        response.message = self._command(self.loop.step, request.duration)
-        response.time_ns = self.loop.time_ns
+        response.time_ns = self._time_ns
+        future = self._post("step", request.duration)
+        try:
+            response.message = future.result(timeout=COMMAND_TIMEOUT)
+        except StillBusy:
+            # A step answers with the time it ended at, so it is not left for later unless it is under way.
+            if future.cancel():
+                raise BearingTwinError(
+                    f"the node is still {self._doing} ({self._seconds():.0f} s so far) and has not stepped; ask "
+                    "again when /diagnostics says paused"
+                ) from None
+            response.message = self._taken()
+        response.time_ns = self._time_ns
         response.success = True
         return response
 
     @guarded
     def _on_speed(self, message):
         check_speed(message.data)
-        self.worker.post(self.loop.set_speed, message.data)
+        self._post("set_speed", message.data)
 
     @guarded
     def _on_parameters(self, parameters):
         for parameter in parameters:
             if parameter.name == "real_time_factor":
-                self.worker.post(self.loop.set_factor, float(parameter.value))
+                self._post("set_factor", float(parameter.value))
 
     @guarded
     def _on_clock(self):
-        if self.loop.paced.paused:
-            self._outlet.tick(self.loop.time_ns)
+        if self.loop is None or self.loop.paced.paused:
+            self._outlet.tick(self._time_ns)
 
     @guarded
     def _on_diagnostics(self):
         if not self.done.is_set():
             self._report()
 
+    @property
+    def _time_ns(self) -> int:
+        return 0 if self.loop is None else self.loop.time_ns
+
+    def _seconds(self) -> float:
+        """Since the node was made [s]."""
+        return time.monotonic() - self._started
+
     def _report(self) -> None:
+        if self.loop is None:
+            self._report_start()
+            return
         pace, wanted = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
         factor = pace.real_time_factor(self._earlier)
         ran = pace.running_ns > self._earlier.running_ns
         slow = wanted > 0.0 and ran and (factor < SHORTFALL * wanted and pace.behind)
         self._earlier = pace
-        if not self._ready:
-            level, message = OK, "starting"
-        elif self.loop.paced.paused:
+        if self.loop.paced.paused:
             level, message = OK, "paused"
         elif slow:
             level, message = WARN, f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
@@ -228,8 +264,16 @@ class SimNode(Node):
             "outputs": self.simulation.sequence + 1,
             "messages": self._outlet.published,
             "runs": self.loop.runs + 1,
+            "least_subscribers": min(publisher.get_subscription_count() for publisher in self._outlet.publishers),
         }
         self._publish_status(level, message, values)
+
+    def _report_start(self) -> None:
+        """Diagnostics, and now and then a line, while there is no simulation yet."""
+        self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
+        self._looks += 1
+        if self._looks % SAY_EVERY == 0:
+            self.get_logger().info(f"{self._doing}: {self._seconds():.0f} s so far")
 
     def _publish_status(self, level: bytes, message: str, values: dict) -> None:
         now = self.get_clock().now().nanoseconds

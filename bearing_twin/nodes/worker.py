@@ -11,7 +11,8 @@ class Worker:
     """Calls `prepare()` once and then `turn(now)` whenever it asks to be called, until `stop`.
 
     `turn` returns the wall time of its next call [ns, monotonic] or None to wait for a command. `ended(error)` is
-    called once, from the thread, with the exception that ended it or None. Commands run between turns.
+    called once, from the thread, with the exception that ended it or None. Commands run between turns, those posted
+    during `prepare` right after it.
     """
 
     def __init__(
@@ -40,6 +41,11 @@ class Worker:
         if not self._thread.is_alive():
             self._refuse_commands()
         return future
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the thread is to end."""
+        return self._stop.is_set()
 
     def wake(self) -> None:
         """Has `turn` called soon, whenever it asked for."""

@@ -1,0 +1,109 @@
+"""Slow and strange surroundings: empty caches, a starved processor, an end in the middle, other Pythons.
+
+`make test-environments` runs these; nothing here depends on how fast the machine is.
+"""
+
+import contextlib
+import functools
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+NODE = [sys.executable, "-m", "bearing_twin.nodes.entry"]
+BUSY_LOOPS = 3
+PYTHONS = [one for minor in range(10, 15) if (one := shutil.which(f"python3.{minor}"))]
+
+pytestmark = pytest.mark.environment
+
+
+def surroundings(**changes):
+    return os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))} | changes
+
+
+@contextlib.contextmanager
+def busy(core):
+    """Processes that never rest, on this core."""
+    pin = functools.partial(os.sched_setaffinity, 0, {core})
+    loops = [subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=pin) for _ in range(BUSY_LOOPS)]
+    try:
+        yield pin
+    finally:
+        for loop in loops:
+            loop.kill()
+            loop.wait()
+
+
+def compiled_files(folder):
+    """Compiled code in a cache, with the time it was written at."""
+    return {path: path.stat().st_mtime_ns for path in folder.rglob("*.nbc")}
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="processes cannot be confined to one core here")
+def test_the_demo_passes_at_the_first_try_with_an_empty_cache_and_a_quarter_of_a_core(tmp_path):
+    import ros  # noqa: F401  (skips where ROS is missing)
+
+    words = [*NODE, "demo", "--duration", "1", "--out", str(tmp_path)]
+    with busy(max(os.sched_getaffinity(0))) as pin:
+        done = subprocess.run(
+            words,
+            env=surroundings(XDG_CACHE_HOME=str(tmp_path / "cache")),
+            cwd=ROOT,
+            preexec_fn=pin,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "samples lost: 0 live, 0 recorded, 0 replayed" in done.stdout
+    assert "sim_node is compiling" in done.stderr
+    assert compiled_files(tmp_path / "cache")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_what_is_compiled_before_an_end_is_kept(tmp_path, number):
+    import ros  # noqa: F401
+
+    there = surroundings(XDG_CACHE_HOME=str(tmp_path / "cache"), ROS_DOMAIN_ID=str(2 + os.getpid() % 90))
+    with (tmp_path / "said.txt").open("wb") as said:
+        node = subprocess.Popen([*NODE, "sim_node"], env=there, cwd=ROOT, stdout=said, stderr=said)
+    try:
+        while len(compiled_files(tmp_path)) < 10:
+            assert node.poll() is None, (tmp_path / "said.txt").read_text()
+            time.sleep(0.05)
+        node.send_signal(number)
+        assert node.wait() == (0 if number == signal.SIGINT else -number), (tmp_path / "said.txt").read_text()
+    finally:
+        node.kill()
+        node.wait()
+    kept = compiled_files(tmp_path)
+    words = [sys.executable, "-m", "bearing_twin", "compile", "bearing_6203", "--json"]
+    again = json.loads(subprocess.run(words, env=there, cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout)
+    assert again["scenes"][0]["functions"] > 0
+    whole = compiled_files(tmp_path)
+    assert {path: whole[path] for path in kept} == kept
+    assert len(whole) > len(kept)
+
+
+@pytest.mark.parametrize("python", PYTHONS or [pytest.param("", marks=pytest.mark.skip(reason="no other Python here"))])
+def test_the_package_runs_with_another_python(python, tmp_path):
+    """Installed with what it needs into an environment of its own; versions as pip finds them for this Python."""
+    asked = [python, "-c", "import sys; print(sys.version_info[:2])"]
+    if subprocess.run(asked, stdout=subprocess.PIPE, check=True).stdout.decode().strip() == str(sys.version_info[:2]):
+        pytest.skip("the Python of the other tests")
+    subprocess.run([python, "-m", "venv", tmp_path / "venv"], check=True)
+    own = tmp_path / "venv" / "bin" / "python"
+    there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    there["XDG_CACHE_HOME"] = str(tmp_path / "cache")
+    shutil.copytree(ROOT, tmp_path / "source", ignore=shutil.ignore_patterns(".*", "build", "install", "log", "demo"))
+    subprocess.run([own, "-m", "pip", "install", "--quiet", tmp_path / "source"], env=there, check=True)
+    words = [own, "-m", "bearing_twin", "simulate", "two_spheres", "--json"]
+    done = subprocess.run(words, env=there, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
+    assert json.loads(done.stdout)["status"] == "done"

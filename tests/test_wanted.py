@@ -1,0 +1,56 @@
+"""Which tests a change wants: by imports, in the order of their distance, and what is left out is said."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import wanted
+
+GRAPH = wanted.import_graph()
+
+
+def test_a_test_that_imports_a_module_is_one_step_from_it():
+    near = wanted.distances(["bearing_twin/contact/ellipse.py"], GRAPH)
+    assert near["tests/test_ellipse.py"] == 1
+    assert near["tests/test_cli.py"] > near["tests/test_ellipse.py"]
+    assert "tests/test_cdr.py" not in near
+
+
+def test_late_imports_and_helpers_of_tests_count():
+    assert "bearing_twin/contact/calculator.py" in GRAPH["bearing_twin/command/contact_command.py"]
+    near = wanted.distances(["bearing_twin/kinds/bearing/motion.py"], GRAPH)
+    assert "tests/bearings.py" in GRAPH["tests/test_stability.py"]
+    assert near["tests/test_stability.py"] <= 2
+
+
+def test_a_changed_test_is_nearest_and_a_file_that_is_no_python_goes_by_its_name():
+    assert wanted.distances(["tests/test_ellipse.py"], GRAPH) == {"tests/test_ellipse.py": 0}
+    assert "tests/test_readme.py" in wanted.distances(["README.md"], GRAPH)
+    assert wanted.distances(["no/such_" + "folder_/such_" + "file_.xyz"], GRAPH) == {}
+
+
+def test_without_git_the_core_is_run(monkeypatch, capsys):
+    ran = []
+    monkeypatch.setattr(wanted, "_git", lambda *words: None)
+    done = subprocess.CompletedProcess([], 0)
+    monkeypatch.setattr(wanted.subprocess, "run", lambda words, **more: ran.append(words) or done)
+    assert wanted.main([]) == 0
+    assert ran[0][-len(wanted.CORE) :] == [f"tests/{name}.py" for name in wanted.CORE]
+    assert "the core tests only" in capsys.readouterr().err
+
+
+def test_the_core_exists():
+    assert all((Path(__file__).parent / f"{name}.py").exists() for name in wanted.CORE)
+
+
+@pytest.mark.parametrize(("within", "passed", "left_out"), [("100", 4, 0), ("0.4", 3, 1), ("0", 2, 2)])
+def test_what_does_not_fit_is_left_out_and_said(tmp_path, within, passed, left_out):
+    (tmp_path / "conftest.py").write_text((Path(__file__).parent / "conftest.py").read_text(encoding="utf-8"))
+    for name in ("always", "other"):
+        (tmp_path / f"test_{name}.py").write_text("def test_a():\n    pass\n\n\ndef test_b():\n    pass\n")
+    words = ["-m", "pytest", "-p", "no:randomly", f"--within={within}", "--always=test_always", str(tmp_path)]
+    done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{passed} passed" in done.stdout
+    assert (f"{left_out} tests near the change were left out" in done.stdout) == bool(left_out)
