@@ -51,9 +51,7 @@ def main(args: list[str] | None = None) -> int:
     _keep_to_itself()
     scene = load_scene(wanted.scene)
     if scene.kind != "bearing":
-        raise DemoError(
-            f"scene {scene.name} is no bearing but of kind {scene.kind}: give --scene the name of a bearing"
-        )
+        raise DemoError(f"scene {scene.name} is no bearing but of kind {scene.kind}: give the name of a bearing scene")
     folder = Path(wanted.out) / time.strftime("%Y%m%d_%H%M%S")
     folder.mkdir(parents=True)
     recording = folder / "recording.mcap"

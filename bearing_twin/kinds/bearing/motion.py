@@ -44,7 +44,7 @@ FAILURES = {
     TOO_DEEP: ("too deep", "has run through a raceway; check the loads, or shorten solver.step"),
     STALLED: (
         "stalled",
-        "needs ever shorter steps; loosen solver.tolerance or raise contact.friction_regularisation",
+        "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
     ),
 }
 FIXED_STEP = ("rk4", "imex")
