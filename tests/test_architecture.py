@@ -31,7 +31,11 @@ ROOMS = (
     "command",
     "__main__",
 )
-APART = {("nodes", "command"), ("command", "nodes"), *((room, "reference") for room in ("kinds", "run", "uq", "log"))}
+APART = {
+    ("nodes", "command"),
+    ("command", "nodes"),
+    *((room, "reference") for room in ("pictures", "kinds", "run", "uq", "log", "nodes", "command", "__main__")),
+}
 PICTURES = ("picture", "drawing", "history", "markers")
 PHYSICS = ("numerics", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either

@@ -1,6 +1,7 @@
 """Ensembles: the same numbers by any workers, cancel, no process left behind, failures counted, studies continued."""
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -14,10 +15,10 @@ import numpy as np
 import pytest
 
 import bearing_twin.uq.realise
-from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log.mcap_log import content_digest
 from bearing_twin.log.study_log import read_study, write_study
+from bearing_twin.reference.impact import equation_14, power_load, strike
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.realise import NEVER_MEET, realise
@@ -58,7 +59,10 @@ def test_closed_forms_and_simulations_give_the_same_realisations():
     assert closed.closed
     by_form, by_run = realise(closed, values), realise(closed._replace(closed=False), values)
     np.testing.assert_allclose(by_form.quantities, by_run.quantities, rtol=1e-12)
-    np.testing.assert_allclose(by_form.quantities[:, 0], values[:, 0] * 20.0**-0.2, rtol=1e-12)
+    duration = values[:, 0] * 20.0**-0.2
+    np.testing.assert_allclose(by_form.quantities[:, 0], duration, rtol=1e-12)
+    # the published invariant of every impact by Hertz: peak force x duration = 3.67909398 mu v
+    np.testing.assert_allclose(by_form.quantities[:, 1], 3.67909398 * 0.1129 * 20.0 / duration, rtol=3e-9)
     assert all(any("yield" in doubt for doubt in doubts) for doubts in by_run.doubts.values())
 
 
@@ -68,6 +72,11 @@ def test_discs_by_closed_form_are_those_of_the_scene(name):
     values = np.array([[4e9], [5e9], [7e9]])
     by_form, by_run = realise(task, values), realise(task._replace(closed=False), values)
     np.testing.assert_allclose(by_form.quantities, by_run.quantities, rtol=1e-10)
+    speed = float(name.rpartition("_")[2])
+    for row, modulus in enumerate((4e9, 7e9)):
+        truth = strike(equation_14(1.0, 2.0, modulus, 0.3), 2500.0 * math.pi, speed, 2e-3 * speed)
+        place = task.quantities.index("contact_duration")
+        assert by_form.quantities[2 * row, place] == pytest.approx(truth.duration, rel=1e-8)
 
 
 def test_histories_by_closed_form_are_those_of_the_scene():
@@ -76,10 +85,11 @@ def test_histories_by_closed_form_are_those_of_the_scene():
     by_form, by_run = realise(task, values), realise(task._replace(closed=False), values)
     assert by_form.histories.shape == (2, 1, 50)
     np.testing.assert_allclose(by_form.histories, by_run.histories, atol=1e-6 * by_form.histories.max())
-    coefficient = impact.coefficient_of_alpha(1.0e-4, 0.1129)
-    np.testing.assert_array_equal(
-        by_form.histories[0, 0], impact.force_history(task.instants, coefficient, 0.1129, 20.0)
-    )
+    coefficient = 1.25 * 0.1129 * (2.943275184324705 / 1.0e-4) ** 2.5  # alpha's definition, paper 3, eqs. (1), (2)
+    truth = strike(power_load(coefficient), 0.1129, 20.0, 4e-4)
+    exact = coefficient * np.maximum(truth.approach(task.instants), 0.0) ** 1.5
+    exact[task.instants > truth.duration] = 0.0
+    np.testing.assert_allclose(by_form.histories[0, 0], exact, atol=1e-7 * exact.max())
 
 
 def test_every_realisation_takes_the_stepper_of_the_median_inputs():

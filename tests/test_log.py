@@ -2,13 +2,18 @@
 
 import io
 import json
+import struct
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
+import zstandard
 from made_up_run import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import Chunk, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
@@ -314,6 +319,67 @@ def test_raw_messages_from_a_start(tmp_path, monkeypatch, start_ns):
     every = list(raw_messages(tmp_path / "run.mcap"))
     first = every[0].log_time
     assert list(raw_messages(tmp_path / "run.mcap", start_ns)) == [m for m in every if m.log_time - first >= start_ns]
+
+
+def test_every_chunk_and_the_log_tell_their_times_and_counts(tmp_path, monkeypatch):
+    """By another reader: begin and end of each chunk, of its index, and of the log; messages stand where it says."""
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 400)
+    times = [500, 900, 100, 300, 700, 650, 10, 20, 30, 40, 600, 50]
+    with RawLogWriter(tmp_path / "out.mcap", run_record=False) as log:
+        text = cdr.schema_text(cdr.CLOCK)
+        numbers = [log.add_topic(name, cdr.CLOCK, text, cdr.type_hash(cdr.CLOCK), (Qos(),)) for name in ("/a", "/b")]
+        for k, time in enumerate(times):
+            log.write(numbers[k % 3 == 0], time, time + 7, bytes([k]) * 100)
+    data = (tmp_path / "out.mcap").read_bytes()
+    summary = make_reader(io.BytesIO(data)).get_summary()
+    statistics = summary.statistics
+    assert (statistics.message_start_time, statistics.message_end_time) == (10, 900)
+    assert statistics.message_count == 12
+    assert {summary.channels[n].topic: c for n, c in statistics.channel_message_counts.items()} == {"/a": 8, "/b": 4}
+    records = StreamReader(io.BytesIO(data), emit_chunks=True).records
+    chunks = [record for record in records if isinstance(record, Chunk)]
+    assert len(chunks) == len(summary.chunk_indexes) >= 4
+    told = []
+    for index, chunk in zip(summary.chunk_indexes, chunks, strict=True):
+        inside = [one for one in breakup_chunk(chunk) if isinstance(one, Message)]
+        stamps = [one.log_time for one in inside]
+        assert (chunk.message_start_time, chunk.message_end_time) == (min(stamps), max(stamps))
+        assert (index.message_start_time, index.message_end_time) == (min(stamps), max(stamps))
+        told += [(one.log_time, one.publish_time, one.data[0]) for one in inside]
+        positions = message_positions(data, index)
+        assert positions == {channel: offsets_in(chunk, channel) for channel in positions}
+    assert told == [(time, time + 7, k) for k, time in enumerate(times)]
+    for from_ns in (0, 90, 490, 640, 889, 890):
+        found = [(m.log_time, m.data[0]) for m in raw_messages(tmp_path / "out.mcap", from_ns)]
+        assert found == [(time, k) for k, time in enumerate(times) if time >= from_ns + 10 or from_ns == 0]
+
+
+def chunk_content(chunk):
+    return zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=chunk.uncompressed_size)
+
+
+def offsets_in(chunk, channel):
+    """(log time, offset) of a channel's messages in an unpacked chunk, by walking through its records."""
+    content, position, found = chunk_content(chunk), 0, []
+    while position < len(content):
+        opcode, length = struct.unpack_from("<BQ", content, position)
+        if opcode == Opcode.MESSAGE:
+            number, _, time = struct.unpack_from("<HIQ", content, position + 9)
+            if number == channel:
+                found.append((time, position))
+        position += 9 + length
+    return found
+
+
+def message_positions(data, index):
+    """What the message indexes behind a chunk say, by channel."""
+    found = {}
+    for channel, offset in index.message_index_offsets.items():
+        opcode, _, number, size = struct.unpack_from("<BQHI", data, offset)
+        assert (opcode, number) == (Opcode.MESSAGE_INDEX, channel)
+        pairs = struct.unpack_from(f"<{size // 8}Q", data, offset + 15)
+        found[channel] = list(zip(pairs[::2], pairs[1::2], strict=True))
+    return found
 
 
 def test_report_survives_as_json_numbers(tmp_path):

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from bearing_twin.nodes.pacing import GREATEST_LAG, Pace, PacedStream, Pacer, Timed
+from bearing_twin.nodes.pacing import GREATEST_LAG, LAG_SHOWN, Pace, PacedStream, Pacer, Timed
 from bearing_twin.nodes.worker import Worker
 
 MS = 1_000_000
@@ -96,6 +96,46 @@ def test_a_hopelessly_late_stream_gives_up_the_lag_and_counts_it():
     pace = pacer.pace()
     assert pace.slipped_ns == pace.lag_ns == GREATEST_LAG + 10 * MS
     assert pacer.due(20 * MS) == START + GREATEST_LAG + 30 * MS
+    pacer.delivered(START + 3 * GREATEST_LAG, 40 * MS)  # late a second time: what was given up adds up
+    again = pacer.pace()
+    assert again.lag_ns == 2 * GREATEST_LAG - 50 * MS
+    assert again.slipped_ns == pace.slipped_ns + again.lag_ns
+
+
+def test_a_tenth_of_a_second_late_is_not_behind_yet():
+    for late, behind in ((0, False), (1, False), (LAG_SHOWN, False), (LAG_SHOWN + 1, True)):
+        pacer = Pacer(1.0)
+        pacer.start(START, 0)
+        pacer.delivered(START + 10 * MS + late, 10 * MS)
+        assert pacer.pace().lag_ns == late
+        assert pacer.pace().behind is behind
+
+
+def test_what_was_computed_ahead_goes_out_up_to_and_with_the_time_asked_for():
+    stream, delivered, clock = paced([[0, 10, 20, 20, 30]])
+    stream.turn(clock[0])
+    stream.drain(20 * MS)
+    assert [t // MS for t, _ in delivered] == [0, 10, 20, 20]
+    assert stream.position_ns == 20 * MS
+    stream.drain(25 * MS)
+    assert stream.position_ns == 25 * MS
+    stream.drain()
+    assert [t // MS for t, _ in delivered] == [0, 10, 20, 20, 30]
+    assert stream.position_ns == 30 * MS
+
+
+def test_a_change_of_pace_at_a_stamp_from_the_past_does_not_turn_time_back():
+    stream, delivered, clock = paced([[0, 50], [20, 60]])
+    stream.turn(clock[0])
+    drive(stream, clock, until=START + 49 * MS)
+    clock[0] = START + 50 * MS
+    stream.turn(clock[0])
+    stream.turn(clock[0])  # computes the second batch, and sends nothing yet
+    assert len(delivered) == 2
+    stream.set_factor(clock[0], 2.0)
+    assert stream.position_ns == 50 * MS
+    drive(stream, clock)
+    assert [(t // MS, (wall - START) // MS) for t, wall in delivered] == [(0, 0), (50, 50), (20, 50), (60, 55)]
 
 
 def test_epoch_times_are_paced_to_the_nanosecond():

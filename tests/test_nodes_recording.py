@@ -7,6 +7,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.stream import samples_message
 from bearing_twin.nodes.recording import RECORD, Recording, Sequences, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
@@ -133,6 +134,22 @@ def test_a_loop_starts_again_at_once(log):
     out = played(log, loop=True, until=2 * len(messages) + 5)
     assert [(t, d) for _, t, d in out] == [*messages, *messages, *messages][: len(out)]
     assert out[len(messages)][0] == out[len(messages) - 1][0]
+
+
+def test_a_replay_goes_by_the_times_of_arrival_and_counts_its_rounds(tmp_path):
+    """Messages that were sent later than they say, or long before: the log's own times pace them."""
+    with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
+        clock = cdr.schema_text(cdr.CLOCK)
+        number = writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))
+        for arrived, sent in ((100, 5), (140, 90), (170, 60)):
+            writer.write(number, arrived * MS, sent * MS, bytes(12))
+    out, wall = [], [10**12]
+    loop = ReplayLoop(tmp_path / "out.mcap", lambda m: out.append((m.time_ns, m.publish_time_ns, wall[0])), 1.0)
+    assert loop.rounds == 0
+    while (wake_at := loop.turn(wall[0])) is not None:
+        wall[0] = max(wall[0], wake_at)
+    assert [(t // MS, p // MS, (w - 10**12) // MS) for t, p, w in out] == [(100, 5, 0), (140, 90, 40), (170, 60, 70)]
+    assert loop.rounds == 1
 
 
 def test_a_replay_from_beyond_the_end_says_so(log):

@@ -13,6 +13,7 @@ from bearing_twin.contact.line import line_law
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
 from bearing_twin.kinds.impact.discs import solve
+from bearing_twin.reference.impact import equation_14, strike
 from bearing_twin.run.scene import load_scene
 
 REDUCED = 7853.981634
@@ -28,6 +29,20 @@ def test_contact_times_of_equation_14(speed, time):
     assert disc_impact.contact_time(LAW, REDUCED, speed) == pytest.approx(time, rel=1e-9)
     found = solved(f"motion.first_velocity={speed}")
     assert found.contact_duration == pytest.approx(time, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("radius", "thickness", "modulus", "nu", "speed"), [(1.0, 2.0, 5e9, 0.3, 10.0), (0.2, 0.1, 1e11, 0.25, 1.0)]
+)
+def test_the_closed_form_against_the_motion_followed(radius, thickness, modulus, nu, speed):
+    """Eq. (14) bisected at every step instead of Lambert's function, and no integral of the energy."""
+    mass = 0.5 * 2500.0 * math.pi * radius**2 * thickness
+    law = line_law("line", radius, thickness, modulus, nu)
+    deepest = disc_impact.greatest_approach(law, mass, speed)
+    truth = strike(equation_14(radius, thickness, modulus, nu), mass, speed, float(deepest))
+    assert deepest == pytest.approx(truth.greatest_approach, rel=1e-8)
+    assert disc_impact.contact_time(law, mass, speed) == pytest.approx(truth.duration, rel=1e-8)
+    assert disc_impact.peak_force(law, mass, speed) == pytest.approx(truth.peak_force, rel=1e-8)
 
 
 def test_peaks_of_equation_14():

@@ -5,9 +5,7 @@ import math
 import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
-
-from bearing_twin.contact.damping import steady_restitution
-from bearing_twin.contact.hertz_impact import contact_time
+from scipy.special import beta
 
 
 def contact_delay(coefficient_ratio, duration):
@@ -27,7 +25,8 @@ def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, 
     in g tau/v, by the oscillator's response to a push; it takes a little speed away unless there is no loss.
     """
     if ratio == 0.0:
-        return float(contact_time(coefficient, mass, speed)), 1.0
+        # Twice the way in: the integral of dh/sqrt(v^2 - 4 c h^2.5/(5 m)), by Euler's beta function.
+        return (1.25 * mass / coefficient) ** 0.4 * 0.8 * float(beta(0.4, 0.5)) * speed**-0.2, 1.0
     k, damped = math.sqrt(1.25 * coefficient / mass), math.sqrt(1.0 - ratio * ratio)
 
     def depth(theta):  # h^(5/4)
@@ -47,7 +46,8 @@ def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, 
         return value
 
     end = brentq(pull, 0.5 * math.pi / damped, math.pi / damped, xtol=1e-15)
-    e = steady_restitution(ratio)
+    # Half a period of the oscillator, cut where it would begin to pull.
+    e = math.exp(-ratio * end)
     rest = depth(end) ** 0.8
     fallen = gravity * in_time(lambda theta: response(end - theta)) + gravity * rest / (e * speed)
     return in_time(lambda theta: 1.0) + rest / (e * speed), e - fallen / speed

@@ -8,6 +8,7 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import add_pair, give_coefficients
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.lanes import SLOPE_STEP
 from bearing_twin.kinds.bearing.rates import bearing_rates, fill_lanes
 from bearing_twin.kinds.bearing.rows import COLUMNS, JACOBIAN_END, LANES, MOTION, entry, get, new_lanes
 from bearing_twin.kinds.bearing.steps import (
@@ -256,13 +257,13 @@ def _greatest_error(errors, scales):
 
 
 @kernel
-def _linearise(bearing, drive, near, time, group, nudges, room):
-    """Rates, Jacobian and explicit time dependence at the start of a step."""
+def _linearise(bearing, drive, near, time, step, group, nudges, room):
+    """Rates, Jacobian and explicit time dependence at the start of a step, about as long as `step` [s]."""
     start, base, slope = room.start, room.base, room.slope
     bearing_rates(bearing, drive, near, time, start, group, base, room.lanes)
     _jacobian(bearing, drive, near, time, start, group, nudges, room)
     if drive.acceleration != 0.0:
-        later = 1e-7
+        later = SLOPE_STEP * step
         bearing_rates(bearing, drive, near, time + later, start, group, slope, room.lanes)
         for ball in group:
             for column in range(COLUMNS):
@@ -292,7 +293,7 @@ def _advance_group(task, group, room, orientation, steps, results):
         last = time + h >= task.duration * (1.0 - 1e-12)
         step = task.duration - time if last else h
         if fresh:
-            _linearise(bearing, drive, near, time, group, task.nudges, room)
+            _linearise(bearing, drive, near, time, step, group, task.nudges, room)
             counts[JACOBIANS] += size
             counts[RATES] += size
         solved = _rosenbrock_step(method, bearing, drive, near, time, step, group, room)
