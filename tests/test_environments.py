@@ -43,7 +43,7 @@ def busy(core):
 
 def compiled_files(folder):
     """Compiled code in a cache, with the time it was written at."""
-    return {path: path.stat().st_mtime_ns for path in folder.rglob("*.nbc")}
+    return {path: path.stat().st_mtime_ns for path in folder.rglob("*.code")}
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="processes cannot be confined to one core here")
