@@ -10,7 +10,7 @@ from numba import njit
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import in_ball_frame, inner_contact, outer_contact, raceway_rates
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     LANE_ROWS,
     LANES,
