@@ -6,8 +6,7 @@ from bearings import motion
 
 from bearing_twin.contact.normal import LAWS
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
-from bearing_twin.kinds.bearing.rates import lane_rates
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     JACOBIAN,
@@ -19,6 +18,7 @@ from bearing_twin.kinds.bearing.rows import (
     into_lane,
     put,
 )
+from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
 
 TILTED = ("drive.offset=[4.0e-6, -9.0e-6, 5.0e-6]", "gravity=[3.0, -9.8, 1.0]", "contact.damping=0.3")

@@ -26,10 +26,10 @@ from bearing_twin.contact.ellipse import (
 )
 from bearing_twin.kinds.bearing import spot as bearing_spot
 from bearing_twin.kinds.bearing.equations import ball_position, in_ball_frame, inner_contact, outer_contact
+from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import STEPPERS
 from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.rows import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.spot import add_spots, over_spots, with_spot
 from bearing_twin.numerics.rotation import add
 from bearing_twin.reference.fit_hertz import fit

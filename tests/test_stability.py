@@ -7,7 +7,7 @@ import pytest
 from bearings import TURNED_REST, motion, run, stored_energy
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.rows import MOTION, VELOCITY
+from bearing_twin.kinds.bearing.layout import MOTION, VELOCITY
 from bearing_twin.kinds.bearing.start import stable_step
 
 

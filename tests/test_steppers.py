@@ -12,8 +12,8 @@ from scipy.linalg import lu_factor, lu_solve
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import raceway_rates
+from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES
 from bearing_twin.kinds.bearing.parameters import STEPPERS
-from bearing_twin.kinds.bearing.rows import LANE_ROWS, LANES
 from bearing_twin.numerics.banded import factorise, substitute
 from bearing_twin.numerics.steppers import (
     EXPLICIT,

@@ -8,8 +8,8 @@ Per ball: position (axis distance, orbit angle, height), velocity, and angular v
 three integrals kept for the energy balance. The orientation of a homogeneous ball does not act back on its motion;
 it is carried along by the steppers (`rotation.turned`).
 
-Lanes. `raceway_rates` evaluates LANES balls side by side, as `rows` lays them out. The functions it is made of are the
-readable ones below.
+Lanes. `raceway_rates` evaluates LANES balls side by side, laid out as `layout` says. The functions it is made of are
+the readable ones below.
 
 Signs. A contact's `normal` points from the ball's centre to the raceway, so the load on the ball is
 `-normal_load * normal`. `slip` is the velocity of the ball's surface relative to the raceway.
@@ -31,7 +31,7 @@ from bearing_twin.contact.normal import (
     hertz_rational,
     load_coefficient,
 )
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     DISSIPATED,
     DRIVE_WORK,

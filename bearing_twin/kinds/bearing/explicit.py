@@ -7,8 +7,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import add_pair_rates
-from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     LANE_RATES,
@@ -24,6 +23,7 @@ from bearing_twin.kinds.bearing.rows import (
     new_lanes,
     put,
 )
+from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
 from bearing_twin.kinds.bearing.steps import (
     LEAST_STEP,
     OK,

@@ -9,8 +9,8 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import add_pair, give_coefficients
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.lanes import SLOPE_STEP
+from bearing_twin.kinds.bearing.layout import COLUMNS, JACOBIAN_END, LANES, MOTION, entry, get, new_lanes
 from bearing_twin.kinds.bearing.rates import bearing_rates, fill_lanes
-from bearing_twin.kinds.bearing.rows import COLUMNS, JACOBIAN_END, LANES, MOTION, entry, get, new_lanes
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
     LANDED,

@@ -13,8 +13,7 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.equations import add_pair_rates
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_jacobian, lane_resistance
-from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     HEIGHT,
@@ -42,6 +41,7 @@ from bearing_twin.kinds.bearing.rows import (
     put_quaternion,
     put_vector,
 )
+from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
 from bearing_twin.kinds.bearing.steps import JACOBIANS, OK, RATES, STEPS, check_all, spin_in_frame
 from bearing_twin.numerics.block_solve import factorise_body, solve_body
 from bearing_twin.numerics.rotation import add, scaled, turned

@@ -11,8 +11,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.normal import CONSTANT, HERTZ, load_coefficient
 from bearing_twin.kinds.bearing.equations import lane_position
 from bearing_twin.kinds.bearing.gradient import CURVATURE_STEP, contact_gradient
-from bearing_twin.kinds.bearing.rates import lane_rates
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIAL_VELOCITY,
     AXIS_DISTANCE,
     COLUMNS,
@@ -45,6 +44,7 @@ from bearing_twin.kinds.bearing.rows import (
     put_jacobian_block,
     put_vector,
 )
+from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.numerics.block_solve import Linear, plus
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
 from bearing_twin.shapes.surfaces import ball_in_groove

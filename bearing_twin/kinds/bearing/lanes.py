@@ -4,8 +4,7 @@ import math
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_jacobian, lane_linear
-from bearing_twin.kinds.bearing.rates import lane_rates
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     END,
@@ -52,6 +51,7 @@ from bearing_twin.kinds.bearing.rows import (
     put_quaternion,
     put_vector,
 )
+from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.kinds.bearing.steps import spin_in_frame
 from bearing_twin.numerics.block_solve import Factors, factorise_body, solve_body
 from bearing_twin.numerics.rotation import turned

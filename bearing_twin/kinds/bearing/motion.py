@@ -13,11 +13,11 @@ from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.groups import group_chunk, groups_of
 from bearing_twin.kinds.bearing.imex import imex_chunk
 from bearing_twin.kinds.bearing.jacobian import nudges
+from bearing_twin.kinds.bearing.layout import COLUMNS, DRIVE_WORK, GROSS_WORK, LANE_ROWS, MOTION, ORBIT_ANGLE, new_lanes
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, lone_chunk
-from bearing_twin.kinds.bearing.rows import COLUMNS, DRIVE_WORK, GROSS_WORK, LANE_ROWS, MOTION, ORBIT_ANGLE, new_lanes
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,

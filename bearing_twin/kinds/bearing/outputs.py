@@ -19,8 +19,8 @@ from bearing_twin.kinds.bearing.equations import (
     pair_contact,
     touchable,
 )
+from bearing_twin.kinds.bearing.layout import DISSIPATED, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.rows import DISSIPATED, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.spot import with_spot
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, quaternion_product, scaled
 from bearing_twin.sample import Channel, Sample, Wrench

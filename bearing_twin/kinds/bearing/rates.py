@@ -2,7 +2,7 @@
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import add_pair_rates, give_coefficients, raceway_rates
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     LANE_RATES,
     LANES,

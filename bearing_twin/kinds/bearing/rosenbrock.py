@@ -13,7 +13,7 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step, turn_lanes
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     COLUMNS,
     END,
     ERROR,

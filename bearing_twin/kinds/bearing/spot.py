@@ -15,7 +15,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.friction import COARSE_POINTS, over_spot, slip_share
 from bearing_twin.kinds.bearing.equations import RacewayContact, lane_position, raceway_contact
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     ACROSS,
     ALONG,
     DISSIPATED,

@@ -11,8 +11,8 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.normal import HERTZ_U_MAX, LAWS, shape_variable
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
+from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, COLUMNS, HEIGHT, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
-from bearing_twin.kinds.bearing.rows import AXIS_DISTANCE, COLUMNS, HEIGHT, ORBIT_ANGLE, SPIN, VELOCITY
 
 
 class Rates(NamedTuple):

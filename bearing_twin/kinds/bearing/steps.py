@@ -14,7 +14,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import approaches
-from bearing_twin.kinds.bearing.rows import (
+from bearing_twin.kinds.bearing.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     COLUMNS,
