@@ -36,7 +36,6 @@ APART = {
     ("command", "nodes"),
     *((room, "reference") for room in ("pictures", "kinds", "run", "uq", "log", "nodes", "command", "__main__")),
 }
-PICTURES = ("picture", "drawing", "history", "markers")
 PHYSICS = ("numerics", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "knowledge", "inputs", "sampling", "tails", "change_of_variable", "chaos"),
@@ -106,8 +105,6 @@ def test_imports_point_one_way():
     for path, tree in TREES.items():
         for line, room in own_rooms(tree, path):
             here = room_of(path)
-            if path.stem in PICTURES and here == "kinds":
-                continue
             allowed = here != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(here)
             if not allowed or (here, room) in APART:
                 wrong.append(f"{path.relative_to(ROOT)}:{line} imports {room}")
@@ -129,6 +126,32 @@ def test_a_room_does_not_import_itself_in_a_circle():
             del needs[name]
 
 
+def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
+    """`contract` names the default picture by its place."""
+    wrong = []
+    for path, tree in TREES.items():
+        if room_of(path) != "kinds":
+            continue
+        if path.stem != "picture":
+            wrong += [f"{path}:{line}" for line, room in own_rooms(tree, path) if room == "pictures"]
+        if path.stem not in ("topics", "markers"):
+            texts = [one for one in ast.walk(tree) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+            wrong += [f"{path}:{one.lineno}" for one in texts if re.fullmatch(r"\w+/(msg|srv)/\w+", one.value)]
+    assert wrong == []
+
+
+FILES_OF_A_KIND = {"row", "parameters", "models", "motion", "figures", "picture"}
+
+
+def test_the_same_files_stand_in_every_kind():
+    folders = [path for path in (PACKAGE / "kinds").iterdir() if (path / "row.py").exists()]
+    assert len(folders) >= 4
+    for folder in folders:
+        names = {path.stem for path in folder.glob("*.py")}
+        # two bodies are two kinds in one folder: each has its motion in a file of its own name
+        assert FILES_OF_A_KIND - names <= ({"motion"} if folder.name == "impact" else set()), folder
+
+
 def test_ros_is_imported_only_by_the_nodes():
     ros = re.compile(r"rclpy|ament_\w+|rosidl\w*|launch\w*|builtin_interfaces|\w+_msgs|std_srvs|rcl_interfaces|tf2\w*")
     wrong = [
@@ -144,7 +167,7 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
     wrong = [
         f"{path.relative_to(ROOT)}:{line} imports {name}"
         for path, tree in TREES.items()
-        if (room_of(path) in PHYSICS and path.stem not in PICTURES)
+        if (room_of(path) in PHYSICS and path.stem != "picture")
         or (room_of(path) == "uq" and path.stem in NUMBERS_OF_UQ)
         for line, name in imported(tree, path)
         if name.split(".")[0] in NO_PHYSICS
