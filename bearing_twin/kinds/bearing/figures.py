@@ -41,7 +41,6 @@ MEANINGS = {
     "drive_torque_nm": f"that turns the inner ring, {LATE}",
     **{
         f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
-        for ring in ("inner", "outer")
         for key, suffix, words in (
             ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
             ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest over the run"),
@@ -51,6 +50,7 @@ MEANINGS = {
             ("peak_pressure", "_pa", f"on the {{ring}} raceway, {PEAK}"),
             ("share_without_contact", "", "share of the outputs without a load on the {ring} raceway, whole run"),
         )
+        for ring in ("inner", "outer")
     },
     "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
 }

@@ -1,0 +1,261 @@
+"""Figures are a function of outputs and records: the same from a run and its log, however the stream is cut."""
+
+import dataclasses
+import json
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
+
+from bearing_twin.command.cli import DONE, DOUBTFUL, main
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.bearing.figures import BearingFigures
+from bearing_twin.kinds.impact.figures import GAINED
+from bearing_twin.log.mcap_log import write_log
+from bearing_twin.run.gathering import Gathering
+from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.simulation import simulate
+from bearing_twin.sample import Block, joined
+from bearing_twin.units import suffix_of
+from bearing_twin.uq.propagation import task_of
+from bearing_twin.uq.realise import realise
+from bearing_twin.uq.study_file import parse_study
+
+SHORTER = {  # s: until something has happened
+    "bearing_6203": 0.12,
+    "bearing_6203_fast": 0.06,
+    "bearing_6203_loose": 0.06,
+    "bearing_6203_start": 0.01,
+    "bearing_6203_sticking": 0.06,
+    "bearing_6203_sudden": 0.022,
+    "bearing_6205": 0.06,
+    "ellipsoid_on_plane": 0.6,
+    "ellipsoid_rocking": 0.2,
+    "ellipsoid_tumbling": 0.3,
+}
+ONE_EACH = ("bearing_6203_start", "ellipsoid_rocking", "two_spheres", "two_discs", "sphere_on_beam_drop_50mm")
+IMPACTS = {"two_spheres": "impact.spheres", "two_discs": "impact.discs", "sphere_on_beam_drop_50mm": "beam.motion"}
+OF_THE_RUN, OF_THE_LOG = {"compile_s"}, {"missing_outputs"}
+
+
+def shortened(name):
+    """Overrides that keep a scene short."""
+    return [f"run.duration={SHORTER[name]}"] if name in SHORTER else []
+
+
+@cache
+def blocks_of(name) -> tuple:
+    """(scene, choice, all outputs as one block) of a short run."""
+    run = simulate(load_scene(name, shortened(name)))
+    whole = joined(list(run.blocks()))
+    return run.scene, run.choice, whole
+
+
+def gathered(scene, choice, blocks):
+    """What is made of these blocks."""
+    gathering = Gathering(KINDS[scene.kind].figures_of(scene.parameters, choice), choice)
+    for block in blocks:
+        gathering.add(block)
+    return gathering
+
+
+def asked(capsys, *words, code=DONE):
+    assert main([*map(str, words), "--json"]) == code
+    captured = capsys.readouterr()
+    return json.loads(captured.out), captured.err
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_a_run_and_its_log_report_the_same_to_the_bit(name, tmp_path, capsys):
+    log = tmp_path / "run.mcap"
+    changes = [word for change in shortened(name) for word in ("--set", change)]
+    simulated, _ = asked(capsys, "simulate", name, *changes, "--out", log)
+    reported, _ = asked(capsys, "report", log)
+    assert set(simulated) - set(reported) == OF_THE_RUN
+    assert set(reported) - set(simulated) == OF_THE_LOG
+    assert reported["missing_outputs"] == 0
+    for key in set(simulated) & set(reported):
+        # repr tells apart all that differs by a bit, and finds NaN equal to itself
+        assert repr(reported[key]) == repr(simulated[key]), key
+
+
+@pytest.mark.parametrize("name", ONE_EACH)
+def test_how_a_stream_is_cut_changes_no_figure(name):
+    scene, choice, whole = blocks_of(name)
+    expected = gathered(scene, choice, [whole]).report(scene.name)
+    random = np.random.default_rng(7)
+    for cuts in (1, 5, 60):
+        edges = [0, *sorted(random.choice(np.arange(1, len(whole)), cuts, replace=False)), len(whole)]
+        found = gathered(scene, choice, [whole.part(*pair) for pair in pairwise(edges)])
+        assert found.missing == 0
+        assert repr(found.report(scene.name)) == repr(expected)
+
+
+@pytest.mark.parametrize("name", ONE_EACH)
+def test_every_figure_says_what_it_is(name):
+    scene, choice, whole = blocks_of(name)
+    meanings = KINDS[scene.kind].meanings_of()
+    assert list(gathered(scene, choice, [whole]).report(scene.name).figures) == list(meanings)
+    for key, words in meanings.items():
+        assert len(words) > 10, key
+
+
+def test_the_figures_of_every_kind_are_listed_with_units(capsys):
+    rows, _ = asked(capsys, "scenes", "--figures")
+    listed = {(row["kind"], row["figure"]): row for row in rows["figures"]}
+    for name, kind in KINDS.items():
+        for key, meaning in kind.meanings_of().items():
+            row = listed.pop((name, key))
+            assert row["meaning"] == meaning
+            assert key.endswith(suffix_of(row["unit"]))
+    assert not listed
+    assert main(["scenes", "--figures"]) == DONE
+    assert "mean over the second half of the run" in "".join(capsys.readouterr())
+
+
+def test_missing_outputs_are_counted(tmp_path, capsys):
+    scene = made_up_scene(balls=2)
+    whole = made_up_block(scene, 400)
+    parts = [whole.part(0, 130), whole.part(137, 300), whole.part(301, 400)]
+    found = gathered(scene, a_choice(), parts)
+    assert found.missing == 8
+    assert found.report(scene.name).samples == 392
+    log = tmp_path / "gaps.mcap"
+    write_log(made_up_run(scene, parts), log)
+    result, err = asked(capsys, "report", log, "--strict", code=DOUBTFUL)
+    assert (result["missing_outputs"], result["samples"]) == (8, 392)
+    assert "8 outputs are missing" in err
+
+
+def test_means_are_over_the_second_half():
+    """Outputs 1 ms apart from 0 to 0.399 s: the middle lies between number 199 and number 200."""
+    figures, half = late_half(400, 200)
+    assert figures["normal_load_inner_n"] == pytest.approx([30.0, 60.0], rel=1e-12)
+    assert figures["greatest_normal_load_inner_n"] == [100.0, 200.0]
+    assert figures["drive_torque_nm"] == pytest.approx(0.3, rel=1e-12)
+    assert figures["friction_torque_nm"] == pytest.approx([5.0, 5.0], rel=1e-12)
+    assert figures["roll_rate_rad_s"] == pytest.approx(-7.0, rel=1e-12)
+    assert figures["cage_speed_rad_s"] == pytest.approx(70.0, rel=1e-9)
+    assert figures["inner_ring_speed_at_end_rad_s"] == 180.0
+    theory = figures["cage_speed_theory_rad_s"] / 180.0
+    assert 0.3 < theory < 0.5
+    assert half == 200
+
+
+def test_means_of_a_long_run_are_over_the_second_half_to_a_whole_number_of_blocks():
+    figures, half = late_half(20_000, 10_000)
+    assert half == 10_000
+    # 30 N in the late half, 10 N before: a hundredth of the early outputs in it would be 0.2 N
+    assert figures["normal_load_inner_n"] == pytest.approx([30.0, 60.0], rel=0.01)
+    assert figures["cage_speed_rad_s"] == pytest.approx(70.0, rel=0.01)
+
+
+def late_half(outputs, half):
+    """(figures, outputs of the second half) of a made-up bearing run whose first half is another than its second."""
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, outputs)
+    late = np.arange(outputs) >= half
+    values = dict(block.values)
+    load = np.where(late, 30.0, 10.0)
+    load[half // 2] = 100.0
+    values["normal_load"] = load[:, None, None] * np.array([1.0, 2.0])[None, :, None] * np.ones((1, 1, 2))
+    values["inner_ring_torque"] = np.where(late, -0.3, -0.1)[:, None] * np.array([0.0, 0.0, 1.0])
+    values["raceway_torque"] = np.where(late, 1.0, 9.0)[:, None, None] * np.array([3.0, 0.0, -4.0]) * np.ones((1, 2, 1))
+    values["roll_rate"] = np.where(late, -7.0, -5.0)[:, None] * np.ones((1, 2))
+    values["orbit_angle"] = np.cumsum(np.where(late, 0.07, 0.05))[:, None] * np.ones((1, 2))
+    values["inner_ring_speed"] = np.where(late, 180.0, 100.0)
+    block = dataclasses.replace(block, values=values)
+    figures = gathered(scene, a_choice(), [block]).report(scene.name).figures
+    return figures, int(late.sum())
+
+
+def with_energy(block: Block, kind: str, share: float) -> Block:
+    """The same outputs and records, but `share` of the scale of energy made (+) or lost (-) by nobody."""
+    values, records = dict(block.values), {name: rows.copy() for name, rows in block.records.items()}
+    grows = np.linspace(0.0, 1.0, len(block))
+    if kind == "bearing":
+        values["kinetic_energy"] = values["kinetic_energy"] + share * grows * values["gross_work"][-1]
+    elif kind == "ellipsoid_on_plane":
+        stored = sum(values[name] for name in ("kinetic_energy", "potential_energy", "elastic_energy"))
+        values["potential_energy"] = values["potential_energy"] + share * grows * stored.max()
+    elif kind == "sphere_on_beam":
+        records["extremes"][:, 3] += share * values["kinetic_energy"][0]
+    else:
+        records["contact"][:, GAINED] += share * values["kinetic_energy"][0]
+    return dataclasses.replace(block, values=values, records=records)
+
+
+@pytest.mark.parametrize("share", [0.02, -0.02, 0.008, -0.008])
+@pytest.mark.parametrize("name", ONE_EACH)
+def test_a_hundredth_of_the_energy_made_or_lost_is_a_failure_in_every_kind(name, share):
+    scene, choice, whole = blocks_of(name)
+    report = gathered(scene, choice, [with_energy(whole, scene.kind, share)]).report(scene.name)
+    assert report.figures["energy_closure"] == pytest.approx(share, rel=0.05, abs=1e-4)
+    assert report.status == ("failed: energy" if abs(share) > 0.01 else "done")
+
+
+@pytest.mark.parametrize(("share", "word"), [(0.02, "grew"), (-0.02, "was lost"), (0.008, ""), (-0.008, "")])
+def test_python_the_command_line_and_studies_judge_energy_alike(share, word, monkeypatch, tmp_path, capsys):
+    """A beam whose solution has that closure."""
+    monkeypatch.setattr("bearing_twin.kinds.beam.motion._closure", lambda found, brought: share)
+    failed, name, log = abs(share) > 0.01, "sphere_on_beam_drop_50mm", tmp_path / "run.mcap"
+    run = simulate(name)
+    assert len(list(run)) == run.outputs
+    assert run.report.status == ("failed: energy" if failed else "done")
+    for words in (["simulate", name, "--out", log], ["report", log]):
+        result, err = asked(capsys, *words)  # without --strict all that ends is done
+        assert result["status"] == run.report.status
+        assert result["energy_closure"] == pytest.approx(share, rel=1e-12)
+        assert (f"energy {word} by 2 %" in err) == failed
+    assert main(["report", str(log), "--strict"]) == DOUBTFUL  # beyond yield in any case
+    study = {
+        "scene": name,
+        "inputs": {"sphere.radius": {"distribution": "uniform", "low": 0.0095, "high": 0.0105}},
+        "quantities": ["peak_force"],
+    }
+    found = realise(task_of(parse_study(study, "energy")), np.array([[0.01], [0.0101]]))
+    assert found.failures == ({0: "failed: energy", 1: "failed: energy"} if failed else {})
+    assert np.isnan(found.quantities).all() == failed
+
+
+@pytest.mark.parametrize("closure", [0.02, -0.02])
+def test_energy_alone_is_doubt_enough_for_strict(closure, monkeypatch, capsys):
+    solve = "bearing_twin.kinds.impact.spheres._closed"
+    from bearing_twin.kinds.impact.spheres import _closed
+
+    def wrong(*arguments):
+        contact, deepest, restitution, _, history = _closed(*arguments)
+        return contact, deepest, restitution, closure, history
+
+    gentle = ["simulate", "two_spheres", "--set", "motion.first_velocity=0.01"]
+    assert asked(capsys, *gentle, "--strict")[0]["flags"] == []
+    monkeypatch.setattr(solve, wrong)
+    result, err = asked(capsys, *gentle, "--strict", code=DOUBTFUL)
+    assert (result["status"], result["flags"]) == ("failed: energy", [])
+    assert err.count("doubtful") == 1
+
+
+@pytest.mark.parametrize("name", IMPACTS)
+def test_an_impact_is_solved_once_a_run(name, monkeypatch, tmp_path):
+    module, calls = f"bearing_twin.kinds.{IMPACTS[name]}", []
+    solve = __import__(module, fromlist=["solve"]).solve
+    monkeypatch.setattr(f"{module}.solve", lambda *arguments: calls.append(name) or solve(*arguments))
+    assert main(["simulate", name, "--out", str(tmp_path / "a.mcap"), "--plot", str(tmp_path / "a.png")]) == DONE
+    assert len(calls) == 1
+    run = simulate(name)
+    assert len(calls) == 1  # nothing is computed before it is asked for
+    assert run.simulation.warm_up() >= 0.0
+    assert len(list(run)) == len(list(run)) == run.outputs
+    assert len(calls) == 2
+    assert run.report.compute_seconds > 0.0
+
+
+def test_the_figures_of_a_bearing_take_memory_that_does_not_grow():
+    scene = made_up_scene(balls=2)
+    figures, block = BearingFigures(scene.parameters, a_choice()), made_up_block(scene, 50)
+    for number in range(2000):
+        figures.add(dataclasses.replace(block, first_sequence=50 * number, time_ns=block.time_ns + 50_000_000 * number))
+    assert len(figures.periods) <= 257
+    assert figures.samples == sum(period["count"] for period in figures.periods) == 100_000
