@@ -25,6 +25,7 @@ from bearing_twin.kinds.ellipsoid.chunk import (
     advance,
 )
 from bearing_twin.kinds.ellipsoid.derived import (
+    ELLIPSOID_LAWS,
     ellipsoid_mass,
     modulus_of,
     principal_inertia,
@@ -34,7 +35,7 @@ from bearing_twin.kinds.ellipsoid.derived import (
 )
 from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
 from bearing_twin.kinds.ellipsoid.outputs import outputs_of
-from bearing_twin.kinds.ellipsoid.parameters import ELLIPSOID_LAWS, EllipsoidOnPlaneScene
+from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
 from bearing_twin.numerics.steppers import DOP853, RK4
 from bearing_twin.report import Choice
