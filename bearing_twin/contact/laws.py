@@ -195,6 +195,9 @@ LAWS = {row.name: row for row in _ROWS}
 
 def line_law(name: str, radius, thickness, young_modulus, poisson_ratio) -> line.LineLaw:
     """The law of that name for two equal discs, `radius` and `thickness` = 2a in m; arrays broadcast."""
+    if name not in LAWS or LAWS[name].fits != "line":
+        legal = ", ".join(row.name for row in _ROWS if row.fits == "line")
+        raise ValueError(f"{name} is no law of line contact; legal: {legal}")
     half = 0.5 * thickness
     compliance = (1.0 - poisson_ratio**2) / (math.pi * young_modulus)
     return line.LineLaw(LAWS[name].coefficient(radius, half), compliance, half)
