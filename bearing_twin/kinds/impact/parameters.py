@@ -40,9 +40,7 @@ class Meeting:
 class SphereContact(SteadyDamping, PointElastic):
     """The law of the contact of two spheres."""
 
-    normal: str = choice(
-        "auto", point_laws(*SPHERES_GIVE), "elastic law; auto = hertz, or measured where alpha is given"
-    )
+    normal: str = choice("auto", point_laws(*SPHERES_GIVE), "elastic law; auto = hertz, or measured by alpha")
     measured_alpha: float = quantity(
         0.0, "s (m/s)^0.2", "contact time * speed^0.2, for the law measured; 0 = not known", at_least=0.0
     )
