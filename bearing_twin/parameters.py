@@ -6,6 +6,7 @@ same declarations give the defaults, the checks, the list of keys and the descri
 
 import dataclasses
 import difflib
+import functools
 import math
 import re
 from collections.abc import Iterable, Mapping
@@ -63,8 +64,13 @@ def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_m
 
 
 def choice(default, options, help, refused=None):
-    """One word out of `options`; `refused` maps words one may well ask for to why they are not among them."""
-    metadata = {"options": tuple(options), "help": help, "refused": refused or {}}
+    """One word out of `options`, words or a function of nothing that gives them, called when they are first wanted.
+
+    `refused` maps words one may well ask for to why they are not among them. A scene that keeps the default asks for
+    no options, so that a table which is slow to import can be their source.
+    """
+    late = functools.cache(lambda: tuple(options() if callable(options) else options))
+    metadata = {"options": late, "help": help, "refused": refused or {}}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -214,10 +220,10 @@ def _read_field(item, given, path, problems, default):
     if "section" in metadata:
         return _read_named(metadata, given, path, problems, default)
     if "options" in metadata:
-        if isinstance(given, str) and given in metadata["options"]:
+        if isinstance(given, str) and (given == item.default or given in metadata["options"]()):
             return given
         reason = metadata["refused"].get(given) if isinstance(given, str) else None
-        reason = reason or f"is not known; {unknown(given, metadata['options'])}"
+        reason = reason or f"is not known; {unknown(given, metadata['options']())}"
         problems.append(f"{path} = {echo(given)} {reason}")
         return default
     if isinstance(item.default, tuple):
@@ -271,7 +277,7 @@ def _describe(cls, instance, path):
                 yield Parameter(key, kind, metadata["default_name"], "", help, ", ".join(names), NO_LIMITS, names)
             yield from _describe(metadata["section"], value, key)
         elif "options" in metadata:
-            options = metadata["options"]
+            options = metadata["options"]()
             yield Parameter(key, "text", value, "", metadata["help"], ", ".join(options), NO_LIMITS, options)
         else:
             limits, unit = metadata["limits"], metadata["unit"]

@@ -120,7 +120,7 @@ def test_a_ring_offset_loads_the_balls_as_statics_says(offset):
     """Slow turning, no gravity: each ball is two springs in series over the local interference."""
     overrides = (NO_GRAVITY, "drive.speed=1.0", f"drive.offset=[{offset}, 0.0, 0.0]", "geometry.balls=7")
     moving, out = run(*overrides, count=4, period=5e-3)
-    inner, outer = moving.bearing.inner.constant, moving.bearing.outer.constant
+    inner, outer = moving.bearing.inner.law.given, moving.bearing.outer.law.given
     for ball, angle in enumerate(out.orbit_angle[-1]):
         squeeze = 3e-6 + offset * math.cos(angle)  # minus a quarter of the clearance at either race, plus the offset
         expected = 0.0

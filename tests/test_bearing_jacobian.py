@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from bearings import motion
+from bearings import asking, motion
 
-from bearing_twin.contact.normal import LAWS
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -18,6 +19,7 @@ from bearing_twin.kinds.bearing.layout import (
     into_lane,
     put,
 )
+from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
 
@@ -44,25 +46,48 @@ def rates(bearing, lanes, column, nudge):
     return moved[LANE_RATES * LANES : (LANE_RATES + COLUMNS) * LANES].reshape(COLUMNS, LANES).copy()
 
 
-@pytest.mark.parametrize(("law", "friction"), [*((law, "point") for law in LAWS), ("hertz", "spot")])
+CASES = [
+    *((law, "point") for law in law_names("point", GIVES)),
+    *(("hertz", row) for row in FRICTIONS if row != "point"),
+]
+
+
+@pytest.mark.parametrize(("law", "friction"), CASES)
 @pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_loose"])
 def test_every_entry_is_the_derivative(scene, law, friction):
     """Against central differences; the loose scene has balls out of contact. With spots the entries are differences."""
-    moving = motion(*TILTED, f"contact.friction={friction}", scene=scene, law=law)
-    lanes = lanes_of(moving, 4)
-    lane_rates(moving.bearing, lanes)
-    lane_jacobian(moving.bearing.spot, moving.bearing, lanes)
+    moving = motion(*TILTED, f"contact.friction={friction}", *asking(law), scene=scene, law=law)
+    check_entries(moving.bearing, lanes_of(moving, 4), 3e-6 if friction == "point" else 3e-5)
+
+
+@pytest.mark.parametrize("power", [1.2, 2.0])
+def test_a_law_of_any_power_has_its_derivative(power):
+    """No shipped row has one: the load over the approach is handed to the lanes at each evaluation."""
+    moving = motion(*TILTED, *asking("linear"), scene="bearing_6203_loose", law="linear")
+    lanes, raceways = lanes_of(moving, 4), []
+    for raceway in (moving.bearing.inner, moving.bearing.outer):
+        law = raceway.law
+        raceways.append(
+            raceway._replace(law=law._replace(power=power, follows=True, given=law.given * 1e-6 ** (1 - power)))
+        )
+    check_entries(moving.bearing._replace(inner=raceways[0], outer=raceways[1]), lanes, 3e-6)
+
+
+def check_entries(bearing, lanes, close):
+    """The Jacobian of the lanes against central differences of the rates."""
+    lane_rates(bearing, lanes)
+    lane_jacobian(bearing.spot, bearing, lanes)
     found = lanes[JACOBIAN * LANES :].reshape(COLUMNS, MOTION, LANES)
     for column in range(MOTION):
 
         def slope(step, column=column):
             nudge = step * UNITS[column]
-            ahead, behind = (rates(moving.bearing, lanes, column, sign * nudge) for sign in (1.0, -1.0))
+            ahead, behind = (rates(bearing, lanes, column, sign * nudge) for sign in (1.0, -1.0))
             return (ahead - behind) / (2.0 * nudge)
 
         # The size of a row's answers to whatever column, each in its unit: what an entry can matter against.
         size = np.abs(found * UNITS[None, :, None]).max(axis=1) / UNITS[column]
-        assert np.all(np.abs(slope(1e-4) - found[:, column]) <= (3e-6 if friction == "point" else 3e-5) * size)
+        assert np.all(np.abs(slope(1e-4) - found[:, column]) <= close * size)
 
 
 def test_the_block_solver_agrees_with_a_dense_one():

@@ -11,7 +11,7 @@ from bearing_twin.charts.friction import CONTESTANTS, draw, measure, reading, wo
 from bearing_twin.contact.friction import over_spot, points, spot_friction_pade1, spot_friction_pade2
 from bearing_twin.reference.spot import spot_friction_exact
 
-FINE, COARSE, FIRST, SECOND = CONTESTANTS
+COARSE, FINE, FIRST, SECOND = CONTESTANTS
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ def test_order_of_accuracy_and_cost(points):
     near = {law: worst(points, law, 0.08, 0.18) for law in CONTESTANTS}
     assert near["hertz_exact"] == 0.0
     assert near["hertz"] < 1e-10 < near["volumetric"] < 0.005 < near["constant"]
-    assert near["differential"] < near["unprojected"]
+    assert near["hertz_differential"] < near["hertz_unprojected"]
     cost = {point.law: point.nanoseconds for point in points}
     assert cost["constant"] < cost["hertz"] < cost["volumetric"] < cost["hertz_exact"]
 
@@ -25,7 +25,7 @@ def test_order_of_accuracy_and_cost(points):
 def test_failures_stay_in_table_picture_and_reading(points, tmp_path):
     failed = {(point.law, point.axis_ratio) for point in points if point.failed}
     assert ("volumetric", 0.002) in failed
-    assert ("differential", 1.0) in failed  # the circle is crossed: no state to carry
+    assert ("hertz_differential", 1.0) in failed  # the circle is crossed: no state to carry
     assert not any(law in ("hertz", "hertz_exact") for law, _ in failed)
     write_table(points, tmp_path / "laws.csv")
     rows = list(csv.DictReader((tmp_path / "laws.csv").open(encoding="utf-8")))

@@ -6,13 +6,13 @@ import math
 import pytest
 
 from bearing_twin.command.contact_command import add_arguments, run
+from bearing_twin.contact.calculator import COMPARED
 from bearing_twin.errors import BearingTwinError, SceneError
 
 KEYS = {
     "approach_m", "normal_load_n", "semi_major_m", "semi_minor_m", "axis_ratio", "peak_pressure_pa",
     "stiffness_n_per_m", "laws", "flags",
 }  # fmt: skip
-LAWS = {"hertz", "hertz_exact", "volumetric", "constant", "hertz_differential"}
 
 
 def asked(line):
@@ -24,7 +24,7 @@ def asked(line):
 def test_the_keys_are_those_promised():
     result = asked("--radii-1 0.01 --young 2.1e11 --poisson 0.3 --approach 1e-6").result
     assert set(result) >= KEYS
-    assert set(result["laws"]) == LAWS
+    assert set(result["laws"]) == set(COMPARED)
     assert all(set(law) == {"normal_load_n", "error"} for law in result["laws"].values())
     assert result["normal_load_n"] == pytest.approx(15.384615384615384, rel=1e-12)
 
@@ -125,6 +125,18 @@ def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
     for ratio in ("0", "1.5", "nan"):
         with pytest.raises(SceneError, match="frozen_at"):
             asked(f"{line} --frozen-at {ratio}")
+
+
+def test_a_linear_spring_has_the_slope_of_hertz_or_the_stiffness_given():
+    """Its tangent lies above the curve h^1.5 by half; a secant meets it."""
+    line = "--bearing 6203 --load 50"
+    result = asked(line).result
+    assert result["laws"]["linear"]["error"] == pytest.approx(0.5, rel=1e-9)
+    secant = result["normal_load_n"] / result["approach_m"]
+    assert asked(f"{line} --stiffness {secant!r}").result["laws"]["linear"]["error"] == pytest.approx(0.0, abs=1e-12)
+    for stiffness in ("0", "-1", "inf"):
+        with pytest.raises(SceneError, match="stiffness"):
+            asked(f"{line} --stiffness={stiffness}")
 
 
 def test_the_differential_law_arrives_at_hertz():

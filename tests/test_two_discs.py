@@ -9,7 +9,8 @@ from scipy.integrate import quad
 from scipy.special import lambertw
 
 from bearing_twin.contact import line
-from bearing_twin.contact.line import line_law
+from bearing_twin.contact.laws import line_law
+from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
 from bearing_twin.kinds.impact.discs import solve
@@ -51,7 +52,7 @@ def test_peaks_of_equation_14():
     assert found.greatest_approach == pytest.approx(2.0993635e-2, rel=1e-7)
 
 
-@pytest.mark.parametrize("law", line.LINE_LAWS)
+@pytest.mark.parametrize("law", law_names("line", ()))
 def test_quadrature_has_twelve_digits(law):
     """Against a finer rule, and against an adaptive one on the same integral in its plain form."""
     made = line_law(law, 1.0, 2.0, 5e9, 0.3)
@@ -66,7 +67,7 @@ def test_quadrature_has_twelve_digits(law):
     assert coarse == pytest.approx(adaptive, rel=1e-10)
 
 
-@pytest.mark.parametrize("law", line.LINE_LAWS)
+@pytest.mark.parametrize("law", law_names("line", ()))
 def test_the_differential_equation_gives_the_quadrature(law):
     exact = solved(law=law)
     found = solved("wanted.tolerance=1e-12", law=law, stepper="dop853")

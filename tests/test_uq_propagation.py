@@ -7,7 +7,7 @@ import pytest
 from scipy import integrate, optimize, stats
 from scipy.special import gammaln
 
-from bearing_twin.contact.line import line_law
+from bearing_twin.contact.laws import line_law
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
 from bearing_twin.uq.change_of_variable import derive

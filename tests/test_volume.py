@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
+from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.normal import volumetric_coefficient
 from bearing_twin.errors import SceneError
 from bearing_twin.shapes.overlap import ENERGY_FACTOR, overlap, overlap_load
 
@@ -45,7 +45,7 @@ def test_an_ellipse_gives_equation_9(ratio, angle, off, approach):
     assert lobe.volume == pytest.approx(math.pi * approach**2 / (2.0 * mean), rel=1e-6)
     assert lobe.area == pytest.approx(math.pi * approach / mean, rel=1e-6)
     assert lobe.perimeter == pytest.approx(4.0 * half * ellipe(1.0 - small / large), rel=1e-6)
-    coefficient = volumetric_coefficient(small, large, MODULUS)
+    coefficient = coefficient_of("volumetric", small, large, MODULUS)
     assert found.normal_load == pytest.approx(coefficient * approach**1.5, rel=1e-6)
     assert found.energy == pytest.approx(0.4 * coefficient * approach**2.5, rel=1e-6)
 
@@ -65,7 +65,7 @@ def test_a_ball_riding_over_the_shoulder():
     """The raceway ends at x = edge. Full load while that is beyond the ellipse; then the law first gains up to 5 %,
     because the area falls faster than the volume, which no theory says; then it loses load, without a jump."""
     half = math.sqrt(APPROACH / 5.7)
-    full = volumetric_coefficient(5.7, 194.0, MODULUS) * APPROACH**1.5
+    full = coefficient_of("volumetric", 5.7, 194.0, MODULUS) * APPROACH**1.5
     edges = np.linspace(1.2, -0.9, 15)
     loads = [
         overlap_load(
@@ -137,7 +137,7 @@ def test_two_lobes_carry_as_two_contacts_and_their_meeting_is_refused():
 
     found = overlap_load(gap, square(7.0 * half), APPROACH, MODULUS)
     assert len(found.lobes) == 2
-    one = volumetric_coefficient(50.0, 80.0, MODULUS) * APPROACH**1.5
+    one = coefficient_of("volumetric", 50.0, 80.0, MODULUS) * APPROACH**1.5
     assert found.normal_load == pytest.approx(2.0 * one, rel=1e-6)
     with pytest.raises(SceneError, match="lobes"):
         overlap_load(gap, square(9.0 * half), 16.0 * APPROACH, MODULUS)

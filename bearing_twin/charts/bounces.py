@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.contact.damping import steady_damping, steady_ratio
-from bearing_twin.contact.normal import LAWS, load_coefficient
+from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
 from bearing_twin.reference import bounce
@@ -67,7 +67,7 @@ def _bodies(law):
     """Load coefficient [N/m^1.5] and mass [kg] of the ball."""
     parameters = load_scene(SCENE).parameters
     curvature = 0.5 / parameters.body.semi_axes[0]
-    coefficient = load_coefficient(LAWS[law], curvature, curvature, modulus_of(parameters), 0.0)
+    coefficient = coefficient_of(law, curvature, curvature, modulus_of(parameters))
     return float(coefficient), ellipsoid_mass(parameters.body)
 
 

@@ -6,12 +6,12 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.contact.calculator import Gap, laws_at
+from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.ellipse import curvature_ratio
-from bearing_twin.contact.normal import LAWS
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.stress import axis_stresses
 from bearing_twin.errors import SceneError
-from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, STYLE, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, STYLE, ball_line, frame, heading
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
 LEAST_SHOWN = 1e-12  # of the laws' errors
@@ -95,16 +95,16 @@ def _draw_stress(axis, result, poisson_ratio):
 def _draw_laws(axis, result):
     frame(axis)
     ratios = np.geomspace(1e-3, 1.0, 241)
-    errors = {name: [] for name in LAWS}
+    # What the user measured has no error; hertz_exact is what the others are measured against.
+    errors = {name: [] for name in COMPARED if not LAWS[name].measured and name != "hertz_exact"}
     frozen = result["constant_frozen_at_axis_ratio"]
     for ratio in ratios:
         gap = Gap(1.0, float(curvature_ratio(ratio)), 1.0)
         found = laws_at(gap, 1.0, 1e-6, frozen)
         for name in errors:
             errors[name].append(max(abs(found[name].error), LEAST_SHOWN))
-    for (name, error), colour in zip(errors.items(), (0, 2, 5, 3), strict=False):
-        if name != "hertz_exact":  # it is what the others are measured against
-            axis.loglog(ratios, error, color=BALL_COLOURS[colour], linewidth=2.0, label=name)
+    for number, (name, error) in enumerate(errors.items()):
+        axis.loglog(ratios, error, **ball_line(number), linewidth=2.0, label=name)
     axis.axvline(result["axis_ratio"], color=STYLE["ink"], linewidth=1.2, linestyle=":")
     axis.annotate(
         "this contact", (result["axis_ratio"], 0.03), xycoords=("data", "axes fraction"), rotation=90, ha="right",

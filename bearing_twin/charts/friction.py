@@ -16,13 +16,8 @@ from matplotlib.figure import Figure
 
 from bearing_twin.charts.laws import seconds_each
 from bearing_twin.compiled import kernel
-from bearing_twin.contact.friction import (
-    spot_friction,
-    spot_friction_fast,
-    spot_friction_pade1,
-    spot_friction_pade2,
-)
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, stamp
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
 from bearing_twin.reference.spot import spot_friction_exact
 
 FAILED = 0.1
@@ -46,12 +41,7 @@ def _loop(form):
     return evaluate
 
 
-CONTESTANTS = {
-    "fine (24 x 96 points)": spot_friction,
-    "coarse (6 x 16, in bearings)": spot_friction_fast,
-    "Padé, first degree": spot_friction_pade1,
-    "Padé, second degree": spot_friction_pade2,
-}
+CONTESTANTS = {row.name: row.rubbing for row in FRICTIONS.values() if row.over_spot}
 
 
 @dataclass(frozen=True)
@@ -136,9 +126,9 @@ def _panel(axis, points, error, shape):
         mine = [p for p in points if p.form == form and p.axis_ratio == shape]
         spins, errors = [p.spin_over_slip for p in mine], np.array([getattr(p, error) for p in mine])
         drawn = np.where(errors < FAILED, np.maximum(errors, LEAST), math.nan)
-        axis.plot(spins, drawn, "-", color=BALL_COLOURS[number], linewidth=2.0, label=form)
+        axis.plot(spins, drawn, **ball_line(number), linewidth=2.0, label=form)
         crosses = [spin for spin, one in zip(spins, errors, strict=True) if not one < FAILED]
-        axis.plot(crosses, [0.3 * 2.2**number] * len(crosses), "x", color=BALL_COLOURS[number], markersize=6)
+        axis.plot(crosses, [0.3 * 2.2**number] * len(crosses), "x", color=ball_line(number)["color"], markersize=6)
     axis.axhline(FAILED, color=STYLE["soft"], linewidth=1.0)
     axis.set(xscale="log", yscale="log", ylim=(0.5 * LEAST, 10.0))
     frame(axis)
@@ -162,7 +152,7 @@ def draw(points: list[Point], path: Path) -> None:
         for number, form in enumerate(CONTESTANTS):
             cost = next(p.nanoseconds for p in points if p.form == form)
             most = max(worst(points, form, shape)[row] for shape in shapes)
-            last.plot(cost, most, "x" if most > FAILED else "o", color=BALL_COLOURS[number], markersize=10)
+            last.plot(cost, most, "x" if most > FAILED else "o", color=ball_line(number)["color"], markersize=10)
         last.axhline(FAILED, color=STYLE["soft"], linewidth=1.0)
         last.set(xscale="log")
         last.margins(x=0.25)

@@ -1,7 +1,7 @@
 """The elastic laws against each other: error of the load over the ellipse's shape, and nanoseconds an evaluation.
 
 Error is against exact Hertz; one line a law, a cross along the upper edge where a law fails (more than 10 % off, or no
-number). `differential` and `unprojected` carry their states over one swing of the shape, 16 Runge-Kutta steps long.
+number). Laws with states carry them over swings of the shape, each 16 Runge-Kutta steps long.
 """
 
 import csv
@@ -15,19 +15,20 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.compiled import kernel
+from bearing_twin.contact.calculator import COMPARED as CONTESTANTS
 from bearing_twin.contact.differential import Shape, differential_coefficient, follow
+from bearing_twin.contact.elasticity import NO_SHAPE, coefficient_at, coefficient_of, elasticity
 from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
-from bearing_twin.contact.normal import LAWS, load_coefficient
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, stamp
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
 
 LEAST = 1e-12  # smaller errors are drawn here
 FAILED = 0.1  # an error beyond this is a cross
-FROZEN_AT = 0.1  # b/a at which the law `constant` is exact: a ball in a raceway
+FROZEN_AT = 0.1  # b/a at which laws that do not follow the curvatures are exact: a ball in a raceway
 RAILS = np.geomspace(1e-3, 1.0, 49)  # b/a
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
 SWING, STEPS = 40, 16  # turns and steps a turn of the differential forms
 EVALUATIONS, REPEATS = 20_000, 5
-CONTESTANTS = (*LAWS, "differential", "unprojected")
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,10 @@ class Point:
 
 
 @kernel
-def _evaluate(law, large, constant):
+def _evaluate(law, large):
     total = 0.0
     for k in range(len(large)):
-        total += load_coefficient(law, 1.0, large[k], 1.0, constant)
+        total += coefficient_at(law, 1.0, large[k], NO_SHAPE)
     return total
 
 
@@ -90,19 +91,20 @@ def measure(ratios=RAILS) -> list[Point]:
     large = np.array([curvature_ratio(ratio) for ratio in np.geomspace(*BEARING, EVALUATIONS)])
     points = []
     for name in CONTESTANTS:
-        if name in LAWS:
-            cost = seconds_each(lambda law=LAWS[name]: _evaluate(law, large, 1.0), EVALUATIONS)
+        state = LAWS[name].state
+        if state is None:
+            law = elasticity(name, 1.0, 1.0)
+            cost = seconds_each(lambda law=law: _evaluate(law, large), EVALUATIONS)
             errors = []
             for ratio in ratios:
                 q = curvature_ratio(ratio)
-                # bodies of equal sqrt(PQ): what a constant law does not see is the shape
-                found = load_coefficient(LAWS[name], 1.0, q, 1.0, frozen / q**0.25)
+                # bodies of equal sqrt(PQ), an approach of 1 m: what such a law does not see is the shape
+                found = coefficient_of(name, 1.0, q, 1.0, frozen / q**0.25)
                 errors.append(found / hertz_coefficient(1.0, q, 1.0) - 1.0)
         else:
-            project = name == "differential"
             history = _history(0.1, 200)
-            cost = seconds_each(lambda history=history, project=project: follow(*history, project), 200 * STEPS)
-            errors = [_differential_error(ratio, project) if ratio < 1.0 else math.nan for ratio in ratios]
+            cost = seconds_each(lambda history=history, state=state: follow(*history, state.projects), 200 * STEPS)
+            errors = [_differential_error(ratio, state.projects) if ratio < 1.0 else math.nan for ratio in ratios]
         points += [Point(name, float(r), float(e), 1e9 * cost) for r, e in zip(ratios, errors, strict=True)]
     return points
 
@@ -145,15 +147,17 @@ def draw(points: list[Point], path: Path) -> None:
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0), sharey=True)
     for number, law in enumerate(dict.fromkeys(p.law for p in points)):
-        colour = BALL_COLOURS[number]
+        look = ball_line(number)
         mine = [p for p in points if p.law == law]
         shape = [p.axis_ratio for p in mine]
         error = [math.nan if p.failed else max(abs(p.error), LEAST) for p in mine]
-        left.plot(shape, error, "-", color=colour, linewidth=2.0, label=law)
+        left.plot(shape, error, **look, linewidth=2.0, label=law)
         crosses = [p.axis_ratio for p in mine if p.failed]
-        left.plot(crosses, [2.0 * 1.8**number] * len(crosses), "x", color=colour, markersize=6)
+        left.plot(crosses, [2.0 * 1.8**number] * len(crosses), "x", color=look["color"], markersize=6)
         near = max(worst(points, law, *BEARING), LEAST)
-        right.plot(mine[0].nanoseconds, min(near, 1.0), "x" if near > FAILED else "o", color=colour, markersize=10)
+        right.plot(
+            mine[0].nanoseconds, min(near, 1.0), "x" if near > FAILED else "o", color=look["color"], markersize=10
+        )
         right.annotate(law, (mine[0].nanoseconds, min(near, 1.0)), xytext=(9, -4), textcoords="offset points")
     left.axvspan(*BEARING, color=STYLE["ring"], alpha=0.7, zorder=0.5)
     left.axhline(1.0, color=STYLE["soft"], linewidth=1.0)
@@ -161,7 +165,7 @@ def draw(points: list[Point], path: Path) -> None:
     left.set_ylabel("|error| of the load against exact Hertz (above 1: crosses, failed)")
     right.set(xscale="log", xlabel="nanoseconds an evaluation, one core")
     right.margins(x=0.35)
-    heading(left, f"Over the shape (shaded: ball in a raceway; constant: frozen at {FROZEN_AT:g})")
+    heading(left, f"Over the shape (shaded: ball in a raceway; constant, linear: frozen at {FROZEN_AT:g})")
     heading(right, "On a ball in a raceway, against cost")
     for axis in (left, right):
         frame(axis)

@@ -47,6 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RATIO",
         help="b/a at which the law constant is exact (1)",
     )
+    parser.add_argument(
+        "--stiffness", type=float, metavar="K", help="of the law linear [N/m] (default: the slope of exact Hertz here)"
+    )
     parser.add_argument("--plot", metavar="PNG", help="draw ellipse, pressure, stress below and the laws' errors")
 
 
@@ -74,7 +77,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     else:
         contact = calculator.solve(gap, modulus, "normal_load" if name == "load" else name, value)
     strength = _yield_strength(arguments, (first, second))
-    result = calculator.answer(gap, first, second, contact, strength, arguments.frozen_at)
+    result = calculator.answer(gap, first, second, contact, strength, arguments.frozen_at, arguments.stiffness)
     result["flags"] += flags
     result |= more
     if picture:
@@ -197,7 +200,8 @@ def _show(result):
         show_rows(("formula", "damping [s/m]", "restitution at this speed"), rows)
     show_text(
         f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "
-        "(--frozen-at); hertz_differential: its states carried here from a circle"
+        "(--frozen-at); linear: the slope of exact Hertz here, or --stiffness; laws with states: carried "
+        "here from a circle"
     )
 
 

@@ -9,15 +9,19 @@ from typing import NamedTuple
 
 from bearing_twin.contact import validity
 from bearing_twin.contact.differential import coefficient_from_circle
+from bearing_twin.contact.elastic import HERTZIAN, approach_of_load, elastic, greatest_approach
+from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, curvature_ratio, ellipse, hertz_coefficient
+from bearing_twin.contact.hertz_impact import CONTACT_CONSTANT
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import YIELD_ONSET, Material, effective_modulus
-from bearing_twin.contact.normal import LAWS, elastic_load, load_coefficient
+from bearing_twin.contact.names import law_names
 from bearing_twin.contact.stress import greatest_shear
 from bearing_twin.errors import SceneError
 from bearing_twin.shapes.surfaces import ball_in_groove
 
-DURATION_FACTOR = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
-"""Contact duration of an elastic impact over greatest approach/speed (2.9432751843)."""
+COMPARED = law_names("point", ("curvatures", "frozen", "stiffness", "state"))
+"""The laws that are put side by side."""
 
 
 class Gap(NamedTuple):
@@ -67,7 +71,7 @@ def gap_of_curvatures(small: float, large: float) -> Gap:
     if ratio < AXIS_RATIO_MIN:
         raise SceneError(
             f"the ellipse would have b/a = {ratio:.2g}, below {AXIS_RATIO_MIN:g}: this is a line contact; "
-            "the laws of a line contact are those of scenes of kind two_discs"
+            "use a theory of line contact with the length of the bodies"
         )
     return Gap(small, large, 0.5 / large)
 
@@ -110,7 +114,7 @@ def gap_in_groove(ball_diameter: float, pitch_diameter: float, conformity: float
 def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> Contact:
     """The contact under `normal_load` [N] > 0 by exact Hertz; `modulus` [Pa] is E*."""
     coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
-    approach = (normal_load / coefficient) ** (2.0 / 3.0)
+    approach = approach_of_load(coefficient, HERTZIAN, normal_load)
     spot = ellipse(gap.curvature_small, gap.curvature_large, modulus, normal_load)
     return Contact(
         approach,
@@ -119,7 +123,7 @@ def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> Contact:
         spot.semi_minor,
         axis_ratio(gap.curvature_small, gap.curvature_large),
         spot.peak_pressure,
-        1.5 * normal_load / approach,
+        elastic(coefficient, HERTZIAN, approach).stiffness,
     )
 
 
@@ -151,26 +155,42 @@ def impact(gap: Gap, modulus: float, speed: float, mass: float) -> tuple[Contact
         if not (math.isfinite(value) and value > 0.0):
             raise SceneError(f"{name} = {value:g} must be a finite number above zero")
     coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
-    contact = solve(gap, modulus, "approach", (1.25 * mass * speed * speed / coefficient) ** 0.4)
-    return contact, DURATION_FACTOR * contact.approach / speed
+    deepest = greatest_approach(coefficient, HERTZIAN, mass, speed)
+    contact = solve(gap, modulus, "approach", deepest)
+    return contact, CONTACT_CONSTANT * contact.approach / speed
 
 
-def laws_at(gap: Gap, modulus: float, approach: float, frozen_at: float = 1.0) -> dict[str, LawResult]:
-    """Every law of `LAWS` at this approach [m], and `hertz_differential` carried here from a circle.
+def laws_at(
+    gap: Gap, modulus: float, approach: float, frozen_at: float = 1.0, stiffness: float | None = None
+) -> dict[str, LawResult]:
+    """Every law of `COMPARED` at this approach [m]; those that carry states, carried here from a circle.
 
     `constant` does not follow the curvatures: its coefficient is that of the gap of equal sqrt(PQ) whose ellipse has
-    the b/a `frozen_at`. Raises SceneError for one outside [1e-6, 1].
+    the b/a `frozen_at`. `linear` has the `stiffness` [N/m] given, else the slope of exact Hertz here. Raises SceneError
+    for one outside [1e-6, 1], or a stiffness not above zero.
     """
     if not AXIS_RATIO_MIN <= frozen_at <= 1.0:
         raise SceneError(f"frozen_at = {frozen_at:g} must be a semi-axis ratio b/a from {AXIS_RATIO_MIN:g} to 1")
+    if stiffness is not None and not (math.isfinite(stiffness) and stiffness > 0.0):
+        raise SceneError(f"stiffness = {stiffness:g} must be a finite number of N/m above zero")
     small, large = gap.curvature_small, gap.curvature_large
     mean, stretch = math.sqrt(small * large), math.sqrt(curvature_ratio(frozen_at))
-    frozen = hertz_coefficient(mean / stretch, mean * stretch, modulus)
-    coefficients = {name: load_coefficient(law, small, large, modulus, frozen) for name, law in LAWS.items()}
-    coefficients["hertz_differential"] = coefficient_from_circle(small, large, modulus)
-    exact = elastic_load(hertz_coefficient(small, large, modulus), approach)
-    loads = {name: elastic_load(coefficient, approach) for name, coefficient in coefficients.items()}
-    return {name: LawResult(load, load / exact - 1.0) for name, load in loads.items()}
+    exact = elastic(hertz_coefficient(small, large, modulus), HERTZIAN, approach)
+    numbers = {
+        "frozen": hertz_coefficient(mean / stretch, mean * stretch, modulus),
+        "stiffness": exact.stiffness if stiffness is None else stiffness,
+    }
+    found = {}
+    for name in COMPARED:
+        row = LAWS[name]
+        given = next((numbers[need] for need in row.needs if need in numbers), 0.0)
+        if row.state is None:
+            coefficient = coefficient_of(name, small, large, modulus, given)
+        else:
+            coefficient = coefficient_from_circle(small, large, modulus, project=row.state.projects)
+        load = elastic(coefficient, row.power, approach).load
+        found[name] = LawResult(load, load / exact.load - 1.0)
+    return found
 
 
 def answer(
@@ -180,20 +200,21 @@ def answer(
     contact: Contact,
     yield_strength: float | None,
     frozen_at: float = 1.0,
+    stiffness: float | None = None,
 ) -> dict:
     """The contact with laws side by side, shear and doubts, by SI-suffixed keys; `yield_strength` [Pa] may be None.
 
-    `frozen_at` as in `laws_at`.
+    `frozen_at` and `stiffness` as in `laws_at`.
     """
     modulus = effective_modulus(first, second)
-    laws = laws_at(gap, modulus, contact.approach, frozen_at)
+    laws = laws_at(gap, modulus, contact.approach, frozen_at, stiffness)
     spot = contact.semi_major, contact.semi_minor, contact.peak_pressure
     shears = [greatest_shear(*spot, body.poisson_ratio) for body in (first, second)]
     shear = max(shears, key=lambda one: one.stress)
     flags = validity.gathered(
         validity.pressure_doubt(contact.peak_pressure, yield_strength and YIELD_ONSET * yield_strength),
         validity.width_doubt(contact.semi_major, gap.least_radius),
-        *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if name != "constant"),
+        *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if LAWS[name].follows),
     )
     return {
         "approach_m": contact.approach,

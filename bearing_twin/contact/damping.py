@@ -14,6 +14,7 @@ from typing import NamedTuple
 from scipy.optimize import brentq
 
 from bearing_twin.compiled import inlined
+from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.errors import SceneError
 
 SERIES_BELOW = 0.05  # chi v: the logarithms cancel to its square, so their series is summed instead
@@ -40,14 +41,16 @@ def damped_load(elastic, stiffness, approach_rate, damping, relaxation_time):
 
 
 @inlined
-def steady_damped_load(elastic, approach, approach_rate, damping):
-    """Normal load [N] with d(h) = damping * h^(1/4), `damping` [N s/m^(5/4)]: restitution independent of speed.
+def steady_damped_load(elastic, approach, approach_rate, damping, power=HERTZIAN):
+    """Normal load [N] with d(h) = damping * h^((p - 1)/2) on an elastic load c h^p: restitution independent of speed.
 
-    Never pulls: the contact ends when elastic and viscous parts cancel, some elastic energy is lost then.
+    `damping` is in N s/m^(5/4) for Hertz's `power` p = 1.5, in N s/m for a linear spring. Never pulls: the contact ends
+    when elastic and viscous parts cancel, some elastic energy is lost then.
     """
     if approach <= 0.0:
         return 0.0
-    load = elastic + damping * math.sqrt(math.sqrt(approach)) * approach_rate
+    root = math.sqrt(math.sqrt(approach)) if power == HERTZIAN else approach ** (0.5 * (power - 1.0))
+    load = elastic + damping * root * approach_rate
     return load if load > 0.0 else 0.0
 
 
@@ -123,15 +126,15 @@ def steady_ratio(restitution: float) -> float:
     return brentq(lambda z: math.log(steady_restitution(z) / restitution), 0.0, high, xtol=1e-300, rtol=1e-14)
 
 
-def steady_damping(restitution: float, coefficient: float, mass: float) -> float:
-    """`damping` [N s/m^(5/4)] of `steady_damped_load` for a restitution in (0, 1], whatever the speed.
+def steady_damping(restitution: float, coefficient: float, mass: float, power: float = HERTZIAN) -> float:
+    """`damping` of `steady_damped_load` for a restitution in (0, 1], whatever the speed.
 
-    `coefficient` [N/m^1.5] is that of the elastic law, `mass` [kg] is m1 m2/(m1 + m2): damping = sqrt(5 m c) z.
+    `coefficient` [N/m^power] is that of the elastic law, `mass` [kg] m1 m2/(m1 + m2): damping = sqrt(2 (p + 1) m c) z.
     """
     for name, value in (("coefficient", coefficient), ("mass", mass)):
         if not (math.isfinite(value) and value > 0.0):
             raise SceneError(f"{name} = {value:g} must be a finite number above zero")
-    return steady_ratio(restitution) * math.sqrt(5.0 * mass * coefficient)
+    return steady_ratio(restitution) * math.sqrt(2.0 * (power + 1.0) * mass * coefficient)
 
 
 def shortcuts(restitution: float, speed: float) -> dict[str, Shortcut]:

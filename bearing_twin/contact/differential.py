@@ -5,21 +5,25 @@ instead of computed afresh. The integration is only neutrally stable: nothing pu
 time. `projected` removes them with one Newton step on (8) after each step; `follow` runs both forms.
 
 The states are lost where the circle is crossed (C = P/Q turns back at 1 with a kink) and at a new contact: start
-afresh there. A law with states of its own has no row in `normal.LAWS`, whose laws are functions of the curvatures: a
-motion that uses it carries `Shape` along, as `follow` does and `coefficient_from_circle` shows.
+afresh there. A row of `laws.LAWS` names them by a `Carrier`; a motion that offers the law carries `Shape` along.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d
 
 SERIES_BELOW = 0.05  # parameter: the differential equations of K and E are 0/0 at the circle
 SERIES_TERMS = 16
 GREATEST_PARAMETER = 1.0 - 1e-15
+
+
+ROUND = 1e-3  # shape excess below which d ln(c)/d(shape) is that of the circle, 1/6
+FRESH = 0.98  # C = P/Q above which the projected states are solved afresh: C turns back at 1 with a kink
 
 
 class Shape(NamedTuple):
@@ -108,6 +112,56 @@ def differential_coefficient(shape, curvature_small, effective_modulus):
 
 
 @kernel
+def log_slope(shape, curvature_small, shape_excess, effective_modulus, coefficient):
+    """d ln(c)/d(shape) at constant sqrt(PQ), shape = (P + Q)/(2 sqrt(PQ)) = 1 + `shape_excess`, from the states.
+
+    dU/dP = -F a^2/5 at constant h (work of the pressure on a change of the gap) and P a^2/h = D(m)/K(m).
+    """
+    if shape_excess < ROUND:
+        return 1.0 / 6.0
+    part = 1.5 * coefficient * shape.first_kind / (math.pi * effective_modulus)
+    return (2.0 * part * part * curvature_small - 1.0) / (2.0 * shape_excess)
+
+
+class Carrier(NamedTuple):
+    """What a law does with states it carries: `begin(P, Q)`, `rates(shape, d(P/Q)/dt)`, `finish(shape, P/Q)` a step.
+
+    `projects` says whether `finish` puts the states right.
+    """
+
+    begin: Callable
+    rates: Callable
+    finish: Callable
+    projects: bool
+
+
+@inlined
+def _put_right(shape, ratio):
+    return shape_of(ratio, 1.0) if ratio > FRESH else projected(shape, ratio)
+
+
+@inlined
+def _left(shape, ratio):
+    return shape
+
+
+@inlined
+def _no_shape(curvature_small, curvature_large):
+    return Shape(0.0, 0.0, 0.0)
+
+
+@inlined
+def _no_rates(shape, ratio_rate):
+    return Shape(0.0, 0.0, 0.0)
+
+
+PROJECTED = Carrier(shape_of, shape_rates, _put_right, True)
+UNPROJECTED = Carrier(shape_of, shape_rates, _left, False)
+NOTHING = Carrier(_no_shape, _no_rates, _left, False)
+"""Of laws that carry no states."""
+
+
+@kernel
 def _moved(shape, factor, rates):
     return Shape(
         shape.parameter + factor * rates.parameter,
@@ -142,12 +196,14 @@ def follow(ratios, ratio_rates, step, project):
     return states
 
 
-def coefficient_from_circle(curvature_small: float, curvature_large: float, effective_modulus: float, steps: int = 64):
+def coefficient_from_circle(
+    curvature_small: float, curvature_large: float, effective_modulus: float, steps: int = 64, project: bool = True
+):
     """c [N/m^1.5] of the load c h^1.5 with the states carried from a circle to P and Q [1/m], ln(P/Q) at a steady rate.
 
-    Each step is projected. Relative error below 1e-9 for b/a above 1e-4, 1e-6 at 1e-6.
+    With `project` each step is projected; relative error below 1e-9 for b/a above 1e-4, 1e-6 at 1e-6.
     """
     target = math.log(curvature_small / curvature_large)
     ratios = np.exp(target * np.linspace(0.0, 1.0, 2 * steps + 1))
-    states = follow(ratios, target * ratios, 1.0 / steps, True)
+    states = follow(ratios, target * ratios, 1.0 / steps, project)
     return float(differential_coefficient(Shape(*states[-1]), curvature_small, effective_modulus))

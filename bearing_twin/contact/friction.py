@@ -1,17 +1,21 @@
-"""Friction in the contact plane: at a point, and over an elliptic spot that slides and spins (Contensou, Erismann).
+"""Friction in the contact plane, at a point or over an elliptic spot that slides and spins: one table, one row a model.
 
 On a spot with Hertz's pressure each point slides with v + omega x r, so spin weakens the friction force and sliding
-weakens the drilling torque. The usual closed forms (`spot_friction_pade1`, `spot_friction_pade2`) have the right limits
-and miss a third of the force or most of the torque in between, so what scenes use is a quadrature; `bearing_twin chart
-friction` shows both against `reference.spot`.
+weakens the drilling torque (Contensou, Erismann). The usual closed forms have the right limits and miss a third of the
+force or most of the torque in between; `bearing_twin chart friction` shows all against `reference.spot`.
+
+To add a model, write its function and give it a row in `FRICTIONS`; `friction_of` is the one entry to all.
 """
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact.dispatch import chosen
 from bearing_twin.contact.ellipse import elliptic_b_d
 
 RINGS, SPOKES = 24, 96  # of the quadrature over the spot
@@ -19,6 +23,8 @@ COARSE_RINGS, COARSE_SPOKES = 6, 16
 FINE_ERROR, FAST_ERROR = 0.015, 0.12
 """Greatest errors of the two quadratures for b/a >= 0.03 without regularisation, where the motion's pole lies in the
 spot: of mu N for the force, of 3/8 a mu N for the torque."""
+PADE1_ERROR, PADE2_ERROR = 0.95, 0.8
+"""The same of the closed forms for b/a >= 0.1: the torque of the first is nearly lost, the force of the second."""
 
 
 def rings(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +53,7 @@ def points(count: int, spokes: int) -> np.ndarray:
 FINE_POINTS, COARSE_POINTS = points(RINGS, SPOKES), points(COARSE_RINGS, COARSE_SPOKES)
 
 
-class SpotFriction(NamedTuple):
+class Rubbing(NamedTuple):
     """Friction on the slipping body, along the ellipse's axes [N], and about the spot's normal [N m]."""
 
     force_major: float
@@ -64,6 +70,13 @@ def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisa
     """
     speed = math.sqrt(slip_x * slip_x + slip_y * slip_y + slip_z * slip_z + regularisation * regularisation)
     return coefficient * normal_load / speed
+
+
+@inlined
+def point_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
+    """Friction by the slip at the contact point alone; the spot's size and its spin do not matter."""
+    factor = friction_factor(normal_load, slip_major, slip_minor, 0.0, coefficient, regularisation)
+    return Rubbing(-factor * slip_major, -factor * slip_minor, 0.0)
 
 
 @inlined
@@ -100,7 +113,7 @@ def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, s
     """
     along, across, moment = over_spot(FINE_POINTS, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation)
     limit = -coefficient * normal_load
-    return SpotFriction(limit * along, limit * across, limit * moment)
+    return Rubbing(limit * along, limit * across, limit * moment)
 
 
 @kernel
@@ -110,7 +123,7 @@ def spot_friction_fast(normal_load, semi_major, semi_minor, slip_major, slip_min
         COARSE_POINTS, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation
     )
     limit = -coefficient * normal_load
-    return SpotFriction(limit * along, limit * across, limit * moment)
+    return Rubbing(limit * along, limit * across, limit * moment)
 
 
 @inlined
@@ -134,7 +147,7 @@ def spot_friction_pade1(normal_load, semi_major, semi_minor, slip_major, slip_mi
     turning = max(abs(spin) * semi_major, 1e-300)
     speed = math.sqrt(slip_major * slip_major + slip_minor * slip_minor + regularisation * regularisation)
     limit = -coefficient * normal_load
-    return SpotFriction(
+    return Rubbing(
         limit * slip_major / (speed + turning / (1.5 * d)),
         limit * slip_minor / (speed + turning / (1.5 * b)),
         limit * semi_major * math.copysign(turning / (turning / pure + speed / width), spin),
@@ -161,8 +174,96 @@ def spot_friction_pade2(normal_load, semi_major, semi_minor, slip_major, slip_mi
     along, across = _quotient(x, 1.0, 1.5 * d, 0.1), _quotient(x, 1.0, 1.5 * b, 0.1 * ratio * ratio)
     torque = _quotient(1.0 / x, pure, width, 0.75 * (share * d + (1.0 - share) * b) / pure)
     limit = -coefficient * normal_load
-    return SpotFriction(
+    return Rubbing(
         limit * along * slip_major / speed,
         limit * across * slip_minor / speed,
         limit * semi_major * math.copysign(torque, spin),
+    )
+
+
+@dataclass(frozen=True)
+class Friction:
+    """One friction model; `name`, `help` and `needs` are written as literals, by keyword (`contact.names`).
+
+    `rubbing` takes what `spot_friction` takes. `needs` "ellipse" says that the spot and its spin matter. `error`: how
+    far off at worst, of mu N for the force or of pure spin's torque. A model `in_lanes` is one whose quadrature a
+    bearing does side by side.
+    """
+
+    name: str
+    help: str
+    needs: tuple[str, ...]
+    rubbing: Callable
+    error: float = 0.0
+    in_lanes: bool = False
+
+    @property
+    def over_spot(self) -> bool:
+        """Whether the spot and its spin matter."""
+        return "ellipse" in self.needs
+
+
+_ROWS = (
+    Friction(
+        name="point",
+        help="by the slip at the contact point; spin meets no resistance",
+        needs=(),
+        rubbing=point_friction,
+    ),
+    Friction(
+        name="spot",
+        help="over the spot that slides and spins, by a quadrature of 6 x 16 points",
+        needs=("ellipse",),
+        rubbing=spot_friction_fast,
+        error=FAST_ERROR,
+        in_lanes=True,
+    ),
+    Friction(
+        name="spot_fine",
+        help="over the spot by 24 x 96 points, at 24 times the cost",
+        needs=("ellipse",),
+        rubbing=spot_friction,
+        error=FINE_ERROR,
+    ),
+    Friction(
+        name="pade1",
+        help="over the spot in closed form by quotients of first degree (Zhuravlev): rough where sliding meets spin",
+        needs=("ellipse",),
+        rubbing=spot_friction_pade1,
+        error=PADE1_ERROR,
+    ),
+    Friction(
+        name="pade2",
+        help="the same by quotients of second degree (Kireenkov)",
+        needs=("ellipse",),
+        rubbing=spot_friction_pade2,
+        error=PADE2_ERROR,
+    ),
+)
+FRICTIONS = {row.name: row for row in _ROWS}
+"""Every friction model by name, in order; kernels know one by its place."""
+
+_rubbing = chosen([row.rubbing for row in _ROWS])
+
+
+def roughness(friction: Friction) -> list[str]:
+    """A warning of a model that is further off than the quadrature of scenes, or none."""
+    if friction.error <= FAST_ERROR:
+        return []
+    return [
+        f"the friction {friction.name} is up to {100.0 * friction.error:.2g} % off where sliding and spin are alike; "
+        "spot is closer"
+    ]
+
+
+def friction_number(name: str) -> int:
+    """The place of a friction model in the table, which `friction_of` chooses by."""
+    return list(FRICTIONS).index(name)
+
+
+@kernel
+def friction_of(number, normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
+    """Friction by the model of that number, for slip [m/s] along the spot's axes and spin [rad/s] about its normal."""
+    return _rubbing(
+        number, normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation
     )

@@ -1,7 +1,8 @@
-"""Closed forms of the central impact of two elastic bodies whose load is `coefficient * approach^1.5` (Hertz).
+"""Closed forms of the central impact of two elastic bodies whose load is c h^p: Hertz, or a linear spring.
 
 Landau and Lifchitz, Theory of Elasticity, section 9; paper 3, eqs. (1), (2) and (13). Every function takes numbers or
-arrays that broadcast; SI units; `speed` > 0 is the relative speed at the first touch, `reduced_mass` is
+arrays that broadcast; SI units; `coefficient` is c, `power` p (1.5 unless given),
+`speed` > 0 is the relative speed at the first touch, `reduced_mass` is
 m m'/(m + m'). Wave motion in the bodies is neglected: right while the contact lasts many wave transits.
 """
 
@@ -11,27 +12,35 @@ import numpy as np
 from scipy.special import betaincinv
 
 from bearing_twin.contact.damping import restitution_of
+from bearing_twin.contact.elastic import HERTZIAN, greatest_approaches, loads_at
 
-CONTACT_CONSTANT = 4.0 * math.sqrt(math.pi) * math.gamma(0.4) / (5.0 * math.gamma(0.9))
-"""C_H = contact time * speed / greatest approach = 2.9432751843; the 2.94 of paper 3, eq. (2)."""
+
+def contact_constant(power):
+    """Contact time * speed / greatest approach: 2.9432751843 for Hertz, pi for a linear spring."""
+    share = 1.0 / (power + 1.0)
+    return 4.0 * math.sqrt(math.pi) * math.gamma(share) / (2.0 * (power + 1.0) * math.gamma(share + 0.5))
+
+
+CONTACT_CONSTANT = contact_constant(HERTZIAN)
+"""C_H, the 2.94 of paper 3, eq. (2)."""
 
 FORCE_TIME_INVARIANT = 1.25 * CONTACT_CONSTANT
 """Peak force * contact time / (reduced mass * speed) = 3.6790939804, whatever the bodies."""
 
 
-def greatest_approach(coefficient, reduced_mass, speed):
-    """Approach [m] at which the bodies stand still against each other: (5 mu v^2 / (4 c))^(2/5)."""
-    return (1.25 * reduced_mass * speed**2 / coefficient) ** 0.4
+def greatest_approach(coefficient, reduced_mass, speed, power=HERTZIAN):
+    """Approach [m] at which the bodies stand still against each other; for Hertz (5 mu v^2 / (4 c))^(2/5)."""
+    return greatest_approaches(coefficient, power, reduced_mass, speed)
 
 
-def contact_time(coefficient, reduced_mass, speed):
-    """Duration [s] of the contact, C_H h0 / v = alpha v^(-1/5) (paper 3, eq. 1)."""
-    return CONTACT_CONSTANT * greatest_approach(coefficient, reduced_mass, speed) / speed
+def contact_time(coefficient, reduced_mass, speed, power=HERTZIAN):
+    """Duration [s] of the contact, C h0 / v; for Hertz alpha v^(-1/5) (paper 3, eq. 1)."""
+    return contact_constant(power) * greatest_approach(coefficient, reduced_mass, speed, power) / speed
 
 
-def peak_force(coefficient, reduced_mass, speed):
-    """Greatest load [N], c h0^1.5."""
-    return coefficient * greatest_approach(coefficient, reduced_mass, speed) ** 1.5
+def peak_force(coefficient, reduced_mass, speed, power=HERTZIAN):
+    """Greatest load [N], c h0^p."""
+    return loads_at(coefficient, power, greatest_approach(coefficient, reduced_mass, speed, power))
 
 
 def alpha(coefficient, reduced_mass):
@@ -44,73 +53,73 @@ def coefficient_of_alpha(measured_alpha, reduced_mass):
     return 1.25 * reduced_mass * (CONTACT_CONSTANT / measured_alpha) ** 2.5
 
 
-def approach_history(times, coefficient, reduced_mass, speed):
+def approach_history(times, coefficient, reduced_mass, speed, power=HERTZIAN):
     """Approach [m] at `times` [s] after the first touch, zero before and after the contact.
 
-    t / tau = I_x(2/5, 1/2) / 2 with x = (h / h0)^(5/2), the regularised incomplete beta function, up to the greatest
-    approach; the way back mirrors the way there.
+    t / tau = I_x(1/(p + 1), 1/2) / 2 with x = (h / h0)^(p + 1), the regularised incomplete beta function, up to the
+    greatest approach; the way back mirrors the way there.
     """
-    duration = contact_time(coefficient, reduced_mass, speed)
+    duration, root = contact_time(coefficient, reduced_mass, speed, power), 1.0 / (power + 1.0)
     share = np.clip(np.asarray(times, float) / duration, 0.0, 1.0)
     share = 2.0 * np.minimum(share, 1.0 - share)
-    return greatest_approach(coefficient, reduced_mass, speed) * betaincinv(0.4, 0.5, share) ** 0.4
+    return greatest_approach(coefficient, reduced_mass, speed, power) * betaincinv(root, 0.5, share) ** root
 
 
-def force_history(times, coefficient, reduced_mass, speed):
-    """Load [N] at `times` [s] after the first touch: `coefficient * approach_history^1.5`."""
-    return coefficient * approach_history(times, coefficient, reduced_mass, speed) ** 1.5
+def force_history(times, coefficient, reduced_mass, speed, power=HERTZIAN):
+    """Load [N] at `times` [s] after the first touch."""
+    return loads_at(coefficient, power, approach_history(times, coefficient, reduced_mass, speed, power))
 
 
-def damped_impact(coefficient, reduced_mass, speed, damping):
+def damped_impact(coefficient, reduced_mass, speed, damping, power=HERTZIAN):
     """Contact time [s], peak force [N], greatest approach [m] and restitution of an impact with the Hunt-Crossley load.
 
-    The first integral  0.4 c h^2.5 = mu * integral of u du / (1 + chi u) from w to v  gives the approach h as a
-    function of the approach rate w, and the time is the quadrature of -mu dw / load (see `damped_history`). Numbers
+    The first integral  c h^(p + 1) / (p + 1) = mu * integral of u du / (1 + chi u) from w to v  gives the approach h as
+    a function of the approach rate w, and the time is the quadrature of -mu dw / load (see `damped_history`). Numbers
     only; `damping` = 0 gives the closed forms.
     """
     if damping == 0.0:
-        bodies = coefficient, reduced_mass, speed
+        bodies = coefficient, reduced_mass, speed, power
         return float(contact_time(*bodies)), float(peak_force(*bodies)), float(greatest_approach(*bodies)), 1.0
-    times, _, rates = damped_history(coefficient, reduced_mass, speed, damping)
-    # The load is greatest where 1.5 w (1 + chi w) = chi h load / mu; bisected on the rates.
+    times, _, rates = damped_history(coefficient, reduced_mass, speed, damping, power)
+    # The load is greatest where p w (1 + chi w) = chi h load / mu; bisected on the rates.
     low, high = 0.0, speed
     for _ in range(200):
         rate = 0.5 * (low + high)
-        h = _approach_at(rate, coefficient, reduced_mass, speed, damping)
-        load = coefficient * h**1.5 * (1.0 + damping * rate)
-        rising = 1.5 * rate * (1.0 + damping * rate) > damping * h * load / reduced_mass
+        h = _approach_at(rate, coefficient, reduced_mass, speed, damping, power)
+        load = loads_at(coefficient, power, h) * (1.0 + damping * rate)
+        rising = power * rate * (1.0 + damping * rate) > damping * h * load / reduced_mass
         low, high = (low, rate) if rising else (rate, high)
-    deepest = _approach_at(0.0, coefficient, reduced_mass, speed, damping)
+    deepest = _approach_at(0.0, coefficient, reduced_mass, speed, damping, power)
     return float(times[-1]), float(load), float(deepest), float(-rates[-1] / speed)
 
 
-def damped_history(coefficient, reduced_mass, speed, damping, pieces=200):
+def damped_history(coefficient, reduced_mass, speed, damping, power=HERTZIAN, pieces=200):
     """Times [s] from the first touch, approach [m] and its rate [m/s], by quadrature over the rates; damping > 0.
 
-    Near either end the approach goes as (distance in rate)^0.4, so rates are spaced as share^2.5 from both ends:
-    then the time goes evenly, and the Gauss rule in each piece has a smooth integrand.
+    Near either end the approach goes as (distance in rate)^(1/(p + 1)), so rates are spaced as share^(p + 1) from both
+    ends: then the time goes evenly, and the Gauss rule in each piece has a smooth integrand.
     """
     leaving = restitution_of(damping * speed) * speed
     points, weights = np.polynomial.legendre.leggauss(8)
     edges = np.linspace(0.0, 1.0, pieces + 1)
-    share = edges[:-1, None] + 0.5 * (points + 1.0) / pieces
+    share, whole = edges[:-1, None] + 0.5 * (points + 1.0) / pieces, power + 1.0
     halves = []
     for end in (speed, -leaving):
-        rates = end - end * share**2.5
-        load = coefficient * _approach_at(rates, coefficient, reduced_mass, speed, damping) ** 1.5
-        load = load * (1.0 + damping * rates)
-        span = 0.5 / pieces * np.sum(weights * reduced_mass * 2.5 * abs(end) * share**1.5 / load, axis=1)
-        halves.append((np.concatenate([[0.0], np.cumsum(span)]), end - end * edges**2.5))
+        rates = end - end * share**whole
+        approach = _approach_at(rates, coefficient, reduced_mass, speed, damping, power)
+        load = loads_at(coefficient, power, approach) * (1.0 + damping * rates)
+        span = 0.5 / pieces * np.sum(weights * reduced_mass * whole * abs(end) * share**power / load, axis=1)
+        halves.append((np.concatenate([[0.0], np.cumsum(span)]), end - end * edges**whole))
     (there, falling), (back, rising) = halves
     times = np.concatenate([there, there[-1] + back[-1] - back[-2::-1]])
     rates = np.concatenate([falling, rising[-2::-1]])
-    approach = _approach_at(rates, coefficient, reduced_mass, speed, damping)
+    approach = _approach_at(rates, coefficient, reduced_mass, speed, damping, power)
     approach[[0, -1]] = 0.0
     return times, approach, rates
 
 
-def _approach_at(rate, coefficient, reduced_mass, speed, damping):
-    return (2.5 * reduced_mass / coefficient * _lost(speed, rate, damping)) ** 0.4
+def _approach_at(rate, coefficient, reduced_mass, speed, damping, power):
+    return greatest_approaches(coefficient, power, reduced_mass, np.sqrt(2.0 * _lost(speed, rate, damping)))
 
 
 def _lost(speed, rate, damping):

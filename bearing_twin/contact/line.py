@@ -22,8 +22,6 @@ import numpy as np
 
 from bearing_twin.compiled import kernel
 
-LINE_LAWS = ("line", "johnson")
-
 
 class LineLaw(NamedTuple):
     """One law for one pair: `scale` = B e^s [m^2], `compliance` = V [1/Pa], `half_thickness` = a [m]."""
@@ -33,15 +31,14 @@ class LineLaw(NamedTuple):
     half_thickness: float
 
 
-def line_law(name, radius, thickness, young_modulus, poisson_ratio):
-    """The law of that name for two equal discs, `radius` and `thickness` = 2a in m; arrays broadcast."""
-    half = 0.5 * thickness
-    compliance = (1.0 - poisson_ratio**2) / (math.pi * young_modulus)
-    if name == "line":
-        return LineLaw(8.0 * half**3 / radius * math.e, compliance, half)
-    if name == "johnson":
-        return LineLaw(8.0 * half * radius / math.e, compliance, half)
-    raise ValueError(f"{name} is no law of line contact; legal: {', '.join(LINE_LAWS)}")
+def puttock_scale(radius, half_thickness):
+    """`scale` [m^2] of the law `line`; arrays broadcast."""
+    return 8.0 * half_thickness**3 / radius * math.e
+
+
+def johnson_scale(radius, half_thickness):
+    """`scale` [m^2] of Johnson's law; arrays broadcast."""
+    return 8.0 * half_thickness * radius / math.e
 
 
 @kernel

@@ -8,6 +8,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+from bearing_twin.contact.names import friction_names, law_names
 from bearing_twin.parameters import choice, quantity
 
 GREATEST_OUTPUT_COUNT = 1e9
@@ -19,6 +20,18 @@ class Elastic:
     """The elastic law of a contact."""
 
     normal: str = choice("auto", ("auto",), "elastic law; auto = the cheapest adequate one")
+
+
+@dataclass(frozen=True)
+class PointElastic(Elastic):
+    """As Elastic, of a contact at a point."""
+
+    stiffness: float = quantity(0.0, "N/m", "of one contact, for the law linear", at_least=0.0)
+
+
+def point_laws(*given: str):
+    """What `normal` may be at a point, for a kind where this is `given` of what laws need; called late by `choice`."""
+    return lambda: ("auto", *law_names("point", given))
 
 
 @dataclass(frozen=True)
@@ -72,8 +85,8 @@ class Friction:
 
     friction: str = choice(
         "point",
-        ("point", "spot"),
-        "by the slip at the contact point, or summed over the spot that slides and spins",
+        friction_names,
+        "point = by the slip at the contact point; others = over the spot that slides and spins",
     )
     friction_coefficient: float = quantity(0.0, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
     friction_regularisation: float = quantity(
@@ -181,7 +194,7 @@ def _names_of(*classes: type) -> tuple[str, ...]:
 
 
 KEYS = {
-    "contact": _names_of(Elastic, Friction, ViscoelasticDamping, SteadyDamping),
+    "contact": _names_of(PointElastic, Friction, ViscoelasticDamping, SteadyDamping),
     "wanted": _names_of(Wanted),
     "run": _names_of(Run),
     "solver": ("stepper", "step"),

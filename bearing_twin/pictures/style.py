@@ -13,6 +13,7 @@ from bearing_twin.units import prefixed
 STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6dc", "edge": "#8a97a3"}
 
 BALL_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000", "#B8A800")
+DASHES = ("-", "--", ":", "-.")
 GREATEST_LINES = 12  # more lines than this cannot be told apart: a map of ball against time takes their place
 
 RACEWAYS = ("inner", "outer")
@@ -21,8 +22,9 @@ LOAD_MAP = "cividis"
 
 
 def ball_line(ball: int) -> dict:
-    """Colour and dashes of a ball's line: colours come round again after eight balls, then dashed."""
-    return {"color": BALL_COLOURS[ball % len(BALL_COLOURS)], "linestyle": "-" if ball < len(BALL_COLOURS) else "--"}
+    """Colour and dashes of the line of a ball, or of a row of any table: after eight the colours come again, dashed."""
+    rounds, number = divmod(ball, len(BALL_COLOURS))
+    return {"color": BALL_COLOURS[number], "linestyle": DASHES[rounds % len(DASHES)]}
 
 
 def scaled(values, unit) -> tuple[float, str]:

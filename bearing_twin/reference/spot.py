@@ -9,14 +9,14 @@ import math
 
 import numpy as np
 
-from bearing_twin.contact.friction import SpotFriction
+from bearing_twin.contact.friction import Rubbing
 
 RAY_NODES = 40
 
 
 def spot_friction_exact(
     normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, rays: int = 4000
-) -> SpotFriction:
+) -> Rubbing:
     """`contact.friction.spot_friction` in the limit of no smoothing; `spin` [rad/s] must not be zero.
 
     Relative error below 1e-9 for b/a >= 0.03 with the pole anywhere: twice and four times the rays change less.
@@ -53,4 +53,4 @@ def spot_friction_exact(
     moment = (x * direction[:, 1] - y * direction[:, 0]) @ first + math.copysign(1.0, spin) * length @ second
     limit = -coefficient * normal_load * 1.5 / math.pi
     force = limit * direction.T @ first
-    return SpotFriction(float(force[0]), float(force[1]), float(limit * moment))
+    return Rubbing(float(force[0]), float(force[1]), float(limit * moment))

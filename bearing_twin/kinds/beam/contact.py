@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import kernel
+from bearing_twin.contact.elastic import HERTZIAN, approach_of_load, elastic
 from bearing_twin.kinds.beam.modes import TERMS, moments
 
 POINTS = (0.0, 0.5 - 0.1 * math.sqrt(5.0), 0.5 + 0.1 * math.sqrt(5.0), 1.0)
@@ -108,10 +109,8 @@ def solve_step(rate, shape, tail, sphere, length, step, state, position, velocit
     a, b, slope = np.empty((3, 3)), np.empty(3), np.empty(3)
     for _ in range(50):
         for i in range(3):
-            alpha = step.values[i]
-            root = math.sqrt(alpha) if alpha > 0.0 else 0.0
-            step.force[i + 1] = sphere.coefficient * alpha * root if alpha > 0.0 else 0.0
-            slope[i] = 1.5 * sphere.coefficient * root
+            spring = elastic(sphere.coefficient, HERTZIAN, step.values[i])
+            step.force[i + 1], slope[i] = spring.load, spring.stiffness
         greatest = 0.0
         for i in range(3):
             b[i] = free[i] - step.values[i] - tail * step.force[i + 1]
@@ -246,7 +245,9 @@ def finish_step(sphere, tail, length, step, pieces, piece):
         slope = force[1] + share * (2.0 * force[2] + share * 3.0 * force[3])
         for k in range(TERMS):
             w -= span * span * share**k * force[k] / ((k + 1) * (k + 2) * sphere.mass)
-        alpha = step.values[i - 1] if i > 0 else (max(step.force[0], 0.0) / sphere.coefficient) ** (2.0 / 3.0)
+        alpha = step.values[i - 1]
+        if i == 0:
+            alpha = approach_of_load(sphere.coefficient, HERTZIAN, max(step.force[0], 0.0))
         w -= alpha
         work -= WEIGHTS[i] * slope * w
         if i == 0:

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.beam.contact import Sphere as ThrownSphere
 from bearing_twin.kinds.beam.impact import hertz_contact_time
@@ -31,7 +32,8 @@ def thrown_sphere(parameters: SphereOnBeamScene) -> ThrownSphere:
     """The sphere and its Hertz spring against the flat beam: f = (4/3) E* sqrt(R) alpha^1.5 (paper 2, eq. 1)."""
     sphere = parameters.sphere
     modulus = effective_modulus(sphere.material, parameters.beam.material)
-    return ThrownSphere(sphere_mass(sphere), 4.0 / 3.0 * modulus * math.sqrt(sphere.radius), parameters.blow.gravity)
+    coefficient = float(sphere_coefficient("hertz", modulus, sphere.radius))
+    return ThrownSphere(sphere_mass(sphere), coefficient, parameters.blow.gravity)
 
 
 def touch_speed(blow: Blow) -> float:

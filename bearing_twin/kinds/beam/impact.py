@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bearing_twin.contact.hertz_impact import contact_time
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import volterra
@@ -81,8 +82,8 @@ class BeamImpact:
 
 
 def hertz_contact_time(sphere: Sphere, speed: float) -> float:
-    """Contact time [s] on a beam that does not give: the scale of steps; 2.943 (5 m / 4 c)^(2/5) v^(-1/5)."""
-    return 2.9432751843 * (1.25 * sphere.mass / sphere.coefficient) ** 0.4 * speed**-0.2
+    """Contact time [s] on a beam that does not give: the scale of steps."""
+    return contact_time(sphere.coefficient, sphere.mass, speed)
 
 
 def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=True) -> BeamImpact:

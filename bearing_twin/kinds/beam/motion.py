@@ -17,6 +17,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads, energies_at
 from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.impact import BeamImpact, hertz_contact_time, throw
 from bearing_twin.kinds.beam.modes import beam_energy, deflection_shapes, first_frequency, modes_of, stress_shapes
@@ -99,7 +100,8 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     peak = max((contact.peak_force for contact in found.contacts), default=0.0)
     deflection, stress = _greatest(found, watch)
     closure = _closure(found, brought)
-    deepest = [(contact.peak_force / found.sphere.coefficient) ** (2.0 / 3.0) for contact in found.contacts]
+    coefficient = found.sphere.coefficient
+    deepest = [approaches_of_loads(coefficient, HERTZIAN, contact.peak_force) for contact in found.contacts]
     last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
     known = [last, deflection, stress, closure * brought, found.end, float(found.gone)]
     return Impact(
@@ -109,7 +111,7 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
         contacts=found.contacts,
         restitution=-leaving / speed,
         peak_force=peak,
-        greatest_approach=(peak / found.sphere.coefficient) ** (2.0 / 3.0),
+        greatest_approach=approaches_of_loads(coefficient, HERTZIAN, peak),
         energy_closure=closure,
         costs={"steps": len(found.lengths), "modes": len(found.modes.index)},
         records={"contact": contact_rows(found.contacts, deepest, 0.0, 0.0), "extremes": np.array([known])},
@@ -135,7 +137,7 @@ def _watch(parameters, found, times):
         return q @ shapes[0].T + force[:, None] * shapes[1]
 
     deflection = sum_of(deflection_shapes(beam, modes, points))
-    contact = (force / found.sphere.coefficient) ** (2.0 / 3.0)
+    contact = approaches_of_loads(found.sphere.coefficient, HERTZIAN, force)
     return (
         np.where(force > 0.0, contact, position - deflection[:, 0]),
         force,
@@ -146,7 +148,7 @@ def _watch(parameters, found, times):
         sum_of(deflection_shapes(beam, modes, stations)),
         0.5 * found.sphere.mass * velocity**2,
         beam_energy(modes, states),
-        0.4 * force * contact,
+        energies_at(found.sphere.coefficient, HERTZIAN, contact),
     )
 
 
@@ -168,6 +170,7 @@ def _closure(found, brought):
     """Energy gained by the numbers as a share of what the sphere brought; gravity's work is not a gain."""
     kinetic, stored, dissipated = found.energies()
     _, force, position, _ = found.at(np.array([found.end]))
-    contact = 0.4 * force[0] * (force[0] / found.sphere.coefficient) ** (2.0 / 3.0)
+    coefficient = found.sphere.coefficient
+    contact = energies_at(coefficient, HERTZIAN, approaches_of_loads(coefficient, HERTZIAN, force[0]))
     fallen = found.sphere.mass * found.sphere.gravity * position[0]
     return float(kinetic + stored + dissipated + contact - fallen - brought) / brought

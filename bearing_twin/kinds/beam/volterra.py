@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import kernel
+from bearing_twin.contact.elastic import HERTZIAN, approach_of_load
 from bearing_twin.kinds.beam.contact import FULL, NOT_FINITE, SEPARATED, TIME_UP
 from bearing_twin.kinds.beam.modes import TERMS, moments
 
@@ -53,7 +54,7 @@ def contact_force(coefficient, given, stiffness):
     """Force [N] with (f / c)^(2/3) + stiffness f = given, by Newton's method on y = f^(1/3); zero for a gap."""
     if given <= 0.0:
         return 0.0
-    scale = coefficient ** (-2.0 / 3.0)
+    scale = approach_of_load(coefficient, HERTZIAN, 1.0)
     y = math.sqrt(given / scale)
     for _ in range(100):
         change = (scale * y * y + stiffness * y * y * y - given) / (2.0 * scale * y + 3.0 * stiffness * y * y)
@@ -176,8 +177,7 @@ def linear_work(sphere, tail, low, high, span, position, velocity, after):
         + half * (velocity + 0.5 * sphere.gravity * half)
         - half * half * (2.0 * low + middle) / (6.0 * sphere.mass)
     )
-    power = 2.0 / 3.0
-    w0 = position - (low / sphere.coefficient) ** power
-    w1 = s - (middle / sphere.coefficient) ** power
-    w2 = after - (high / sphere.coefficient) ** power
+    w0 = position - approach_of_load(sphere.coefficient, HERTZIAN, low)
+    w1 = s - approach_of_load(sphere.coefficient, HERTZIAN, middle)
+    w2 = after - approach_of_load(sphere.coefficient, HERTZIAN, high)
     return high * w2 - low * w0 - (high - low) * (w0 + 4.0 * w1 + w2) / 6.0

@@ -16,21 +16,14 @@ Signs. A contact's `normal` points from the ball's centre to the raceway, so the
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
-from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.elastic import HERTZIAN, elastic
+from bearing_twin.contact.elasticity import Elasticity, lane_elastic, lane_given
 from bearing_twin.contact.friction import friction_factor
-from bearing_twin.contact.normal import (
-    CONSTANT,
-    HERTZ,
-    elastic_energy,
-    elastic_load,
-    elastic_stiffness,
-    hertz_rational,
-    load_coefficient,
-)
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     DISSIPATED,
@@ -60,16 +53,15 @@ class Raceway(NamedTuple):
 
     locus_radius: float
     groove_radius: float
-    effective_modulus: float
-    law: int
-    constant: float
+    law: Elasticity
 
 
 class Bearing(NamedTuple):
     """Everything the equations of motion need, as numbers (SI).
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
-    it is 0 where `spot`, empty else, holds the coefficient of friction summed over the spot (see `spot`).
+    it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's number, and
+    whether that model is evaluated in lanes (see `spot`).
     """
 
     balls: int
@@ -86,7 +78,7 @@ class Bearing(NamedTuple):
     friction_regularisation: float
     pair_coefficient: float
     raceway_friction: float
-    spot: tuple[float, ...]
+    spot: tuple
 
 
 class RingDrive(NamedTuple):
@@ -134,8 +126,8 @@ class PairContact(NamedTuple):
 def raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin):
     """Contact of a ball with a raceway whose ring has its centre at `centre` and turns at `ring_speed` about z.
 
-    All vectors in the ball's frame, positions from the bearing's centre. `given` [N/m^1.5] is the load coefficient
-    for every law but hertz, whose rational form is evaluated here. The forces act at one point, half the approach
+    All vectors in the ball's frame, positions from the bearing's centre. `given` is the load coefficient
+    of a law that is not evaluated in lanes (`given_coefficient`). The forces act at one point, half the approach
     inside the ball's surface, so that what one body loses the other gains. A gap gives zero loads.
     """
     # Where: the meridian plane of the ring through the ball's centre.
@@ -158,11 +150,8 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     spin_rate = dot(spin, normal) - ring_speed * normal[2]
 
     # How hard: elastic law, viscous term, friction.
-    rational = hertz_rational(geometry.curvature_small, geometry.curvature_large, raceway.effective_modulus)
-    coefficient = rational if raceway.law == HERTZ else given
-    elastic = elastic_load(coefficient, approach)
-    stiffness = elastic_stiffness(coefficient, approach)
-    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
+    spring = lane_elastic(raceway.law, geometry.curvature_small, geometry.curvature_large, given, approach)
+    normal_load = damped_load(spring.load, spring.stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
         normal_load, slip[0], slip[1], slip[2], bearing.raceway_friction, bearing.friction_regularisation
     )
@@ -172,7 +161,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
         approach=approach,
         approach_rate=approach_rate,
         normal_load=normal_load,
-        energy=elastic_energy(coefficient, approach),
+        energy=spring.energy,
         curvature_small=geometry.curvature_small,
         curvature_large=geometry.curvature_large,
         normal=normal,
@@ -184,28 +173,23 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
         force=force,
         torque=cross(arm, friction),
         drive_power=dot(force, raceway_velocity),
-        dissipation=resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate,
+        dissipation=resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate,
     )
 
 
 @inlined
 def given_coefficient(bearing, raceway, centre, position):
-    """The load coefficient [N/m^1.5] of a ball at `position` by the raceway's law; not needed, hence 0, for hertz."""
-    coefficient = raceway.constant
-    if raceway.law != CONSTANT:
+    """What `raceway_contact` is given for a ball at `position`; where its law needs no look at the gap, its number."""
+    law = raceway.law
+    given = law.given
+    if law.follows and not law.in_lanes:
         offset = minus(position, centre)
         axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
         geometry = ball_in_groove(
             axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
         )
-        coefficient = load_coefficient(
-            raceway.law,
-            geometry.curvature_small,
-            geometry.curvature_large,
-            raceway.effective_modulus,
-            raceway.constant,
-        )
-    return coefficient
+        given = lane_given(law, geometry.curvature_small, geometry.curvature_large, geometry.approach)
+    return given
 
 
 @inlined
@@ -282,9 +266,8 @@ def pair_contact(bearing, state, k, side):
     relative = minus(own, other)
     approach_rate = dot(relative, normal)
     slip = minus(relative, scaled(approach_rate, normal))
-    elastic = elastic_load(bearing.pair_coefficient, approach)
-    stiffness = elastic_stiffness(bearing.pair_coefficient, approach)
-    normal_load = damped_load(elastic, stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
+    spring = elastic(bearing.pair_coefficient, HERTZIAN, approach)
+    normal_load = damped_load(spring.load, spring.stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
         normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
     )
@@ -292,8 +275,8 @@ def pair_contact(bearing, state, k, side):
     return PairContact(
         add(scaled(-normal_load, normal), friction),
         cross(arm, friction),
-        0.5 * elastic_energy(bearing.pair_coefficient, approach),
-        0.5 * (resistance * dot(slip, slip) + (normal_load - elastic) * approach_rate),
+        0.5 * spring.energy,
+        0.5 * (resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate),
     )
 
 
@@ -359,8 +342,8 @@ def raceway_rates(bearing, lanes):
 
 @kernel
 def give_coefficients(bearing, lanes):
-    """Looks up the load coefficients of the laws that `raceway_contact` does not evaluate itself."""
-    if bearing.inner.law == HERTZ:
+    """Looks up the load coefficients of a law that is not evaluated in lanes; both raceways have the same."""
+    if bearing.inner.law.in_lanes:
         return
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
@@ -448,17 +431,15 @@ def static_force(bearing, orbit_rate, axis_distance, orbit_angle, height):
     return radial + bearing.ball_mass * axis_distance * orbit_rate * orbit_rate, axial
 
 
-def raceway_of(geometry, conformity, side, modulus, law) -> Raceway:
+def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
     """The groove of the inner (side = -1) or outer (side = +1) ring, its centre circle placed by the clearance.
 
     With the rings centred, each raceway is a quarter of the diametral clearance away from a ball on the pitch circle.
+    `law(small, large)` gives the `Elasticity` from the curvatures [1/m] of the gap there.
     """
     ball_radius = 0.5 * geometry.ball_diameter
     groove_radius = conformity * geometry.ball_diameter
     bottom = 0.5 * geometry.pitch_diameter + side * (ball_radius + 0.25 * geometry.radial_clearance)
     locus_radius = bottom - side * groove_radius
     still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
-    constant = hertz_coefficient(still.curvature_small, still.curvature_large, modulus)
-    return Raceway(
-        locus_radius=locus_radius, groove_radius=groove_radius, effective_modulus=modulus, law=law, constant=constant
-    )
+    return Raceway(locus_radius, groove_radius, law(still.curvature_small, still.curvature_large))

@@ -4,9 +4,12 @@ import math
 
 import numpy as np
 
+from bearing_twin.contact.elastic import approaches_of_loads, elastic
+from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.normal import LAWS, load_coefficient
 from bearing_twin.contact.validity import (
     WIDEST_IN_GROOVE,
     gathered,
@@ -152,11 +155,13 @@ class BearingFigures:
     def _law_doubt(self) -> str | None:
         """Doubt about the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
         doubts = []
+        if LAWS[self.law].measured:
+            return None
         for side, nominal in enumerate(nominal_curvatures(self.parameters.geometry)):
             frozen = hertz_coefficient(*nominal, 1.0)
             for ball in np.flatnonzero(self.greatest_load[:, side] > 0.0):
                 at = tuple(float(self.at_greatest[name][ball, side]) for name in ("curvature_small", "curvature_large"))
-                error = load_coefficient(LAWS[self.law], *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+                error = coefficient_of(self.law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
                 doubts.append((abs(error), law_doubt(self.law, error, axis_ratio(*at))))
         return max(doubts, key=lambda pair: pair[0])[1] if doubts else None
 
@@ -164,7 +169,8 @@ class BearingFigures:
         """Doubt about a drilling torque whose spots spin at most this fast [m/s] at their ends."""
         contact = self.parameters.contact
         smoothing = contact.friction_regularisation
-        if contact.friction == "point" or not NO_SPIN * smoothing < fastest < FREE_OF_SMOOTHING * smoothing:
+        hidden = NO_SPIN * smoothing < fastest < FREE_OF_SMOOTHING * smoothing
+        if not (hidden and FRICTIONS[contact.friction].over_spot):
             return None
         return (
             f"the spots spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} m/s "
@@ -173,15 +179,17 @@ class BearingFigures:
 
     def _half_period(self) -> float:
         """Half a period [s] of a ball between its contacts at their greatest load: its contacts are no shorter."""
-        materials, stiffness = self.parameters.materials, 0.0
+        materials, law, stiffness = self.parameters.materials, LAWS[self.law], 0.0
         for side, ring in enumerate((materials.inner_ring, materials.outer_ring)):
             load = self.greatest_load[:, side]
             small, large = (self.at_greatest[name][:, side] for name in ("curvature_small", "curvature_large"))
             ball = int(load.argmax())
             if load[ball] > 0.0:
-                modulus = effective_modulus(materials.ball, ring)
-                coefficient = hertz_coefficient(float(small[ball]), float(large[ball]), modulus)
-                stiffness += 1.5 * coefficient ** (2.0 / 3.0) * load[ball] ** (1.0 / 3.0)
+                modulus, at = effective_modulus(materials.ball, ring), (float(small[ball]), float(large[ball]))
+                given = law.number(self.parameters.contact, hertz_coefficient(*at, modulus))
+                coefficient = coefficient_of(law.name, *at, modulus, given)
+                approach = approaches_of_loads(coefficient, law.power, float(load[ball]))
+                stiffness += elastic(coefficient, law.power, approach).stiffness
         mass = materials.ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
         return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
 

@@ -9,7 +9,8 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
-from bearing_twin.contact.normal import HERTZ, hertz_rational
+from bearing_twin.contact.elastic import HERTZIAN
+from bearing_twin.contact.elasticity import lane_coefficient, lane_root
 from bearing_twin.kinds.bearing.equations import raceway_contact
 from bearing_twin.numerics.block_solve import combined, plus, product
 from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
@@ -89,27 +90,27 @@ def _columns(a, b, c):
 @inlined
 def _slopes(bearing, raceway, given, given_slope, contact, radial):
     """Partial derivatives of the laws at one contact."""
-    small, large = contact.curvature_small, contact.curvature_large
-    modulus = raceway.effective_modulus
-    rational = hertz_rational(small, large, modulus)
-    further = hertz_rational(small, large * (1.0 + CURVATURE_STEP), modulus)
-    coefficient = rational if raceway.law == HERTZ else given
-    by_curvature = (further - rational) / (CURVATURE_STEP * large) if raceway.law == HERTZ else given_slope
+    small, large, law, power = contact.curvature_small, contact.curvature_large, raceway.law, raceway.law.power
+    coefficient = lane_coefficient(law, small, large, given)
+    further = lane_coefficient(law, small, large * (1.0 + CURVATURE_STEP), given)
+    by_curvature = (further - coefficient) / (CURVATURE_STEP * large) if law.in_lanes else given_slope
     loaded = 1.0 if contact.normal_load > 0.0 else 0.0
     touching = 1.0 if contact.approach > 0.0 else 0.0
     depth = max(contact.approach, SHALLOWEST)
-    root, rate = math.sqrt(depth), contact.approach_rate
+    root, rate = lane_root(law, depth), contact.approach_rate
+    inner = root if power == HERTZIAN else depth  # root over this is h^(p - 2)
     viscous, relaxation = 1.0 + bearing.damping * rate, bearing.relaxation_time
-    load = coefficient * (viscous * depth * root + 1.5 * relaxation * root * rate)
+    load = coefficient * (viscous * depth * root + power * relaxation * root * rate)
+    bend = power * (power - 1.0) * relaxation * rate / inner
     slip = contact.slip
     square = dot(slip, slip) + bearing.friction_regularisation * bearing.friction_regularisation
     over_speed = bearing.raceway_friction / math.sqrt(square)
     groove = raceway.locus_radius + raceway.groove_radius * radial
     return _Slopes(
-        load_by_approach=loaded * touching * coefficient * (1.5 * viscous * root + 0.75 * relaxation * rate / root),
-        load_by_rate=loaded * touching * coefficient * (bearing.damping * depth * root + 1.5 * relaxation * root),
+        load_by_approach=loaded * touching * coefficient * (power * viscous * root + bend),
+        load_by_rate=loaded * touching * coefficient * (bearing.damping * depth * root + power * relaxation * root),
         load_by_coefficient=loaded * touching * load / coefficient,
-        elastic_by_approach=touching * 1.5 * coefficient * root,
+        elastic_by_approach=touching * power * coefficient * root,
         elastic_by_coefficient=touching * depth * root,
         curvature_by_radial=-0.5 * raceway.locus_radius / (groove * groove),
         coefficient_by_curvature=by_curvature,

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.normal import CONSTANT, HERTZ, load_coefficient
+from bearing_twin.contact.elasticity import lane_given
 from bearing_twin.kinds.bearing.equations import lane_position
 from bearing_twin.kinds.bearing.gradient import CURVATURE_STEP, contact_gradient
 from bearing_twin.kinds.bearing.layout import (
@@ -102,10 +102,9 @@ def _give_slopes(bearing, lanes):
 def _given_slope(bearing, raceway, offset):
     axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
     at = ball_in_groove(axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius)
-    law, modulus, constant = raceway.law, raceway.effective_modulus, raceway.constant
     step = CURVATURE_STEP * at.curvature_large
-    more = load_coefficient(law, at.curvature_small, at.curvature_large + step, modulus, constant)
-    less = load_coefficient(law, at.curvature_small, at.curvature_large - step, modulus, constant)
+    more = lane_given(raceway.law, at.curvature_small, at.curvature_large + step, at.approach)
+    less = lane_given(raceway.law, at.curvature_small, at.curvature_large - step, at.approach)
     return (more - less) / (2.0 * step)
 
 
@@ -149,7 +148,7 @@ def _fill(bearing, lanes):
 @kernel
 def raceway_jacobian(bearing, lanes):
     """Fills the Jacobian's rows with d(rates)/d(motion) of each lane, from the motion and the given coefficients."""
-    if bearing.inner.law not in (HERTZ, CONSTANT):
+    if bearing.inner.law.follows and not bearing.inner.law.in_lanes:
         _give_slopes(bearing, lanes)
     _fill(bearing, lanes)
 

@@ -3,18 +3,22 @@
 What a scene pins is kept; a pinned model that misses the tolerance is named in the warnings.
 """
 
+from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.normal import LAWS, load_coefficient
-from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.contact.friction import FRICTIONS, roughness
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
 from bearing_twin.report import Choice
 
 
 def law_error(law: str, parameters) -> float:
-    """Greatest relative load error of a law against exact Hertz at a bearing's two nominal contacts."""
+    """Greatest relative load error of a law against exact Hertz at a bearing's two nominal contacts; 0 if measured."""
     worst = 0.0
+    if LAWS[law].measured:
+        return worst
     for small, large in nominal_curvatures(parameters.geometry):
         exact = hertz_coefficient(small, large, 1.0)
-        worst = max(worst, abs(load_coefficient(LAWS[law], small, large, 1.0, exact) / exact - 1.0))
+        worst = max(worst, abs(coefficient_of(law, small, large, 1.0, exact) / exact - 1.0))
     return worst
 
 
@@ -24,13 +28,18 @@ def choose(parameters) -> Choice:
     reasons, warnings = [], []
 
     law = "hertz" if pinned_law == "auto" else pinned_law
-    error = law_error(law, parameters)
-    if pinned_law == "auto":
+    if law == "hertz" and too_narrow(parameters.geometry):
+        law = "hertz_exact"
+        reasons.append("hertz_exact, because a groove is so close that the rational form of hertz ends before it")
+        if pinned_law == "hertz":
+            warnings.append("contact.normal = hertz ends at b/a = 0.01: hertz_exact, the same law, takes its place")
+    elif pinned_law == "auto":
         reasons.append(
             "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
         )
     else:
         reasons.append(f"{law}, as the scene asks")
+    error = law_error(law, parameters)
     if error > parameters.wanted.tolerance:
         warnings.append(
             f"the law {law} is {100 * error:.2g} % off exact Hertz here, more than the wanted "
@@ -46,8 +55,11 @@ def choose(parameters) -> Choice:
             "rodas4, because it was the cheapest method at every accuracy and in every motion measured, "
             "from settled running to ringing contacts"
         )
-    if parameters.contact.friction == "spot":
+    friction = FRICTIONS[parameters.contact.friction]
+    if friction.over_spot:
         reasons.append(
-            "friction over the spot, as the scene asks: it resists spin, and a step costs several times more"
+            f"friction over the spot ({friction.name}), as the scene asks: it resists spin, and a step costs several "
+            "times more"
         )
+    warnings += roughness(friction)
     return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings))

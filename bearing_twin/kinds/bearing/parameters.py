@@ -6,23 +6,26 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.contact.names import law_names, numbers_missing
 from bearing_twin.kinds.sections import (
-    Elastic,
     Friction,
+    PointElastic,
     Run,
     ViscoelasticDamping,
     Wanted,
     check_damping,
     check_run,
+    point_laws,
     resolved_run,
 )
 from bearing_twin.parameters import choice, quantity, section
 
-ELASTIC_LAWS = ("hertz", "hertz_exact", "volumetric", "constant")
-REFUSED_LAWS = {
-    "hertz_differential": "carries the shape of each ellipse as states, which a bearing's motion has no room for; use "
+GIVES = ("curvatures", "frozen", "stiffness")  # what a law may need here
+CARRIES = (
+    "carries the shape of each ellipse as states, which a bearing's motion has no room for; use "
     "hertz, the same load to 1e-10 and cheaper, or bearing_twin.contact.differential in a motion of your own"
-}
+)
+REFUSED_LAWS = dict.fromkeys(set(law_names("point", (*GIVES, "state"))) - set(law_names("point", GIVES)), CARRIES)
 STEPPERS = ("rodas4", "rodas4_landing", "rodas3", "imex", "rk4", "dopri5", "dop853", "radau")
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
@@ -55,10 +58,10 @@ class Materials:
 
 
 @dataclass(frozen=True)
-class Contact(ViscoelasticDamping, Friction, Elastic):
+class Contact(ViscoelasticDamping, Friction, PointElastic):
     """The laws of one ball-raceway contact; balls among themselves have the same damping and friction at a point."""
 
-    normal: str = choice("auto", ("auto", *ELASTIC_LAWS), "elastic law; auto = the cheapest adequate one", REFUSED_LAWS)
+    normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = the cheapest adequate one", REFUSED_LAWS)
     damping_law: str = choice(
         "hunt_crossley", ("hunt_crossley",), "of a restitution below 1: it loses more when faster", STEADY_REFUSED
     )
@@ -179,6 +182,7 @@ def check(parameters: BearingScene) -> list[str]:
         if found:
             problems.append(found)
             break
+    problems += numbers_missing(parameters.contact)
     problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})
     problems += check_run(run)
     if not (run.duration and run.output_rate):

@@ -1,9 +1,9 @@
-"""Friction of the ball-raceway contacts over their elliptic spots: what `contact.friction: spot` adds (paper 1).
+"""Friction of the ball-raceway contacts over their elliptic spots, by any row of `friction.FRICTIONS` that needs one.
 
 Each point of a spot slides with slip + spin x r (Contensou, Erismann), so that spinning weakens the friction force, and
 a drilling torque acts about the contact normal. The spot is flat and its pressure Hertz's: the differential slip of a
-curved spot (Heathcote) is left out. Bearings with friction at a point have an empty `spot`: the branches below are then
-dropped while compiling, and cost neither time to run nor to compile.
+curved spot (Heathcote) is left out. Friction at a point is part of `raceway_contact`; bearings with it have an empty
+`spot`: the branches below are then dropped while compiling, and cost neither time to run nor to compile.
 
 A spot's axes are the meridian across the groove (major) and the ring's circumference (minor).
 """
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import semi_axes
-from bearing_twin.contact.friction import COARSE_POINTS, over_spot, slip_share
+from bearing_twin.contact.friction import COARSE_POINTS, friction_of, slip_share
 from bearing_twin.kinds.bearing.equations import RacewayContact, lane_position, raceway_contact
 from bearing_twin.kinds.bearing.layout import (
     ACROSS,
@@ -110,15 +110,27 @@ def _answer(coefficient, ring_speed, contact, spot, along, across, moment):
     )
 
 
+@inlined
+def _means(number, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
+    """The means over a spot that `_answer` takes, by the friction model of that number."""
+    unit = friction_of(number, 1.0, semi_major, semi_minor, slip_major, slip_minor, spin, 1.0, regularisation)
+    return -unit.force_major, -unit.force_minor, -unit.torque
+
+
 @kernel
 def with_spot(spot, bearing, centre, ring_speed, position, contact):
     """A contact without friction, given it over the spot, where `spot` (the bearing's) is not empty."""
     if len(spot) == 0:
         return contact
     place = spot_of(contact, centre, position)
-    axes, slip = (place.semi_major, place.semi_minor), (place.slip_major, place.slip_minor)
-    along, across, moment = over_spot(
-        COARSE_POINTS, axes[0], axes[1], slip[0], slip[1], contact.spin_rate, bearing.friction_regularisation
+    along, across, moment = _means(
+        spot[1],
+        place.semi_major,
+        place.semi_minor,
+        place.slip_major,
+        place.slip_minor,
+        contact.spin_rate,
+        bearing.friction_regularisation,
     )
     answer = _answer(spot[0], ring_speed, contact, place, along, across, moment)
     return RacewayContact(
@@ -170,7 +182,7 @@ def _set_out(contact, spot, lanes, k):
 
 @kernel
 def over_spots(regularisation, lanes):
-    """The means over both spots of all lanes, side by side: `friction.over_spot` with its coarse points."""
+    """The means over both spots of all lanes, side by side: what `friction.spot_friction_fast` sums."""
     for i in range(len(COARSE_POINTS)):
         x, y, weight = COARSE_POINTS[i, 0], COARSE_POINTS[i, 1], COARSE_POINTS[i, 2]
         for k in range(SPOTS):
@@ -181,6 +193,18 @@ def over_spots(regularisation, lanes):
             increase(lanes, ALONG, k, one[0])
             increase(lanes, ACROSS, k, one[1])
             increase(lanes, MOMENT, k, one[2])
+
+
+@kernel
+def _one_by_one(number, regularisation, lanes):
+    """The same for a model that is not in lanes."""
+    for k in range(SPOTS):
+        axes = get(lanes, SEMI_MAJOR, k), get(lanes, SEMI_MINOR, k)
+        slip = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
+        means = _means(number, axes[0], axes[1], slip[0], slip[1], get(lanes, SPIN_RATE, k), regularisation)
+        put(lanes, ALONG, k, means[0])
+        put(lanes, ACROSS, k, means[1])
+        put(lanes, MOMENT, k, means[2])
 
 
 @inlined
@@ -217,5 +241,8 @@ def add_spots(spot, bearing, lanes):
     """Adds what friction over the spots does to the rates of all lanes; nothing where the bearing's `spot` is empty."""
     if len(spot) > 0:
         _set_out_all(bearing, lanes)
-        over_spots(bearing.friction_regularisation, lanes)
+        if spot[2]:
+            over_spots(bearing.friction_regularisation, lanes)
+        else:
+            _one_by_one(spot[1], bearing.friction_regularisation, lanes)
         _add_all(spot[0], bearing, lanes)

@@ -6,9 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, root
 
-from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.elastic import elastic
+from bearing_twin.contact.elasticity import elasticity
+from bearing_twin.contact.ellipse import HERTZ_U_MAX, hertz_coefficient, shape_variable
+from bearing_twin.contact.friction import FRICTIONS, friction_number
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.normal import HERTZ_U_MAX, LAWS, shape_variable
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, COLUMNS, HEIGHT, ORBIT_ANGLE, SPIN, VELOCITY
@@ -24,24 +27,35 @@ class Rates(NamedTuple):
 
 
 def bearing_of(parameters: BearingScene, law: str) -> Bearing:
-    """The numbers of the equations of motion for a scene with the elastic law `law`."""
+    """The numbers of the equations of motion for a scene with the elastic law `law`.
+
+    Raises SceneError where the law does not reach. Balls meet each other by Hertz's law, whatever the raceways do.
+    """
     geometry, materials, contact = parameters.geometry, parameters.materials, parameters.contact
     radius = 0.5 * geometry.ball_diameter
     mass = materials.ball.density * 4.0 / 3.0 * math.pi * radius**3
     pair = effective_modulus(materials.ball, materials.ball)
-    inner_modulus = effective_modulus(materials.ball, materials.inner_ring)
-    outer_modulus = effective_modulus(materials.ball, materials.outer_ring)
-    # The rational form of the law hertz ends at b/a = 0.01; grooves closer than that take the exact solution.
-    narrow = law == "hertz" and max(shape_variable(*pair) for pair in nominal_curvatures(geometry)) > HERTZ_U_MAX
-    tag = LAWS["hertz_exact" if narrow else law]
+    if LAWS[law].in_lanes and too_narrow(geometry):
+        raise SceneError(f"the law {law} ends at b/a = 0.01 and a groove here is closer; use hertz_exact")
+    friction = FRICTIONS[contact.friction]
+    spot = contact.friction_coefficient, friction_number(contact.friction), friction.in_lanes
     damping, relaxation_time = viscous_terms(contact)
+
+    def law_of(ring):
+        modulus = effective_modulus(materials.ball, ring)
+
+        def at(small, large):
+            return elasticity(law, modulus, LAWS[law].number(contact, hertz_coefficient(small, large, modulus)))
+
+        return at
+
     return Bearing(
         balls=geometry.balls,
         ball_radius=radius,
         ball_mass=mass,
         ball_inertia=0.4 * mass * radius**2,
-        inner=raceway_of(geometry, geometry.inner_conformity, -1.0, inner_modulus, tag),
-        outer=raceway_of(geometry, geometry.outer_conformity, 1.0, outer_modulus, tag),
+        inner=raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring)),
+        outer=raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring)),
         offset=tuple(parameters.drive.offset),
         gravity=tuple(parameters.gravity),
         damping=damping,
@@ -49,9 +63,14 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         friction_coefficient=contact.friction_coefficient,
         friction_regularisation=contact.friction_regularisation,
         pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
-        raceway_friction=contact.friction_coefficient if contact.friction == "point" else 0.0,
-        spot=(contact.friction_coefficient,) if contact.friction == "spot" else (),
+        raceway_friction=0.0 if friction.over_spot else contact.friction_coefficient,
+        spot=spot if friction.over_spot else (),
     )
+
+
+def too_narrow(geometry: Geometry) -> bool:
+    """Whether an ellipse is narrower than b/a = 0.01, where the rational form of the law hertz ends."""
+    return max(shape_variable(*pair) for pair in nominal_curvatures(geometry)) > HERTZ_U_MAX
 
 
 def nominal_curvatures(geometry: Geometry) -> tuple[tuple[float, float], ...]:
@@ -152,8 +171,9 @@ def fastest_rates(bearing: Bearing, state: np.ndarray, inner_speed: float) -> Ra
         position = (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
         outer = single_contact(bearing, bearing.outer, still, 0.0, position, still, still)
         approach = max(approach, outer.approach)
-    stiffness = 1.5 * (bearing.inner.constant + bearing.outer.constant) * math.sqrt(approach)
-    load = max(bearing.inner.constant, bearing.outer.constant) * approach**1.5
+    inner, outer = bearing.inner.law, bearing.outer.law
+    stiffness = elastic(inner.given + outer.given, inner.power, approach).stiffness
+    load = elastic(max(inner.given, outer.given), inner.power, approach).load
     creep = bearing.friction_coefficient * load / bearing.friction_regularisation
     # A tangential force at the surface moves it as if the mass were 2/7 of the ball's; two contacts act together.
     friction = 2.0 * 3.5 * creep / bearing.ball_mass

@@ -104,7 +104,7 @@ def begin_contact(body, plan, state, clock, record):
     if plan.fixed > 0.0:
         clock[STEP] = plan.fixed
     else:
-        clock[STEP] = max(FIRST_STEP * 2.943 * expected_approach(touch) / speed, plan.floor)
+        clock[STEP] = max(FIRST_STEP * 2.943 * expected_approach(body, touch) / speed, plan.floor)
 
 
 @kernel

@@ -6,19 +6,16 @@ import math
 import numpy as np
 
 from bearing_twin.contact import hertz_impact as impact
+from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.normal import LAWS, load_coefficient
-from bearing_twin.kinds.ellipsoid.parameters import ELLIPSOID_LAWS as NAMES
+from bearing_twin.contact.names import numbers_missing
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidBody, EllipsoidOnPlaneScene, Start
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
 from bearing_twin.shapes.surfaces import ellipsoid_on_plane
-
-ELLIPSOID_LAWS = {name: number for number, name in enumerate(NAMES)}
-DIFFERENTIAL, UNPROJECTED = len(LAWS), len(LAWS) + 1
-"""The laws of one contact, and the two that carry the elliptic integrals as states (paper 1, section 3)."""
 
 GRID = 13  # directions over a quarter turn, where a law is weighed over the surface
 GREATEST_ASPECT = 30.0  # longest over shortest semi-axis: beyond it b/a falls below where the laws are known
@@ -55,7 +52,7 @@ def start_gap(parameters: EllipsoidOnPlaneScene):
 
 def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
     """Greatest relative load error of a law against exact Hertz over the body's surface, on a grid of directions."""
-    if ELLIPSOID_LAWS[law] >= DIFFERENTIAL:
+    if LAWS[law].measured or LAWS[law].state is not None:
         return 0.0
     axes, start, worst = tuple(parameters.body.semi_axes), start_gap(parameters), 0.0
     frozen = hertz_coefficient(start.curvature_small, start.curvature_large, 1.0)
@@ -66,7 +63,7 @@ def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
             low = ellipsoid_on_plane(axes, direction)
             curvatures = low.curvature_small, low.curvature_large, 1.0
             exact = hertz_coefficient(*curvatures)
-            worst = max(worst, abs(load_coefficient(ELLIPSOID_LAWS[law], *curvatures, frozen) / exact - 1.0))
+            worst = max(worst, abs(coefficient_of(law, *curvatures, frozen) / exact - 1.0))
     return worst
 
 
@@ -79,13 +76,17 @@ def greatest_speed(parameters: EllipsoidOnPlaneScene) -> float:
 
 
 def shortest_contact(parameters: EllipsoidOnPlaneScene) -> float:
-    """Hertz contact time [s] at the greatest speed on the flattest pole: no bounce is much shorter."""
-    axes = sorted(parameters.body.semi_axes)
+    """Contact time [s] at the greatest speed on the flattest pole, by Hertz or a given stiffness.
+
+    No bounce is much shorter.
+    """
+    axes, contact = sorted(parameters.body.semi_axes), parameters.contact
     small, large = 0.5 * axes[0] / axes[2] ** 2, 0.5 * axes[0] / axes[1] ** 2
-    coefficient = hertz_coefficient(small, large, modulus_of(parameters))
+    law = LAWS["hertz" if contact.normal == "auto" else contact.normal]
+    coefficient = law.number(contact, hertz_coefficient(small, large, modulus_of(parameters)))
     speed = max(greatest_speed(parameters), 1e-6)
     light = 1.0 / (1.0 + 5.0 * (1.0 - axes[0] / axes[2]))  # of the mass, where a blow beside the centre turns the body
-    return float(impact.contact_time(coefficient, light * ellipsoid_mass(parameters.body), speed))
+    return float(impact.contact_time(coefficient, light * ellipsoid_mass(parameters.body), speed, law.power))
 
 
 def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
@@ -103,6 +104,7 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
         )
     if parameters.gravity[0] or parameters.gravity[1] or parameters.gravity[2] > 0.0:
         problems.append(f"gravity = {list(parameters.gravity)} m/s^2 must point along -z, for the plane is horizontal")
+    problems += numbers_missing(contact)
     problems += check_damping(contact, False)
     if not (parameters.run.duration and parameters.run.output_rate):
         problems.append("run.duration and run.output_rate must be above 0; give seconds and Hz")

@@ -20,11 +20,18 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.damping import damped_load, steady_damped_load
-from bearing_twin.contact.differential import Shape, differential_coefficient, projected, shape_of, shape_rates
+from bearing_twin.contact.differential import Shape
+from bearing_twin.contact.elastic import elastic
+from bearing_twin.contact.elasticity import (
+    Elasticity,
+    coefficient_at,
+    log_slope,
+    state_begun,
+    state_finished,
+    state_rates,
+)
 from bearing_twin.contact.ellipse import ellipse
-from bearing_twin.contact.friction import friction_factor, spot_friction_fast
-from bearing_twin.contact.normal import CONSTANT, elastic_energy, elastic_load, elastic_stiffness, load_coefficient
-from bearing_twin.kinds.ellipsoid.derived import DIFFERENTIAL, UNPROJECTED
+from bearing_twin.contact.friction import friction_of
 from bearing_twin.numerics.rotation import cross, dot, quaternion_product
 from bearing_twin.shapes.surfaces import ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
 
@@ -32,13 +39,9 @@ POSITION, QUATERNION, VELOCITY, MOMENTUM, VISCOUS, RUBBED, SHAPE = 0, 3, 7, 10, 
 COLUMNS = 18
 """Of the state: where its parts begin; VISCOUS and RUBBED are dissipated energies [J], SHAPE carries c, K and E."""
 
-STENCIL = 1e-4  # of the shape, for the slope of a law's coefficient: off by its square
-ROUND = 1e-3  # shape excess below which the slope of hertz_differential is that of the circle, 1/6
-FRESH = 0.98  # C = P/Q above which the projected states are solved afresh: C turns back at 1 with a kink
-
 
 class Ellipsoid(NamedTuple):
-    """The numbers of the equations; SI. `sink` is the body's share of the compliance, `constant` that law's c.
+    """The numbers of the equations; SI. `sink` is the body's share of the compliance, `rubbing` the friction's number.
 
     Of the viscous terms (see contact/damping.py) at most one is above zero; `damping_ratio` belongs to a restitution
     that holds at every speed.
@@ -48,17 +51,16 @@ class Ellipsoid(NamedTuple):
     mass: float
     inertia: tuple[float, float, float]
     gravity: float
-    modulus: float
     sink: float
-    law: int
-    constant: float
+    law: Elasticity
     damping: float
     relaxation_time: float
     damping_ratio: float
     viscosity: float
     friction: float
     regularisation: float
-    spot: bool
+    rubbing: int
+    over_spot: bool
 
 
 class Pose(NamedTuple):
@@ -122,64 +124,32 @@ def to_fixed(pose, vector):
 
 
 @kernel
-def law_of_shape(law, shape):
-    """Coefficient of a law for sqrt(PQ) = 1/m, E* = 1 Pa and (P + Q)/2 = `shape`/m: even in ln(Q/P), hence smooth."""
-    root = shape + math.sqrt(max(shape * shape - 1.0, 0.0))
-    return load_coefficient(law, 1.0 / root, root, 1.0, 1.0)
+def carried_shape(state):
+    """The states of the contact's shape; zeros where the law carries none."""
+    return Shape(state[15], state[16], state[17])
 
 
 @kernel
-def shape_slope(law, shape):
-    """d ln(c)/d(shape) of a law at constant sqrt(PQ), by differences; 1/6 for Hertz at the circle."""
-    step = STENCIL * shape
-    if shape - step < 1.0:
-        here = law_of_shape(law, shape)
-        ahead, beyond = law_of_shape(law, shape + step), law_of_shape(law, shape + 2.0 * step)
-        return (4.0 * ahead - 3.0 * here - beyond) / (2.0 * step * here)
-    below, above = law_of_shape(law, shape - step), law_of_shape(law, shape + step)
-    return (above - below) / (step * (above + below))
-
-
-@kernel
-def stiffness_of(body, state, low):
-    """c [N/m^1.5] of the law at a lowest point, and d ln(c)/d(shape).
-
-    For Hertz dU/dP = -F a^2/5 at constant h (work of the pressure on a change of the gap) and P a^2/h = D(m)/K(m):
-    the carried states give the slope without differences.
-    """
-    if body.law >= DIFFERENTIAL:
-        carried = Shape(state[15], state[16], state[17])
-        c = differential_coefficient(carried, low.curvature_small, body.modulus)
-        if low.shape_excess < ROUND:
-            return c, 1.0 / 6.0
-        part = 1.5 * c * carried.first_kind / (math.pi * body.modulus)
-        return c, (2.0 * part * part * low.curvature_small - 1.0) / (2.0 * low.shape_excess)
-    c = load_coefficient(body.law, low.curvature_small, low.curvature_large, body.modulus, body.constant)
-    return c, 0.0 if body.law == CONSTANT else shape_slope(body.law, low.shape)
-
-
-@kernel
-def viscous_load(body, elastic, coefficient, effective_mass, approach, approach_rate):
-    """Normal load [N] with the viscous term that the body has."""
-    viscosity = body.viscosity
+def viscous_load(body, spring, effective_mass, approach, approach_rate):
+    """Normal load [N] with the viscous term that the body has; `spring` is the elastic answer."""
+    viscosity, power = body.viscosity, body.law.power
     if body.damping_ratio > 0.0:
-        viscosity = body.damping_ratio * math.sqrt(5.0 * effective_mass * coefficient)
+        viscosity = body.damping_ratio * math.sqrt(2.0 * (power + 1.0) * effective_mass * spring.coefficient)
     if viscosity > 0.0:
-        return steady_damped_load(elastic, approach, approach_rate, viscosity)
-    stiffness = elastic_stiffness(coefficient, approach)
-    return damped_load(elastic, stiffness, approach_rate, body.damping, body.relaxation_time)
+        return steady_damped_load(spring.load, approach, approach_rate, viscosity, power)
+    return damped_load(spring.load, spring.stiffness, approach_rate, body.damping, body.relaxation_time)
 
 
 @kernel
-def friction_of(body, low, pose, load, slip_x, slip_y):
+def friction_along(body, low, pose, load, slip_x, slip_y):
     """Friction on the body along fixed x and y [N], and its drilling torque [N m] about z."""
-    if not body.spot:
-        factor = friction_factor(load, slip_x, slip_y, 0.0, body.friction, body.regularisation)
-        return -factor * slip_x, -factor * slip_y, 0.0
-    spot = ellipse(low.curvature_small, low.curvature_large, body.modulus, load)
-    x, y, _ = to_fixed(pose, low.major_axis)
-    found = spot_friction_fast(
-        load, spot.semi_major, spot.semi_minor, x * slip_x + y * slip_y, x * slip_y - y * slip_x, pose.spin[2],
+    x, y, semi_major, semi_minor = 1.0, 0.0, 0.0, 0.0
+    if body.over_spot:
+        spot = ellipse(low.curvature_small, low.curvature_large, body.law.modulus, load)
+        semi_major, semi_minor = spot.semi_major, spot.semi_minor
+        x, y, _ = to_fixed(pose, low.major_axis)
+    found = friction_of(
+        body.rubbing, load, semi_major, semi_minor, x * slip_x + y * slip_y, x * slip_y - y * slip_x, pose.spin[2],
         body.friction, body.regularisation,
     )  # fmt: skip
     return x * found.force_major - y * found.force_minor, y * found.force_major + x * found.force_minor, found.torque
@@ -190,11 +160,12 @@ def touch_of(body, state, pose):
     """The contact of a state, loaded or not."""
     low = ellipsoid_on_plane(body.semi_axes, pose.down)
     approach = low.reach - state[2]
-    c, slope = stiffness_of(body, state, low)
+    c = coefficient_at(body.law, low.curvature_small, low.curvature_large, carried_shape(state))
+    slope = log_slope(body.law, low, carried_shape(state), c)
     size_slope, shape_slopes = ellipsoid_slopes(body.semi_axes, pose.down, low.reach, low.point)
     turning = cross(pose.down, pose.spin_body)  # rate of the downward direction in the body's axes
     depth = max(approach, 0.0)
-    aside = 0.0 if body.law == CONSTANT else 0.4 * depth
+    aside = 1.0 / (body.law.power + 1.0) * depth if body.law.follows else 0.0  # energy over load
     point = (
         low.point[0] + aside * (size_slope[0] + slope * shape_slopes[0]),
         low.point[1] + aside * (size_slope[1] + slope * shape_slopes[1]),
@@ -208,19 +179,19 @@ def touch_of(body, state, pose):
     for i in range(3):
         mobility += lever[i] * lever[i] / body.inertia[i]
     rate = -(state[9] + moving[2])
-    elastic = elastic_load(c, approach)
+    spring = elastic(c, body.law.power, approach)
     load = 0.0
     if approach > 0.0:
-        load = viscous_load(body, elastic, c, 1.0 / mobility, approach, rate)
+        load = viscous_load(body, spring, 1.0 / mobility, approach, rate)
     slip_x, slip_y = state[7] + moving[0], state[8] + moving[1]
     friction_x, friction_y, torque = 0.0, 0.0, 0.0
     if load > 0.0 and body.friction > 0.0:
-        friction_x, friction_y, torque = friction_of(body, low, pose, load, slip_x, slip_y)
+        friction_x, friction_y, torque = friction_along(body, low, pose, load, slip_x, slip_y)
     ratio_rate = 0.0
     if low.shape_excess > 1e-12:
         ratio_rate = -2.0 * low.curvature_small / low.curvature_large * dot(shape_slopes, turning) / low.shape_excess
     return Touch(
-        approach, rate, load, elastic, elastic_energy(c, approach), friction_x, friction_y, torque, slip_x, slip_y, arm,
+        approach, rate, load, spring.load, spring.energy, friction_x, friction_y, torque, slip_x, slip_y, arm,
         c, 1.0 / mobility, low.curvature_small, low.curvature_large, to_fixed(pose, low.major_axis), ratio_rate,
     )  # fmt: skip
 
@@ -261,26 +232,21 @@ def ellipsoid_rates(body, state, loaded, out):
     out[14] = -(
         touch.friction_x * touch.slip_x + touch.friction_y * touch.slip_y + touch.drilling_torque * pose.spin[2]
     )
-    if body.law >= DIFFERENTIAL:
-        shape = shape_rates(Shape(state[15], state[16], state[17]), touch.ratio_rate)
-        out[15], out[16], out[17] = shape.parameter, shape.first_kind, shape.second_kind
+    shape = state_rates(body.law, carried_shape(state), touch.ratio_rate)
+    out[15], out[16], out[17] = shape.parameter, shape.first_kind, shape.second_kind
 
 
 @kernel
 def begin_shape(body, state):
     """Solves the carried states afresh: at a new contact."""
     low = ellipsoid_on_plane(body.semi_axes, pose_of(body, state).down)
-    state[15], state[16], state[17] = shape_of(low.curvature_small, low.curvature_large)
+    state[15], state[16], state[17] = state_begun(body.law, low.curvature_small, low.curvature_large)
 
 
 @kernel
 def finish_shape(body, state):
-    """What ends a step in contact: one Newton projection of the carried states, unless the law is the unprojected."""
-    if body.law < DIFFERENTIAL or body.law == UNPROJECTED:
-        return
-    low = ellipsoid_on_plane(body.semi_axes, pose_of(body, state).down)
-    ratio = low.curvature_small / low.curvature_large
-    if ratio > FRESH:
-        state[15], state[16], state[17] = shape_of(low.curvature_small, low.curvature_large)
-    else:
-        state[15], state[16], state[17] = projected(Shape(state[15], state[16], state[17]), ratio)
+    """What ends a step in contact: the carried states put right, if the law does so."""
+    if body.law.carries:
+        low = ellipsoid_on_plane(body.semi_axes, pose_of(body, state).down)
+        ratio = low.curvature_small / low.curvature_large
+        state[15], state[16], state[17] = state_finished(body.law, carried_shape(state), ratio)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.ellipsoid.derived import modulus_of
@@ -51,7 +52,7 @@ CONTACT = Table(
         Channel("approach", "m", (), "at the greatest load"),
         Channel("curvature_small", "1/m", (), "of the gap at the greatest load, P in z = P x^2 + Q y^2"),
         Channel("curvature_large", "1/m", (), "of the gap at the greatest load, Q in z = P x^2 + Q y^2"),
-        Channel("coefficient", "N/m^1.5", (), "of the elastic law at the greatest load"),
+        Channel("coefficient", "N/m^1.5", (), "of the elastic law at the greatest load; of a linear one in N/m"),
         Channel("speed_in", "m/s", (), "approach rate at the touch"),
         Channel("speed_out", "m/s", (), "rate of departure at the end"),
         Channel("impulse_x", "N s", (), "on the body, of gravity and contact together"),
@@ -224,7 +225,9 @@ class EllipsoidFigures:
             pressure_doubt(hardest.peak_pressure, yield_pressure(material, self.parameters.plane.material)),
             width_doubt(deepest.semi_axes[0], deepest.radii[0]),
             width_doubt(deepest.semi_axes[1], deepest.radii[1]),
-            law_doubt(self.law, worst.law_error, worst.semi_axes[1] / worst.semi_axes[0]),
+            None
+            if LAWS[self.law].measured
+            else law_doubt(self.law, worst.law_error, worst.semi_axes[1] / worst.semi_axes[0]),
             wave_doubt(shortest, wave_transit(2.0 * max(body.semi_axes), material.young_modulus, material.density)),
         )
 

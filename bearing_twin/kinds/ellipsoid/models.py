@@ -1,5 +1,7 @@
 """Law and stepper of an ellipsoid on a plane: laws are weighed over the whole surface."""
 
+from bearing_twin.contact.friction import FRICTIONS, roughness
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.validity import LAW_TOLERANCE
 from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
@@ -22,8 +24,10 @@ def choose(parameters) -> Choice:
             f"the law {law} is {100.0 * error:.2g} % off exact Hertz somewhere on this body; "
             "contact.normal: hertz costs no more"
         )
-    if law == "hertz_unprojected":
-        warnings.append("nothing pulls the errors of hertz_unprojected back; contact.normal: hertz_differential does")
+    state = LAWS[law].state
+    if state is not None and not state.projects:
+        warnings.append(f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does")
+    warnings += roughness(FRICTIONS[parameters.contact.friction])
     if solver.stepper == "auto":
         reason += "; dop853, because its steps follow the contact's own time and its error is controlled"
     else:

@@ -5,7 +5,10 @@ import math
 import numpy as np
 
 from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
+from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.friction import FRICTIONS, friction_number
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import Material
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.ellipsoid.chunk import (
@@ -25,7 +28,6 @@ from bearing_twin.kinds.ellipsoid.chunk import (
     advance,
 )
 from bearing_twin.kinds.ellipsoid.derived import (
-    ELLIPSOID_LAWS,
     ellipsoid_mass,
     modulus_of,
     principal_inertia,
@@ -49,6 +51,7 @@ def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
     """The numbers of the equations of motion for a scene with the elastic law `law`."""
     contact, gap = parameters.contact, start_gap(parameters)
     modulus = modulus_of(parameters)
+    frozen = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
     compliances = [_compliance(one.material) for one in (parameters.body, parameters.plane)]
     steady = contact.restitution < 1.0 and contact.damping_law == "steady"
     chi = contact.damping
@@ -59,17 +62,16 @@ def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
         mass=ellipsoid_mass(parameters.body),
         inertia=principal_inertia(parameters.body),
         gravity=-float(parameters.gravity[2]),
-        modulus=modulus,
         sink=compliances[0] / sum(compliances),
-        law=ELLIPSOID_LAWS[law],
-        constant=float(hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)),
+        law=elasticity(law, modulus, LAWS[law].number(contact, frozen)),
         damping=float(chi),
         relaxation_time=float(contact.relaxation_time),
         damping_ratio=steady_ratio(contact.restitution) if steady else 0.0,
         viscosity=float(contact.viscosity),
         friction=float(contact.friction_coefficient),
         regularisation=float(contact.friction_regularisation),
-        spot=contact.friction == "spot",
+        rubbing=friction_number(contact.friction),
+        over_spot=FRICTIONS[contact.friction].over_spot,
     )
 
 

@@ -61,7 +61,7 @@ def write_row(body, lowest, state, row):
     """Writes all channels of one state, side by side in their order."""
     pose, norm = pose_of(body, state), 0.0
     touch = touch_of(body, state, pose)
-    spot = ellipse(touch.curvature_small, touch.curvature_large, body.modulus, touch.normal_load)
+    spot = ellipse(touch.curvature_small, touch.curvature_large, body.law.modulus, touch.normal_load)
     for i in range(3, 7):
         norm += state[i] * state[i]
     row[0], row[1], row[2] = state[0], state[1], state[2]

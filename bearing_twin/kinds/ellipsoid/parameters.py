@@ -4,10 +4,18 @@
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.kinds.sections import Elastic, Friction, Run, SteadyDamping, ViscoelasticDamping, Wanted
+from bearing_twin.kinds.sections import (
+    Friction,
+    PointElastic,
+    Run,
+    SteadyDamping,
+    ViscoelasticDamping,
+    Wanted,
+    point_laws,
+)
 from bearing_twin.parameters import choice, quantity, section
 
-ELLIPSOID_LAWS = ("hertz", "hertz_exact", "volumetric", "constant", "hertz_differential", "hertz_unprojected")
+GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 ELLIPSOID_STEPPERS = ("dop853", "rk4")
 
 
@@ -40,10 +48,10 @@ class Start:
 
 
 @dataclass(frozen=True)
-class EllipsoidContact(ViscoelasticDamping, SteadyDamping, Friction, Elastic):
+class EllipsoidContact(ViscoelasticDamping, SteadyDamping, Friction, PointElastic):
     """The laws of the contact."""
 
-    normal: str = choice("auto", ("auto", *ELLIPSOID_LAWS), "elastic law; auto = the cheapest adequate one")
+    normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = the cheapest adequate one")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import kernel
+from bearing_twin.contact.elastic import elastic, greatest_approach
 from bearing_twin.kinds.ellipsoid.equations import (
     COLUMNS,
     MOMENTUM,
@@ -101,9 +102,9 @@ def fill(array, first, count, value):
 
 
 @kernel
-def expected_approach(touch):
-    """Greatest approach [m] from here on by Hertz's impact, about: what the scales of a step follow."""
-    spent = (1.25 * touch.effective_mass * touch.approach_rate**2 / touch.coefficient) ** 0.4
+def expected_approach(body, touch):
+    """Greatest approach [m] from here on by an elastic impact, about: what the scales of a step follow."""
+    spent = greatest_approach(touch.coefficient, body.law.power, touch.effective_mass, touch.approach_rate)
     return max(touch.approach, 0.0) + spent
 
 
@@ -111,9 +112,9 @@ def expected_approach(touch):
 def contact_scales(body, plan, state, lasted, work):
     """Sets the error scales from the contact ahead; returns the longest step [s] for one that has `lasted` [s]."""
     touch = touch_of(body, state, pose_of(body, state))
-    ahead = expected_approach(touch)
+    ahead = expected_approach(body, touch)
     size = max(body.semi_axes[0], max(body.semi_axes[1], body.semi_axes[2]))
-    rate = math.sqrt(1.5 * touch.coefficient * math.sqrt(ahead) / touch.effective_mass)
+    rate = math.sqrt(elastic(touch.coefficient, body.law.power, ahead).stiffness / touch.effective_mass)
     speed = ahead * rate
     fill(work.scales, POSITION, 3, max(plan.tolerance * ahead, ROUNDING * (abs(state[2]) + size)))
     fill(work.scales, QUATERNION, 4, max(plan.tolerance * ahead / size, ROUNDING))

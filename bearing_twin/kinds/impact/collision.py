@@ -17,7 +17,8 @@ from scipy.interpolate import CubicHermiteSpline
 from bearing_twin.compiled import kernel
 from bearing_twin.contact import line
 from bearing_twin.contact.damping import damped_load, steady_damped_load
-from bearing_twin.contact.normal import elastic_energy, elastic_load
+from bearing_twin.contact.elastic import HERTZIAN, elastic
+from bearing_twin.contact.elasticity import line_elastic
 from bearing_twin.errors import IntegrationError
 
 FIXED_STEP = ("rk4", "symplectic_euler")
@@ -34,7 +35,7 @@ class Contact(NamedTuple):
 
 
 class Spring(NamedTuple):
-    """The load between two bodies: `line_law.scale` > 0 selects line contact, else coefficient * approach^1.5.
+    """The load between two bodies: `line_law.scale` > 0 selects line contact, else coefficient * approach^power.
 
     `damping` [s/m] multiplies the load by (1 + damping * approach rate); `steady` [N s/m^(5/4)] is the damping of
     `steady_damped_load`, which takes its place where it is above zero.
@@ -44,6 +45,7 @@ class Spring(NamedTuple):
     line_law: line.LineLaw
     damping: float
     steady: float = 0.0
+    power: float = HERTZIAN
 
 
 NO_LINE = line.LineLaw(0.0, 0.0, 0.0)
@@ -51,37 +53,28 @@ NO_LINE = line.LineLaw(0.0, 0.0, 0.0)
 
 @kernel
 def spring_elastic(spring, approach):
-    """Elastic load [N]."""
+    """The elastic answer to an approach [m]."""
     if spring.line_law.scale > 0.0:
-        return line.load(spring.line_law, approach)
-    return elastic_load(spring.coefficient, approach)
-
-
-@kernel
-def spring_energy(spring, approach):
-    """Elastic energy [J]."""
-    if spring.line_law.scale > 0.0:
-        return line.energy(spring.line_law, line.load(spring.line_law, approach))
-    return elastic_energy(spring.coefficient, approach)
+        return line_elastic(spring.line_law, approach)
+    return elastic(spring.coefficient, spring.power, approach)
 
 
 @kernel
 def spring_load(spring, approach, approach_rate):
     """Load [N] with its viscous part."""
-    elastic = spring_elastic(spring, approach)
+    answer = spring_elastic(spring, approach)
     if spring.steady > 0.0:
-        return steady_damped_load(elastic, approach, approach_rate, spring.steady)
-    return damped_load(elastic, 0.0, approach_rate, spring.damping, 0.0)
+        return steady_damped_load(answer.load, approach, approach_rate, spring.steady, spring.power)
+    return damped_load(answer.load, 0.0, approach_rate, spring.damping, 0.0)
 
 
 @kernel
 def rates(spring, reduced_mass, state, out):
     """Time derivative of (approach [m], approach rate [m/s], dissipated energy [J])."""
-    elastic = spring_elastic(spring, state[0])
     load = spring_load(spring, state[0], state[1])
     out[0] = state[1]
     out[1] = -load / reduced_mass
-    out[2] = (load - elastic) * state[1]
+    out[2] = (load - spring_elastic(spring, state[0]).load) * state[1]
 
 
 @kernel
@@ -153,7 +146,8 @@ def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tole
             return state[0]
         # Apart where elastic and viscous part cancel, which is before the approach is back at zero.
         depth = max(state[0], 0.0)
-        return spring_elastic(spring, depth) + spring.steady * depth**0.25 * state[1]
+        viscous = spring.steady * depth ** (0.5 * (spring.power - 1.0)) * state[1]
+        return spring_elastic(spring, depth).load + viscous
 
     separated.terminal, separated.direction = True, -1.0
     scale = speed * expected
@@ -202,7 +196,8 @@ def _collision(spring, reduced_mass, speed, history, start, end, last, steps, ev
     load = np.array([spring_load(spring, x, v) for x, v in zip(approach, rate, strict=True)])
     leaving = -float(last[1])
     energy = 0.5 * reduced_mass * speed**2
-    left = float(spring_energy(spring, max(float(last[0]), 0.0)))  # lost where bodies part before they are round again
+    # What is left is lost where bodies part before they are round again.
+    left = float(spring_elastic(spring, max(float(last[0]), 0.0)).energy)
     closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) + left - energy) / energy
     impulse = reduced_mass * (speed + leaving)
     contact = Contact(0.0, duration, peak_of(times, load), impulse)

@@ -6,13 +6,15 @@ import math
 import numpy as np
 
 from bearing_twin.contact import hertz_impact as impact
-from bearing_twin.contact.line import greatest_energy, line_law
+from bearing_twin.contact.elasticity import sphere_coefficient
+from bearing_twin.contact.laws import LAWS, line_law
+from bearing_twin.contact.line import greatest_energy
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.names import law_names, numbers_missing
 from bearing_twin.kinds.impact import disc_closed_form
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.impact.parameters import (
     FIXED_STEP,
-    LINE_LAWS,
     Disc,
     Meeting,
     PairSolver,
@@ -32,18 +34,30 @@ def sphere_mass(sphere: Sphere) -> float:
     return np.where(np.greater(sphere.mass, 0.0), sphere.mass, whole)[()]
 
 
+def sphere_law(parameters: TwoSpheresScene) -> str:
+    """Name of the elastic law of two spheres."""
+    contact = parameters.contact
+    if contact.normal != "auto":
+        return contact.normal
+    return "measured" if np.any(np.greater(contact.measured_alpha, 0.0)) else "hertz"
+
+
 def sphere_pair(parameters: TwoSpheresScene) -> tuple[float, float, float]:
-    """(load coefficient [N/m^1.5], first mass, second mass [kg]); a measured alpha replaces the Hertz coefficient.
+    """(load coefficient [N/m^power], first mass, second mass [kg]) by the scene's law.
 
     Numbers or arrays that broadcast: studies evaluate many spheres at once.
     """
-    first, second, measured = parameters.first, parameters.second, parameters.contact.measured_alpha
+    first, second, contact = parameters.first, parameters.second, parameters.contact
     masses = sphere_mass(first), sphere_mass(second)
-    given = np.greater(measured, 0.0)
-    asked = impact.coefficient_of_alpha(np.where(given, measured, 1.0), masses[0] * masses[1] / sum(masses))
+    law = sphere_law(parameters)
     radius = first.radius * second.radius / (first.radius + second.radius)
-    hertz = 4.0 / 3.0 * effective_modulus(first.material, second.material) * np.sqrt(radius)
-    return np.where(given, asked, hertz)[()], *masses
+    bodies, given = (effective_modulus(first.material, second.material), radius), contact.stiffness
+    if law == "measured":
+        known = np.greater(contact.measured_alpha, 0.0)  # of many realisations some may not have one
+        alpha = np.where(known, contact.measured_alpha, 1.0)
+        asked = impact.coefficient_of_alpha(alpha, masses[0] * masses[1] / sum(masses))
+        given = np.where(known, asked, sphere_coefficient("hertz", *bodies))[()]
+    return sphere_coefficient(law, *bodies, given), *masses
 
 
 def disc_mass(disc: Disc) -> float:
@@ -68,7 +82,8 @@ def pair_contact_time(parameters) -> float:
     speed = parameters.motion.speed
     if isinstance(parameters, TwoSpheresScene):
         coefficient, first, second = sphere_pair(parameters)
-        return float(impact.contact_time(coefficient, first * second / (first + second), speed))
+        power = LAWS[sphere_law(parameters)].power
+        return float(impact.contact_time(coefficient, first * second / (first + second), speed, power))
     return contact_time_by(parameters, "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal)
 
 
@@ -90,7 +105,7 @@ def is_elastic(contact: SphereContact) -> bool:
 
 def check_spheres(parameters: TwoSpheresScene) -> list[str]:
     """What is impossible although each number alone is legal."""
-    problems = _check_meeting(parameters.motion)
+    problems = _check_meeting(parameters.motion) + _check_numbers(parameters.contact)
     if not problems:
         problems = _check_step(parameters.solver, pair_contact_time(parameters))
     problems += check_damping(parameters.contact, True)
@@ -112,7 +127,7 @@ def check_discs(parameters: TwoDiscsScene) -> list[str]:
     name = "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal
     most = greatest_energy(disc_law(disc, name))
     if energy >= most:
-        others = [one for one in LINE_LAWS if energy < greatest_energy(disc_law(disc, one))]
+        others = [one for one in law_names("line", ()) if energy < greatest_energy(disc_law(disc, one))]
         way_out = f"use contact.normal: {others[0]}, or " if others else ""
         equation = "eq. (14)" if name == "line" else "Johnson's law"
         return [
@@ -128,6 +143,12 @@ def resolve(parameters):
     stretch = 1.0 if isinstance(parameters, TwoDiscsScene) else parameters.contact.restitution**-0.5
     whole = parameters.motion.gap / parameters.motion.speed + 1.25 * stretch * pair_contact_time(parameters)
     return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, OUTPUTS))
+
+
+def _check_numbers(contact: SphereContact) -> list[str]:
+    """As `numbers_missing`; with the law left to be chosen a measured alpha chooses."""
+    chosen = contact.normal == "auto" and contact.measured_alpha > 0.0
+    return numbers_missing(dataclasses.replace(contact, normal="measured") if chosen else contact)
 
 
 def _check_meeting(motion: Meeting) -> list[str]:

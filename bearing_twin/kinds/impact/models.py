@@ -1,7 +1,9 @@
 """Law and stepper of two bodies that meet: closed forms wherever they say all that is wanted."""
 
+from bearing_twin.contact.elasticity import sphere_coefficient
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FIXED_STEP
-from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time
+from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time, sphere_law
 from bearing_twin.report import Choice
 
 JOHNSON_ERROR = 0.04
@@ -11,8 +13,11 @@ JOHNSON_ERROR = 0.04
 def choose_spheres(parameters) -> Choice:
     """Two spheres: closed forms wherever they say all that is wanted."""
     contact, solver = parameters.contact, parameters.solver
-    law = "measured" if contact.measured_alpha else "hertz"
-    reasons = ["the measured alpha, as the scene asks" if contact.measured_alpha else "hertz, the law of spheres"]
+    law = sphere_law(parameters)
+    if contact.normal != "auto":
+        reasons = [f"{law}, as the scene asks"]
+    else:
+        reasons = ["the measured alpha, as the scene asks" if law == "measured" else "hertz, the law of spheres"]
     if solver.stepper != "auto":
         stepper = solver.stepper
         reasons.append(f"{stepper}, as the scene asks")
@@ -28,7 +33,9 @@ def choose_spheres(parameters) -> Choice:
     else:
         stepper = "dop853"
         reasons.append("dop853, because the force history with losses needs the differential equation")
-    return Choice(law, stepper, 0.0, "; ".join(reasons), _step_warnings(parameters, stepper))
+    exact = sphere_coefficient("hertz", 1.0, 1.0)
+    error = 0.0 if LAWS[law].measured else abs(float(sphere_coefficient(law, 1.0, 1.0) / exact) - 1.0)
+    return Choice(law, stepper, error, "; ".join(reasons), _step_warnings(parameters, stepper))
 
 
 def choose_discs(parameters) -> Choice:

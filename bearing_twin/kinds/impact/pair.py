@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import Contact, Spring, collide, spring_energy, spring_load
+from bearing_twin.kinds.impact.collision import Contact, Spring, collide, spring_elastic, spring_load
 from bearing_twin.kinds.impact.derived import resolve
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
@@ -62,7 +62,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
         rate = np.where(before, motion.speed, np.where(after, -leaving, rate))
         inside = ~(before | after)
         load = np.where(inside, _each(spring_load, spring, approach, rate), 0.0)
-        stored = np.where(inside, _each(lambda s, x, _: spring_energy(s, x), spring, approach, rate), 0.0)
+        stored = np.where(inside, _each(lambda s, x, _: spring_elastic(s, x).energy, spring, approach, rate), 0.0)
         moved, shares = approach + motion.gap, np.array([masses[1], -masses[0]]) / total
         return (
             approach,

@@ -4,10 +4,11 @@
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.kinds.sections import Elastic, Run, SteadyDamping, WantedImpact
+from bearing_twin.contact.names import law_names
+from bearing_twin.kinds.sections import Elastic, PointElastic, Run, SteadyDamping, WantedImpact, point_laws
 from bearing_twin.parameters import choice, quantity, section
 
-LINE_LAWS = ("line", "johnson")
+SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
 FIXED_STEP = ("rk4", "symplectic_euler")
 PAIR_STEPPERS = ("closed_form", "dop853", *FIXED_STEP)
 
@@ -36,11 +37,12 @@ class Meeting:
 
 
 @dataclass(frozen=True)
-class SphereContact(SteadyDamping):
+class SphereContact(SteadyDamping, PointElastic):
     """The law of the contact of two spheres."""
 
+    normal: str = choice("auto", point_laws(*SPHERES_GIVE), "elastic law; auto = hertz, or measured by alpha")
     measured_alpha: float = quantity(
-        0.0, "s (m/s)^0.2", "contact time * speed^0.2, measured; 0 = Hertz from the materials", at_least=0.0
+        0.0, "s (m/s)^0.2", "contact time * speed^0.2, for the law measured; 0 = not known", at_least=0.0
     )
 
 
@@ -85,7 +87,9 @@ class Disc:
 class DiscContact(Elastic):
     """The law of the line contact."""
 
-    normal: str = choice("auto", ("auto", *LINE_LAWS), "law; line = eq. (14) of paper 3, auto = johnson")
+    normal: str = choice(
+        "auto", lambda: ("auto", *law_names("line", ())), "law; line = eq. (14) of paper 3, auto = johnson"
+    )
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,11 @@
 
     mu x'' = -c x^1.5,   tau = alpha v^(-1/5),   c = (5/4) mu (C_H / alpha)^(5/2)        (eqs. 1, 2, 12, 13)
 
-with x the mutual approach and mu the reduced mass. The Hertz coefficient c = (4/3) E* sqrt(R), or the one that gives a
-measured alpha. Contact time, peak force and, by the inverse incomplete beta function, the whole history are closed
-forms. A coefficient of restitution below 1 adds a Hunt-Crossley term; then contact time and history are quadratures.
-Or a term that loses the same share at every speed (`damping_law: steady`); then they come from the equation of motion.
+with x the mutual approach and mu the reduced mass. The Hertz coefficient c = (4/3) E* sqrt(R), or that of another law;
+a linear spring has the power 1. Contact time, peak force and, by the inverse incomplete beta function, the whole
+history are closed forms. A coefficient of restitution below 1 adds a Hunt-Crossley term; then contact time and history
+are quadratures. Or a term that loses the same share at every speed (`damping_law: steady`); then they come from the
+equation of motion.
 
 Breaks: at speeds where the peak pressure exceeds yield or waves cannot cross the spheres several times in a contact.
 """
@@ -17,11 +18,20 @@ from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.contact import hertz_impact as closed_forms
 from bearing_twin.contact.damping import damping_for_restitution, restitution_of, steady_damping
+from bearing_twin.contact.elastic import HERTZIAN, elastic
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact.collision import NO_LINE, Contact, Spring
-from bearing_twin.kinds.impact.derived import is_elastic, meeting_speed, pair_contact_time, sphere_mass, sphere_pair
+from bearing_twin.kinds.impact.derived import (
+    is_elastic,
+    meeting_speed,
+    pair_contact_time,
+    sphere_law,
+    sphere_mass,
+    sphere_pair,
+)
 from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
@@ -32,20 +42,21 @@ from bearing_twin.report import Choice
 def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "closed_form") -> Impact:
     """The impact by `closed_form`, `dop853`, `rk4` or `symplectic_euler`; raises IntegrationError where one fails."""
     coefficient, first, second = sphere_pair(parameters)
+    power = LAWS[law].power
     reduced, speed = first * second / (first + second), parameters.motion.speed
     contact, damping, steady = parameters.contact, parameters.contact.damping, parameters.contact.viscosity
     restitution = contact.restitution
     if restitution < 1.0 and contact.damping_law == "steady":
-        steady = steady_damping(restitution, coefficient, reduced)
+        steady = steady_damping(restitution, coefficient, reduced, power)
     elif restitution < 1.0:
         damping = damping_for_restitution(restitution, contact.restitution_speed or speed)
         restitution = restitution_of(damping * speed)
     elif damping > 0.0:
         restitution = restitution_of(damping * speed)
-    spring = Spring(coefficient, NO_LINE, damping, steady)
+    spring = Spring(coefficient, NO_LINE, damping, steady, power)
     closed = None
     if stepper == "closed_form":
-        closed = _closed(coefficient, reduced, speed, damping, restitution)
+        closed = _closed((coefficient, reduced, speed), power, damping, restitution)
     return pair_impact(parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed)
 
 
@@ -74,7 +85,9 @@ def closed_form() -> ClosedForm:
     """Spheres without loss, many at once."""
     return ClosedForm(
         describes=lambda parameters: (
-            is_elastic(parameters.contact) and parameters.solver.stepper in ("auto", "closed_form")
+            LAWS[sphere_law(parameters)].power == HERTZIAN
+            and is_elastic(parameters.contact)
+            and parameters.solver.stepper in ("auto", "closed_form")
         ),
         bodies=_bodies,
         histories={"normal_load": closed_forms.force_history, "approach": closed_forms.approach_history},
@@ -88,25 +101,26 @@ def _bodies(parameters) -> tuple:
     return coefficient, first * second / (first + second), meeting_speed(parameters)
 
 
-def _closed(coefficient, reduced, speed, damping, wanted):
-    duration, peak, deepest, restitution = closed_forms.damped_impact(coefficient, reduced, speed, damping)
+def _closed(bodies, power, damping, wanted):
+    coefficient, reduced, speed = bodies
+    duration, peak, deepest, restitution = closed_forms.damped_impact(*bodies, damping, power)
     contact = Contact(0.0, float(duration), float(peak), reduced * speed * (1.0 + restitution))
     brought = 0.5 * reduced * speed**2
 
     if damping == 0.0:
 
         def history(times):
-            approach = closed_forms.approach_history(times, coefficient, reduced, speed)
-            slowed = np.sqrt(np.maximum(1.0 - (approach / deepest) ** 2.5, 0.0))
+            approach = closed_forms.approach_history(times, *bodies, power)
+            slowed = np.sqrt(np.maximum(1.0 - (approach / deepest) ** (power + 1.0), 0.0))
             return approach, np.where(np.asarray(times) < 0.5 * duration, speed, -speed) * slowed
     else:
-        curve = CubicHermiteSpline(*closed_forms.damped_history(coefficient, reduced, speed, damping))
+        curve = CubicHermiteSpline(*closed_forms.damped_history(*bodies, damping, power))
 
         def history(times):
             return curve(times), curve(times, 1)
 
     if damping == 0.0:
-        closure = 0.4 * coefficient * float(deepest) ** 2.5 / brought - 1.0
+        closure = elastic(coefficient, power, float(deepest)).energy / brought - 1.0
     else:
         closure = restitution**2 - wanted**2
     return contact, float(deepest), restitution, closure, history

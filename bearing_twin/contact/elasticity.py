@@ -1,0 +1,156 @@
+"""A law in use: what kernels are handed, and the functions made from the table `laws.LAWS` that they call.
+
+A kernel knows a law by its row's place among those of point contacts; `chosen` is the only branch on it.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact import differential, line
+from bearing_twin.contact.differential import Shape
+from bearing_twin.contact.dispatch import chosen
+from bearing_twin.contact.elastic import HERTZIAN, Elastic, compiled_power_law
+from bearing_twin.contact.ellipse import hertz_rational
+from bearing_twin.contact.laws import LAWS, Place
+
+STENCIL = 1e-4  # of the shape, for the slope of a law's coefficient: off by its square
+SHALLOWEST = 1e-12  # m: below it a load of unusual power is taken as proportional to the approach
+NO_SHAPE = Shape(0.0, 0.0, 0.0)
+
+
+_POINT = [row for row in LAWS.values() if row.fits == "point"]
+_STATES = [row.state or differential.NOTHING for row in _POINT]
+_coefficient = chosen([row.coefficient for row in _POINT])
+_begin = chosen([state.begin for state in _STATES])
+_rates = chosen([state.rates for state in _STATES])
+_finish = chosen([state.finish for state in _STATES])
+
+
+class Elasticity(NamedTuple):
+    """A law of a point contact in use, as numbers for kernels: its place in the table, and what its row says.
+
+    `modulus` is E* [Pa], `given` the number that constant, linear and measured laws are given.
+    """
+
+    number: int
+    power: float
+    in_lanes: bool
+    follows: bool
+    carries: bool
+    modulus: float
+    given: float
+
+
+def elasticity(name: str, modulus: float, given: float) -> Elasticity:
+    """The law of that name for a point contact; `given` as in `Elasticity`."""
+    row = LAWS[name]
+    number = _POINT.index(row)
+    carries = row.state is not None
+    return Elasticity(number, row.power, row.in_lanes, row.follows, carries, float(modulus), float(given))
+
+
+@kernel
+def coefficient_at(law, curvature_small, curvature_large, shape):
+    """c [N/m^power] of a law (`Elasticity`) where the gap has these curvatures and the states carried are `shape`."""
+    return _coefficient(law.number, Place(curvature_small, curvature_large, law.modulus, law.given, shape))
+
+
+def coefficient_of(name: str, curvature_small, curvature_large, modulus, given=0.0) -> float:
+    """c [N/m^power] of the law of that name, its states, if any, solved afresh."""
+    law = elasticity(name, modulus, given)
+    return coefficient_at(law, curvature_small, curvature_large, state_begun(law, curvature_small, curvature_large))
+
+
+def sphere_coefficient(name: str, modulus, radius, given=0.0):
+    """c [N/m^power] of a law between spheres of radius [m] R1 R2/(R1 + R2); arrays broadcast."""
+    row = LAWS[name]
+    if not row.follows:
+        return given
+    circle = coefficient_of(name, 0.5, 0.5, 1.0) if row.circle is None else row.circle
+    return circle * modulus * np.sqrt(radius)
+
+
+@kernel
+def state_begun(law, curvature_small, curvature_large):
+    """The states that a law carries, at a new contact; zeros where it carries none."""
+    return _begin(law.number, curvature_small, curvature_large)
+
+
+@kernel
+def state_rates(law, shape, ratio_rate):
+    """Rates of the states when P/Q changes at `ratio_rate` [1/s]."""
+    return _rates(law.number, shape, ratio_rate)
+
+
+@kernel
+def state_finished(law, shape, ratio):
+    """The states at the end of a step, where P/Q is `ratio`: put right, if the law does so."""
+    return _finish(law.number, shape, ratio)
+
+
+@inlined
+def lane_coefficient(law, curvature_small, curvature_large, given):
+    """c of a law in vector lanes: evaluated here if the law does so in lanes, else `given` (see `lane_given`)."""
+    rational = hertz_rational(curvature_small, curvature_large, law.modulus)
+    return rational if law.in_lanes else given
+
+
+@inlined
+def lane_root(law, depth):
+    """h^(p - 1) of a depth h [m] above zero in vector lanes; 1 where `lane_given` holds what is missing."""
+    root = math.sqrt(depth)
+    return root if law.power == HERTZIAN else 1.0
+
+
+@inlined
+def lane_elastic(law, curvature_small, curvature_large, given, approach):
+    """`elastic` for vector lanes: no branch depends on the contact."""
+    coefficient = lane_coefficient(law, curvature_small, curvature_large, given)
+    depth = max(approach, 0.0)
+    touching = 1.0 if approach > 0.0 else 0.0
+    root = math.sqrt(depth)
+    return compiled_power_law(coefficient, law.power, depth, root if law.power == HERTZIAN else touching)
+
+
+@inlined
+def lane_given(law, curvature_small, curvature_large, approach):
+    """What `lane_elastic` must be given: c [N/m^1.5], or of another power the load over the approach [N/m]."""
+    coefficient = coefficient_at(law, curvature_small, curvature_large, NO_SHAPE)
+    if law.power != HERTZIAN and law.power != 1.0:
+        coefficient *= max(approach, SHALLOWEST) ** (law.power - 1.0)
+    return coefficient
+
+
+@inlined
+def _of_shape(law, shape):
+    """Coefficient for sqrt(PQ) = 1/m, E* = 1 Pa and (P + Q)/2 = `shape`/m: even in ln(Q/P), hence smooth."""
+    root = shape + math.sqrt(max(shape * shape - 1.0, 0.0))
+    return _coefficient(law.number, Place(1.0 / root, root, 1.0, 1.0, NO_SHAPE))
+
+
+@kernel
+def log_slope(law, low, carried_shape, coefficient):
+    """d ln(c)/d(shape) of a law at constant sqrt(PQ), at a `surfaces.LowestPoint`; by differences without a state."""
+    if law.carries:
+        return differential.log_slope(carried_shape, low.curvature_small, low.shape_excess, law.modulus, coefficient)
+    if not law.follows:
+        return 0.0
+    step = STENCIL * low.shape
+    if low.shape - step < 1.0:
+        here = _of_shape(law, low.shape)
+        ahead, beyond = _of_shape(law, low.shape + step), _of_shape(law, low.shape + 2.0 * step)
+        return (4.0 * ahead - 3.0 * here - beyond) / (2.0 * step * here)
+    below, above = _of_shape(law, low.shape - step), _of_shape(law, low.shape + step)
+    return (above - below) / (step * (above + below))
+
+
+@inlined
+def line_elastic(law, approach):
+    """The answer of a line contact (`line.LineLaw`) to an approach [m]; its coefficient is a / V [N/m]."""
+    load = line.load(law, approach)
+    coefficient, product = law.half_thickness / law.compliance, load * law.compliance
+    stiffness = coefficient / (math.log(law.scale / product) - 1.0) if product > 0.0 else 0.0
+    return Elastic(coefficient, load, stiffness, line.energy(law, load))

@@ -1,0 +1,109 @@
+"""Every elastic law and every friction model in a bearing: statics, energy, the law reported, friction in lanes."""
+
+import math
+
+import numpy as np
+import pytest
+from bearings import TURNED_REST, asking, motion, run, stored_energy
+
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.names import law_names
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.equations import ball_position, in_ball_frame, inner_contact, outer_contact
+from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, MOTION, VELOCITY
+from bearing_twin.kinds.bearing.parameters import GIVES
+from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.kinds.bearing.spot import with_spot
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+
+CLOSE = ("geometry.inner_conformity=0.5003", "geometry.outer_conformity=0.5003", "geometry.radial_clearance=-1e-7")
+MIDDLE = (0.0, 0.0, 0.0)
+
+
+def test_linear_springs_carry_what_statics_says():
+    """Slow turning, no gravity: each ball is two springs in series, k/2 times the local interference."""
+    offset = 2e-6
+    overrides = ("gravity=[0.0, 0.0, 0.0]", "drive.speed=1.0", f"drive.offset=[{offset}, 0.0, 0.0]", "geometry.balls=7")
+    _, out = run(*overrides, *asking("linear"), law="linear", count=4, period=5e-3)
+    for ball, angle in enumerate(out.orbit_angle[-1]):
+        expected = 1e7 * (3e-6 + offset * math.cos(angle))  # minus a quarter of the clearance at either race
+        assert out.normal_load[-1, ball, 0] == pytest.approx(expected, rel=2e-3)
+    assert out.normal_load[-1, 0, 0] == pytest.approx(2e7 * out.approach[-1, 0, 0], rel=1e-4)
+
+
+@pytest.mark.parametrize("law", law_names("point", GIVES))
+def test_energy_closes_by_every_law(law):
+    moving = motion("initial.motion=rest", "drive.offset=[0.0, -9.0e-6, 1.0e-5]", *asking(law), law=law)
+    before = stored_energy(moving.first_outputs())[0]
+    out = moving.advance(np.arange(1, 31) * 2e-4, 6e-3)
+    residual = out.drive_work[-1] - (stored_energy(out)[-1] - before) - out.dissipated[-1]
+    # What the curvatures do to the coefficient is left out of the energy: 1e-4 of it.
+    assert out.drive_work[-1] > 1e-4
+    assert abs(residual) < 2e-4 * out.drive_work[-1]
+
+
+@pytest.mark.parametrize("stepper", ["rk4", "imex", "dopri5", "rodas3"])
+def test_every_kind_of_stepper_takes_a_linear_spring(stepper):
+    overrides = (*TURNED_REST, *asking("linear"))
+    found, expected = (run(*overrides, law="linear", stepper=name, count=3)[1] for name in (stepper, "rodas4"))
+    for name in ("normal_load", "raceway_torque"):
+        exact = getattr(expected, name)
+        assert np.abs(getattr(found, name) - exact).max() < 1e-3 * np.abs(exact).max()
+
+
+def test_the_law_reported_is_the_law_used():
+    free = choose(load_scene("bearing_6203", CLOSE))
+    assert free.law == "hertz_exact"
+    assert "rational form of hertz ends" in free.reason
+    assert free.warnings == ()
+    pinned = choose(load_scene("bearing_6203", [*CLOSE, "contact.normal=hertz"]))
+    assert pinned.law == "hertz_exact"
+    assert "takes its place" in pinned.warnings[0]
+    scene = load_scene("bearing_6203", [*CLOSE, "run.duration=1e-3"])
+    simulation = Simulation(scene)
+    simulation.advance(2)
+    assert simulation.report().law == "hertz_exact"
+    with pytest.raises(SceneError, match="use hertz_exact"):
+        motion(*CLOSE, law="hertz")
+
+
+def test_a_number_for_no_law_and_a_law_without_its_number_are_refused():
+    for overrides, sentence in (
+        (["contact.normal=linear"], "needs contact.stiffness in N/m"),
+        (["contact.stiffness=1e7"], "needs contact.normal: linear"),
+        (["contact.stiffness=1e7", "contact.normal=hertz"], "needs contact.normal: linear"),
+    ):
+        with pytest.raises(SceneError, match=sentence):
+            load_scene("bearing_6203", overrides)
+    for law, row in LAWS.items():
+        if row.fits == "line" or "alpha" in row.needs or "state" in row.needs:
+            with pytest.raises(SceneError):
+                load_scene("bearing_6203", [f"contact.normal={law}"])
+
+
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_lanes_rub_as_single_contacts_do(friction):
+    """Forces and torques of all lanes by each friction model against one contact at a time."""
+    moving = motion(*TURNED_REST, "gravity=[0.0, 0.0, 0.0]", f"contact.friction={friction}")
+    bearing, speed, state = moving.bearing, moving.drive.speed, moving.state
+    state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
+    rates, lanes = np.zeros_like(state), np.zeros(LANE_ROWS * LANES)
+    bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, np.arange(8), rates, lanes)
+    for k in range(8):
+        position, centre = ball_position(state, k), in_ball_frame(state, k, bearing.offset)
+        inner = inner_contact(bearing, centre, speed, state, k)
+        inner = with_spot(bearing.spot, bearing, centre, speed, position, inner)
+        outer = with_spot(bearing.spot, bearing, MIDDLE, 0.0, position, outer_contact(bearing, state, k))
+        torque = np.add(inner.torque, outer.torque) / bearing.ball_inertia
+        frame = np.array([0.0, 0.0, rates[k, 1]])
+        assert rates[k, 6:9] == pytest.approx(torque - np.cross(frame, state[k, 6:9]), rel=1e-9, abs=1e-3)
+        assert rates[k, MOTION + 1] == pytest.approx(inner.dissipation + outer.dissipation, rel=1e-9)
+        assert (inner.drilling != 0.0) == FRICTIONS[friction].over_spot
+
+
+def test_a_rough_friction_model_is_warned_of():
+    rough = {name for name in FRICTIONS if choose(load_scene("bearing_6203", [f"contact.friction={name}"])).warnings}
+    assert rough == {"pade1", "pade2"}
