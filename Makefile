@@ -62,11 +62,14 @@ $(STAMPS)/package: $(PACKAGES) setup.py setup.cfg pyproject.toml package.xml
 	  .venv/bin/python -m pip install --no-deps --no-build-isolation --editable .
 	@touch $@
 
-install/.interfaces: $(PACKAGES) cmake/relocate.cmake $(shell find msg_schemas -type f)
-	$(call stage,interface package bearing_twin_msgs$(,) about 40 s)
+# tf2_msgs is built too where this ROS has none: its wheels lack the package.
+install/.interfaces: $(PACKAGES) $(shell find cmake msg_schemas -type f)
+	$(call stage,interface packages$(,) about 60 s)
 	@mkdir -p install && rm -f install/local_setup.bash && source env.bash && \
-	  .ci/stage $(LOGS)/interfaces.txt "building bearing_twin_msgs" \
-	  colcon --log-level error build --packages-select bearing_twin_msgs --event-handlers console_direct+ console_cohesion- --cmake-clean-cache \
+	  tf=$$(python -c 'import importlib.util as u; print("" if u.find_spec("tf2_msgs") else "tf2_msgs")') && \
+	  .ci/stage $(LOGS)/interfaces.txt "building bearing_twin_msgs $$tf" \
+	  colcon --log-level error build --base-paths msg_schemas $${tf:+cmake/$$tf} --packages-select bearing_twin_msgs $$tf \
+	  --event-handlers console_direct+ console_cohesion- --cmake-clean-cache \
 	  --cmake-args -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DCMAKE_INSTALL_MESSAGE=NEVER \
 	  -DCMAKE_PROJECT_INCLUDE="$(CURDIR)/cmake/relocate.cmake" -Wno-dev
 	@touch $@

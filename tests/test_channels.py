@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from made_up_run import a_choice, cut, made_up_block, made_up_scene
 
-from bearing_twin.kinds.bearing.outputs import contact_details, wrenches
+from bearing_twin.kinds.bearing.loads import contacts as contacts_of
+from bearing_twin.kinds.bearing.loads import origins, wrenches
+from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import LARGEST_BLOCK, MessageStream, topics
 
@@ -24,10 +26,11 @@ def test_table():
     names = [topic.name for topic in table]
     assert names == [
         "scene",
-        "ball_0/wrench", "ball_1/wrench", "ball_2/wrench", "inner_ring/wrench", "outer_ring/wrench", "contacts",
-        "state", "joint_states", "markers", "samples",
+        "ball_0/wrench", "ball_1/wrench", "ball_2/wrench", "inner_ring/wrench", "outer_ring/wrench", "/tf",
+        "contacts", "state", "joint_states", "markers", "samples",
     ]  # fmt: skip
     assert table[1].full_name == "/bearing/ball_0/wrench"
+    assert table[names.index("/tf")].full_name == "/tf"
     assert {topic.qos.reliability for topic in table} == {"reliable"}
     assert {topic.name: topic.qos.depth for topic in table if topic.qos.depth != 10} == {"scene": 1}
     assert table[0].qos.durability == "transient_local"
@@ -40,7 +43,7 @@ def test_wrench_messages_are_the_sample():
     for wrench in wrenches(scene.parameters, block[0]):
         [(stamp, message)] = named(messages, f"{wrench.body}/wrench")
         force, torque = message.wrench.force, message.wrench.torque
-        assert (stamp, message.header.frame_id) == (0, "bearing_link")
+        assert (stamp, message.header.frame_id) == (0, wrench.body)
         assert [force.x, force.y, force.z] == wrench.force.tolist()
         assert [torque.x, torque.y, torque.z] == wrench.torque.tolist()
 
@@ -52,10 +55,21 @@ def test_contacts_state_and_joints_are_the_sample():
     messages = stream_of(scene, [block])
     _, contacts = named(messages, "contacts")[1]
     assert (contacts.sequence, contacts.law, contacts.balls) == (10, "hertz", 2)
-    assert contacts.normal_load.tobytes() == sample["normal_load"].tobytes()
-    assert contacts.point.tobytes() == sample["point"].tobytes()
-    assert contacts.major_axis.tobytes() == details["major_axis"].tobytes()
-    assert contacts.in_contact.tolist() == details["in_contact"].reshape(-1).tolist()
+    rows = contacts_of(scene.parameters, sample)
+    assert contacts.bodies == ["ball_0", "ball_1", "inner_ring", "outer_ring"]
+    assert contacts.body.tolist() == [0, 0, 1, 1, 0, 1]
+    assert contacts.by.tolist() == [2, 3, 2, 3, 1, 0]
+    for name in ("normal_load", "approach", "point", "normal", "slip", "friction_force"):
+        assert getattr(contacts, name).tobytes() == rows[name].tobytes()
+        assert rows[name][:4].tobytes() == sample[name].tobytes()
+    assert contacts.normal_load[4:].tobytes() == sample["neighbour_load"].tobytes()
+    assert contacts.friction_force[12:].tobytes() == sample["neighbour_friction"].tobytes()
+    assert contacts.major_axis[:12].tobytes() == details["major_axis"].tobytes()
+    assert contacts.in_contact[:4].tolist() == details["in_contact"].reshape(-1).tolist()
+    # `normal` looks from the raceway to the ball, the channels count about the line the other way.
+    assert contacts.spin_rate[:4].tolist() == (-sample["spin_rate"]).reshape(-1).tolist()
+    assert contacts.drilling_torque[:4].tolist() == (-sample["drilling_torque"]).reshape(-1).tolist()
+    assert all(len(getattr(contacts, name)) == 6 for name in ("semi_major", "peak_pressure", "contact_angle"))
     _, state = named(messages, "state")[1]
     x, v = sample["position"], sample["velocity"]
     rates = (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / (x[:, 0] ** 2 + x[:, 1] ** 2)
@@ -67,6 +81,27 @@ def test_contacts_state_and_joints_are_the_sample():
     assert joints.name == ["inner_ring_joint", "ball_0_orbit_joint", "ball_1_orbit_joint"]
     assert joints.position.tolist() == [sample["inner_ring_angle"], *sample["orbit_angle"]]
     assert joints.velocity == pytest.approx([sample["inner_ring_speed"], *rates])
+
+
+@pytest.mark.parametrize("prefix", ["", "left/"])
+def test_frames_stand_where_the_wrenches_are_taken(prefix):
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, 1)
+    messages = stream_of(scene, [block], frame_prefix=prefix)
+    [(_, found)] = named(messages, "/tf")
+    placed = {one.child_frame_id: one for one in found.transforms}
+    assert list(placed) == [f"{prefix}{name}" for name in ("ball_0", "ball_1", "inner_ring", "outer_ring")]
+    for name, origin in origins(scene.parameters, block[0]).items():
+        transform = placed[f"{prefix}{name}"].transform
+        assert [transform.translation.x, transform.translation.y, transform.translation.z] == origin.tolist()
+        assert (transform.rotation.x, transform.rotation.y, transform.rotation.z, transform.rotation.w) == (0, 0, 0, 1)
+        [(_, wrench)] = named(messages, f"{name}/wrench")
+        assert wrench.header.frame_id == f"{prefix}{name}"
+    assert {one.header.frame_id for one in found.transforms} == {f"{prefix}bearing_link"}
+    [(_, array)] = named(messages, "markers")
+    assert {one.header.frame_id for one in array.markers} == {f"{prefix}bearing_link"}
+    [(_, samples)] = named(messages, "samples")
+    assert samples.header.frame_id == f"{prefix}bearing_link"
 
 
 def test_samples_hold_every_output():

@@ -84,8 +84,8 @@ class Picture(Protocol):
 class Topic(NamedTuple):
     """One topic: name below the kind's namespace, ROS type, rate class, builder of its fields, meaning.
 
-    `fields(output)` gives the message's fields by name, nested messages as mappings, arrays as arrays; the header, with
-    `frame`, is filled in by who sends it. None: the topic is built by the stream itself (samples, records, scene).
+    `fields(output)` gives the message's fields by name, nested messages as mappings, arrays as arrays; every header,
+    with `frame`, is filled in by who sends it. None: the stream itself builds the topic (samples, records, scene).
     """
 
     name: str
@@ -103,6 +103,7 @@ class Output:
     parameters: Any
     law: str
     sample: Sample
+    frame_prefix: str = ""
     _known: dict = field(default_factory=dict)
 
     def once(self, function: Callable[[Any, Sample], Any]) -> Any:
@@ -110,6 +111,10 @@ class Output:
         if function not in self._known:
             self._known[function] = function(self.parameters, self.sample)
         return self._known[function]
+
+    def frame(self, name: str) -> str:
+        """The name under which the frame `name` of the scene is known in tf."""
+        return f"{self.frame_prefix}{name}"
 
 
 class Quantity(NamedTuple):

@@ -109,10 +109,10 @@ class MessageStream:
     "publish" topics, one at a multiple of round(output_rate / 20) the markers. A SampleBlock ends after
     round(output_rate / 20) outputs (fewer where that would exceed 4 MiB), counted from sequence 0; records come before
     the SampleBlock that holds their output. `start_time_ns` is added to the simulation time in all stamps; `choice`
-    is the model in use (None: the one the scene gets).
+    is the model in use (None: the one the scene gets); `frame_prefix` stands before the name of every frame.
     """
 
-    def __init__(self, scene, start_time_ns: int = 0, choice: Choice | None = None):
+    def __init__(self, scene, start_time_ns: int = 0, choice: Choice | None = None, frame_prefix: str = ""):
         run = scene.parameters.run
         self.topics = topics(scene)
         self.start_time_ns = start_time_ns
@@ -122,7 +122,8 @@ class MessageStream:
         row_bytes = 8 * sum(channel.width for channel in channels)
         self.block_outputs = max(1, min(self.markers_every, LARGEST_BLOCK // row_bytes))
         self._scene, self._choice = scene, choice or choose(scene)
-        self._frame = KINDS[scene.kind].frame
+        self._frame_prefix = frame_prefix
+        self._frame = f"{frame_prefix}{KINDS[scene.kind].frame}"
         self._channels = channels
         self._by_name = {topic.name: topic for topic in self.topics}
         self._tables = {table.name: table for table in KINDS[scene.kind].records(scene.parameters)}
@@ -201,10 +202,10 @@ class MessageStream:
         if not any(due.values()):
             return
         stamp_ns = self.start_time_ns + int(block.time_ns[row])
-        output = Output(self._scene.parameters, self._choice.law, block[row])
+        output = Output(self._scene.parameters, self._choice.law, block[row], self._frame_prefix)
         for topic in self.topics:
             if due.get(topic.rate):
-                found = message(topic.ros_type, topic.row.fields(output), stamp_ns, topic.row.frame)
+                found = message(topic.ros_type, topic.row.fields(output), stamp_ns, output.frame(topic.row.frame))
                 yield topic, stamp_ns, cdr.serialise(topic.ros_type, found)
 
 

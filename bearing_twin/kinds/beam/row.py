@@ -23,5 +23,7 @@ SPHERE_ON_BEAM = Kind(
     brief=True,
     moved=MOVED,
     upgraded=upgraded,
+    frame="sphere_on_beam_link",
+    topics=late(f"{HERE}.topics:topics"),
     picture=late(f"{HERE}.picture:BeamPicture"),
 )

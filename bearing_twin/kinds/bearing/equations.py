@@ -114,8 +114,16 @@ class RacewayContact(NamedTuple):
 
 
 class PairContact(NamedTuple):
-    """Contact with a neighbouring ball: force and torque on this ball, and this ball's half of the energies."""
+    """Contact with a neighbouring ball: loads on this ball in its own frame, and this ball's half of the energies.
 
+    `normal` points from this ball's centre to the other's, `arm` from its centre to the contact; friction acts at a
+    point, so there is no drilling. Balls that are apart give zeros.
+    """
+
+    normal_load: float
+    normal: tuple[float, float, float]
+    arm: tuple[float, float, float]
+    friction: tuple[float, float, float]
     force: tuple[float, float, float]
     torque: tuple[float, float, float]
     energy: float
@@ -257,7 +265,7 @@ def pair_contact(bearing, state, k, side):
     distance = math.sqrt(dot(between, between))
     approach = 2.0 * radius - distance
     if approach <= 0.0:
-        return PairContact(nothing, nothing, 0.0, 0.0)
+        return PairContact(0.0, nothing, nothing, nothing, nothing, nothing, 0.0, 0.0)
     normal = scaled(1.0 / distance, between)
     arm = scaled(0.5 * distance, normal)
     own = add(ball_vector(state, k, VELOCITY), cross(ball_vector(state, k, SPIN), arm))
@@ -273,6 +281,10 @@ def pair_contact(bearing, state, k, side):
     )
     friction = scaled(-resistance, slip)
     return PairContact(
+        normal_load,
+        normal,
+        arm,
+        friction,
         add(scaled(-normal_load, normal), friction),
         cross(arm, friction),
         0.5 * spring.energy,

@@ -14,7 +14,7 @@ from bearing_twin.kinds.bearing.equations import (
     ball_vector,
     in_ball_frame,
     inner_contact,
-    mark_near,
+    meeting,
     outer_contact,
     pair_contact,
     touchable,
@@ -23,9 +23,8 @@ from bearing_twin.kinds.bearing.layout import DISSIPATED, DRIVE_WORK, GROSS_WORK
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.spot import with_spot
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, quaternion_product, scaled
-from bearing_twin.sample import Channel, Sample, Wrench
+from bearing_twin.sample import Channel, Sample
 
-FRAME = "bearing_link"
 INNER, OUTER = 0, 1
 
 
@@ -64,6 +63,11 @@ class Outputs(NamedTuple):
     drive_work: np.ndarray
     dissipated: np.ndarray
     gross_work: np.ndarray
+    neighbour_approach: np.ndarray
+    neighbour_load: np.ndarray
+    neighbour_point: np.ndarray
+    neighbour_normal: np.ndarray
+    neighbour_friction: np.ndarray
 
 
 @functools.cache
@@ -105,6 +109,11 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
         Channel("drive_work", "J", (), "done on the balls by the inner ring since the start"),
         Channel("dissipated", "J", (), "by friction and contact damping since the start"),
         Channel("gross_work", "J", (), "as drive_work, the power at each contact counted by its magnitude"),
+        Channel("neighbour_approach", "m", (n,), "of each ball and the next ahead, > 0 in contact; 0 where none is"),
+        Channel("neighbour_load", "N", (n,), "normal load between each ball and the next ahead, >= 0"),
+        Channel("neighbour_point", "m", (n, 3), "contact point of each ball with the next ahead; zeros when apart"),
+        Channel("neighbour_normal", "1", (n, 3), "direction of that load on the ball; zeros when apart"),
+        Channel("neighbour_friction", "N", (n, 3), "friction on the ball by the next ahead"),
     )
     if tuple(row.name for row in rows) != Outputs._fields:
         raise AssertionError("channels and Outputs name different quantities")
@@ -148,6 +157,19 @@ def _react(force_sum, torque_sum, row, centre, point, force, drilling):
 
 
 @inlined
+def _write_neighbour(out, row, k, pair, position, cosine, sine):
+    """Writes the contact of ball k with the next ahead."""
+    point = about_z(cosine, sine, add(position, pair.arm))
+    normal = about_z(cosine, sine, scaled(-1.0, pair.normal))
+    friction = about_z(cosine, sine, pair.friction)
+    out.neighbour_load[row, k] = pair.normal_load
+    for axis in range(3):
+        out.neighbour_point[row, k, axis] = point[axis]
+        out.neighbour_normal[row, k, axis] = normal[axis]
+        out.neighbour_friction[row, k, axis] = friction[axis]
+
+
+@inlined
 def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation, out, row):
     """Writes ball k and its two contacts; adds its share of energies and ring reactions."""
     local, centre = ball_position(state, k), in_ball_frame(state, k, inner_centre)
@@ -186,9 +208,12 @@ def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation,
     _react(out.inner_ring_force, out.inner_ring_torque, row, inner_centre, inner_point, inner_force, inner_drilling)
     _react(out.outer_ring_force, out.outer_ring_torque, row, middle, outer_point, outer_force, outer_drilling)
     energy = inner.energy + outer.energy
-    for side in (1, -1):
-        if touchable(bearing, near, k, side):
-            energy += pair_contact(bearing, state, k, side).energy
+    if touchable(bearing, near, k, 1):
+        pair = pair_contact(bearing, state, k, 1)
+        energy += pair.energy
+        _write_neighbour(out, row, k, pair, local, cosine, sine)
+    if touchable(bearing, near, k, -1):
+        energy += pair_contact(bearing, state, k, -1).energy
     out.elastic_energy[row] += energy
     out.kinetic_energy[row] += 0.5 * (
         bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin)
@@ -207,8 +232,11 @@ def write_outputs(bearing, drive, times, states, orientations, out, first):
     """
     near = np.zeros(bearing.balls, np.bool_)
     for sample in range(len(times)):
-        mark_near(bearing, states[sample], 0.0, 0.0, near)
         row = first + sample
+        for k in range(bearing.balls):
+            gap, _ = meeting(bearing, states[sample], k)
+            near[k] = gap < 0.0
+            out.neighbour_approach[row, k] = -gap if gap < math.inf else 0.0
         time = times[sample]
         speed = drive.speed + drive.acceleration * time
         out.inner_ring_speed[row] = speed
@@ -217,18 +245,6 @@ def write_outputs(bearing, drive, times, states, orientations, out, first):
             out.inner_ring_offset[row, axis] = bearing.offset[axis]
         for k in range(bearing.balls):
             _write_ball(bearing, near, bearing.offset, speed, states[sample], k, orientations[sample], out, row)
-
-
-def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
-    """The wrench on every ball by both raceways about its centre, then those on the rings by the balls."""
-    force, torque = sample["raceway_force"], sample["raceway_torque"]
-    rows = [
-        Wrench(f"ball_{k}", "raceways", "ball centre", FRAME, force[k], torque[k])
-        for k in range(parameters.geometry.balls)
-    ]
-    for ring in ("inner_ring", "outer_ring"):
-        rows.append(Wrench(ring, "balls", "ring centre", FRAME, sample[f"{ring}_force"], sample[f"{ring}_torque"]))
-    return rows
 
 
 @kernel

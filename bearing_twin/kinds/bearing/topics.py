@@ -1,36 +1,31 @@
 """The topics of a bearing: wrenches, contacts, state, joints and markers, as fields of messages."""
 
-from functools import partial
-
 import numpy as np
 
+from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, wrenches
 from bearing_twin.kinds.bearing.markers import markers
-from bearing_twin.kinds.bearing.outputs import FRAME, contact_details, wrenches
+from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic
 from bearing_twin.sample import Sample
 
-CONTACT_CHANNELS = (
-    "approach", "normal_load", "contact_angle", "spin_rate", "point", "normal", "friction_force", "slip",
-)  # fmt: skip
-CONTACT_DETAILS = ("in_contact", "semi_major", "semi_minor", "peak_pressure", "major_axis")
+FRAME = "bearing_link"
 STATE_ARRAYS = ("orbit_angle", "position", "velocity", "orientation", "angular_velocity", "roll_rate")
 STATE_NUMBERS = (
     "inner_ring_angle", "inner_ring_speed", "kinetic_energy", "elastic_energy", "potential_energy", "drive_work",
     "dissipated",
 )  # fmt: skip
-CONTACTS = "bearing_twin_msgs/msg/Contacts"
-WRENCH = "geometry_msgs/msg/WrenchStamped"
 
 
 def topics(parameters: BearingScene) -> tuple[Topic, ...]:
     """The topics of a bearing with these balls."""
     balls = parameters.geometry.balls
-    rows = [(f"ball_{k}/wrench", f"on ball {k}, by both raceways, about its centre") for k in range(balls)]
-    rows += [(f"{ring}/wrench", "on the ring, by the balls, about its centre") for ring in ("inner_ring", "outer_ring")]
+    texts = {f"ball_{k}": f"on ball {k}, by raceways and neighbours, about its centre" for k in range(balls)}
+    texts |= dict.fromkeys(RINGS, "on the ring, by the balls, about its centre")
     return (
-        *(Topic(name, WRENCH, PUBLISH, partial(wrench, row), text, FRAME) for row, (name, text) in enumerate(rows)),
-        Topic("contacts", CONTACTS, PUBLISH, contacts, "all ball-raceway contacts as arrays", FRAME),
+        *body_topics(FRAME, wrenches, origins, texts),
+        contacts_topic(FRAME, contacts, "all contacts, of balls with raceways and with each other, as arrays"),
         Topic(
             "state", "bearing_twin_msgs/msg/BearingState", PUBLISH, state, "motion of balls and rings, energies", FRAME
         ),
@@ -38,28 +33,9 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             "joint_states", "sensor_msgs/msg/JointState", PUBLISH, joints, "angles of inner ring and orbits", FRAME
         ),
         Topic(
-            "markers", "visualization_msgs/msg/MarkerArray", MARKERS, marker_fields,
-            "balls, rings, ellipses, loads to look at", FRAME,
+            "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME
         ),
     )  # fmt: skip
-
-
-def wrench(row: int, output: Output) -> dict:
-    """geometry_msgs/WrenchStamped of row `row` of the bearing's wrenches."""
-    found = output.once(wrenches)[row]
-    return {"wrench": {"force": found.force, "torque": found.torque}}
-
-
-def contacts(output: Output) -> dict:
-    """bearing_twin_msgs/Contacts."""
-    details = output.once(contact_details)
-    return {
-        "sequence": output.sample.sequence,
-        "law": output.law,
-        "balls": output.parameters.geometry.balls,
-        **{name: output.sample[name] for name in CONTACT_CHANNELS},
-        **{name: details[name] for name in CONTACT_DETAILS},
-    }
 
 
 def state(output: Output) -> dict:

@@ -22,5 +22,7 @@ ELLIPSOID_ON_PLANE = Kind(
     brief=True,
     moved=MOVED,
     upgraded=upgraded,
+    frame="ellipsoid_on_plane_link",
+    topics=late(f"{HERE}.topics:topics"),
     picture=late(f"{HERE}.picture:EllipsoidPicture"),
 )

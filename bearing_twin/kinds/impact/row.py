@@ -22,6 +22,8 @@ def _pair(name: str, help: str, parameters: type, module: str, **parts) -> Kind:
         known_when_solved=True,
         brief=True,
         upgraded=upgraded,
+        frame=f"{name}_link",
+        topics=late(f"{HERE}.topics:{module}_topics"),
         picture=late(f"{HERE}.picture:PairPicture"),
         **parts,
     )

@@ -1,0 +1,88 @@
+"""The topics of an ellipsoid on a plane: wrenches, the contact, frames and markers, as fields of messages.
+
+The frame of the scene lies in the plane, z up; the frame of the plane is the same.
+"""
+
+import numpy as np
+
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
+from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, GREEN, LINE_LIST, RED, SPHERE, STEEL, TEXT, marker, outlines
+from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.numerics.rotation import rotation_matrix
+from bearing_twin.sample import Sample, Wrench
+
+FRAME = "ellipsoid_on_plane_link"
+BODY, PLANE = "body", "plane"
+ELLIPSE_SCALE = 10.0
+NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque")
+
+
+def topics(parameters: EllipsoidOnPlaneScene) -> tuple[Topic, ...]:
+    """The topics of an ellipsoid on a plane."""
+    texts = {
+        BODY: "on the body, by the plane, about its centre; gravity is not in it",
+        PLANE: f"on the plane, by the body, about the origin of {FRAME}",
+    }
+    return (
+        *body_topics(FRAME, wrenches, origins, texts),
+        contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
+        Topic("pose", "geometry_msgs/msg/PoseStamped", PUBLISH, pose, "centre and orientation of the body", FRAME),
+        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "body, contact ellipse, load to look at", FRAME),
+    )
+
+
+def origins(parameters: EllipsoidOnPlaneScene, sample: Sample) -> dict[str, np.ndarray]:
+    """Centre of the body, and the origin [m]."""
+    return {BODY: sample["position"], PLANE: np.zeros(3)}
+
+
+def wrenches(parameters: EllipsoidOnPlaneScene, sample: Sample) -> list[Wrench]:
+    """On body and plane by each other, of load, friction and drilling."""
+    force = np.array([0.0, 0.0, float(sample["normal_load"])]) + sample["friction_force"]
+    drilling, point = np.array([0.0, 0.0, float(sample["drilling_torque"])]), sample["contact_point"]
+    torque = np.cross(point - sample["position"], force) + drilling
+    return opposed(BODY, PLANE, "centre, origin", force, torque, np.cross(point, -force) - drilling)
+
+
+def contacts(parameters: EllipsoidOnPlaneScene, sample: Sample) -> dict:
+    """The fields of Contacts: the plane acts on the body."""
+    return one_contact(
+        BODY, PLANE,
+        **{name: float(sample[name]) for name in NUMBERS},
+        **{name: sample[name] for name in ("friction_force", "slip", "major_axis")},
+        spin_rate=float(sample["angular_velocity"][2]), point=sample["contact_point"], normal=(0.0, 0.0, 1.0),
+    )  # fmt: skip
+
+
+def pose(output: Output) -> dict:
+    """geometry_msgs/PoseStamped of the body's own axes."""
+    return {"pose": {"position": output.sample["position"], "orientation": output.sample["orientation"]}}
+
+
+def marker_fields(output: Output) -> dict:
+    """visualization_msgs/MarkerArray: the body with pins along its axes, the plane, the contact ellipse, the load."""
+    sample, axes = output.sample, np.array(output.parameters.body.semi_axes)
+    longest, centre, point = float(axes.max()), sample["position"], sample["contact_point"]
+    reach = 1.05 * axes * np.array(rotation_matrix(tuple(map(float, sample["orientation"]))))
+    pins = np.stack([centre - reach.T, centre + reach.T], axis=1)
+    major = sample["major_axis"]
+    across = np.cross((0.0, 0.0, 1.0), major)
+    sides = outlines(
+        point[None],
+        ELLIPSE_SCALE * float(sample["semi_major"]) * major[None],
+        ELLIPSE_SCALE * float(sample["semi_minor"]) * across[None],
+    )
+    loaded = float(sample["normal_load"]) > 0.0
+    ground = (float(point[0]), float(point[1]), -0.01 * longest)
+    text = f"{float(sample['normal_load']):.4g} N, ellipse x {ELLIPSE_SCALE:g}"
+    size, thin = tuple(2.0 * axes), 0.02 * longest
+    return {
+        "markers": [
+            marker("body", 0, SPHERE, size, STEEL, centre, sample["orientation"]),
+            marker("pins", 0, LINE_LIST, (2.0 * thin, 0.0, 0.0), BLUE, points=pins),
+            marker("plane", 0, CUBE, (8.0 * longest, 8.0 * longest, thin), GLASS, ground),
+            marker("contact_ellipses", 0, LINE_LIST, (thin, 0.0, 0.0), RED, points=sides if loaded else None),
+            marker("load", 0, TEXT, (0.0, 0.0, 0.3 * longest), GREEN, (*ground[:2], -0.5 * longest), text=text),
+        ]
+    }

@@ -1,0 +1,83 @@
+"""What the topics of several kinds have in common: wrenches, transforms and contacts as fields of messages.
+
+Frames of bodies have their origin at the point a wrench on the body is taken about, and axes parallel to the scene's
+own frame, however the body turns: a wrench stamped in one keeps its fixed axes.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from bearing_twin.kinds.contract import PUBLISH, Output, Topic
+from bearing_twin.sample import Sample, Wrench
+
+CONTACTS = "bearing_twin_msgs/msg/Contacts"
+MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+
+UNTURNED = (0.0, 0.0, 0.0, 1.0)
+VECTORS = ("point", "normal", "major_axis", "friction_force", "slip")
+NUMBERS = (
+    "approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "contact_angle", "spin_rate",
+    "drilling_torque",
+)  # fmt: skip
+
+WrenchesOf = Callable[[Any, Sample], list[Wrench]]
+OriginsOf = Callable[[Any, Sample], Mapping[str, Iterable[float]]]
+
+
+def body_topics(link: str, wrenches: WrenchesOf, origins: OriginsOf, texts: Mapping[str, str]) -> tuple[Topic, ...]:
+    """One `<body>/wrench` for each key of `texts`, which say what acts, and the frames of the bodies on `/tf`.
+
+    `wrenches(parameters, sample)` are in the order of `texts`; `origins(parameters, sample)` are in the frame `link`.
+    """
+    rows = [
+        Topic(f"{body}/wrench", WRENCH, PUBLISH, partial(_wrench, wrenches, row), text, body)
+        for row, (body, text) in enumerate(texts.items())
+    ]
+    text = f"frames of the bodies: origins where their wrenches are taken, axes parallel to {link}"
+    return (*rows, Topic("/tf", TRANSFORMS, PUBLISH, partial(_transforms, origins), text, link))
+
+
+def _wrench(wrenches: WrenchesOf, row: int, output: Output) -> dict:
+    found = output.once(wrenches)[row]
+    return {"wrench": {"force": found.force, "torque": found.torque}}
+
+
+def _transforms(origins: OriginsOf, output: Output) -> dict:
+    placed = output.once(origins)
+    return {
+        "transforms": [
+            {"child_frame_id": output.frame(body), "transform": {"translation": origin, "rotation": UNTURNED}}
+            for body, origin in placed.items()
+        ]
+    }
+
+
+def contacts_topic(link: str, contacts: Callable[[Any, Sample], dict], text: str) -> Topic:
+    """`contacts`, made from the rows that `contacts(parameters, sample)` gives in the frame `link`."""
+    return Topic("contacts", CONTACTS, PUBLISH, partial(_contacts, contacts), text, link)
+
+
+def _contacts(contacts: Callable[[Any, Sample], dict], output: Output) -> dict:
+    return {"sequence": output.sample.sequence, "law": output.law, **output.once(contacts)}
+
+
+def one_contact(body: str, by: str, **given) -> dict:
+    """The fields of Contacts for one contact in which `by` acts on `body`; what is not given is zero."""
+    rows = {name: np.zeros(1) for name in NUMBERS} | {name: np.zeros((1, 3)) for name in VECTORS}
+    for name, value in given.items():
+        rows[name][0] = value
+    return {"bodies": [body, by], "body": [0], "by": [1], "in_contact": rows["approach"] > 0.0, **rows}
+
+
+def opposed(body: str, by: str, point: str, force, torque, other_torque) -> list[Wrench]:
+    """Two wrenches of equal and opposite force: `torque` on `body`, `other_torque` on `by`, each about its `point`."""
+    force = np.asarray(force, float)
+    return [
+        Wrench(body, by, point, body, force, np.asarray(torque, float)),
+        Wrench(by, body, point, by, -force, np.asarray(other_torque, float)),
+    ]

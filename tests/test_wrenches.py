@@ -1,0 +1,195 @@
+"""Action and reaction: the contacts of a body add up to its wrench, and all wrenches add up to zero."""
+
+import numpy as np
+import pytest
+from bearings import motion
+from scipy.spatial.transform import Rotation
+
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.bearing.equations import AXIS_DISTANCE, MOTION, ORBIT_ANGLE, VELOCITY
+from bearing_twin.kinds.bearing.loads import contacts, origins, wrenches
+from bearing_twin.kinds.contract import Output
+from bearing_twin.kinds.topics import CONTACTS, TRANSFORMS, WRENCH
+from bearing_twin.log import cdr
+from bearing_twin.log.filling import message
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+from bearing_twin.sample import Sample
+
+ROUNDING = 1e-12  # of the sum of magnitudes
+
+
+def touching_balls():
+    """13 balls of a bearing with friction over the spots, each but the last pressed against the next, and spinning."""
+    tight = ("geometry.radial_clearance=0.0", "drive.offset=[0.0, 4e-6, 2e-6]")
+    moving = motion("geometry.balls=13", "contact.friction=spot", *tight, scene="bearing_6203_loose")
+    state, bearing = moving.state, moving.bearing
+    random = np.random.default_rng(5)
+    state[:, AXIS_DISTANCE] = 0.5 * moving.parameters.geometry.pitch_diameter + 1e-6
+    apart = 2.0 * np.arcsin((bearing.ball_radius - 1e-6) / state[0, AXIS_DISTANCE])
+    state[:, ORBIT_ANGLE] = 0.3 + apart * np.arange(13)
+    state[:, VELOCITY:MOTION] += random.normal(size=(13, 6)) * ([1e-3] * 3 + [50.0] * 3)
+    names = (channel.name for channel in KINDS["bearing"].channels(moving.parameters))
+    values = {name: array[0] for name, array in zip(names, moving.first_outputs(), strict=True)}
+    return moving, Sample(0, 0, values)
+
+
+def loads_of(rows, origin):
+    """Force and torque of each body about its origin, summed from the rows of contacts; and sums of magnitudes."""
+    force, torque = np.zeros((len(rows["bodies"]), 3)), np.zeros((len(rows["bodies"]), 3))
+    size = np.zeros((2, len(rows["bodies"])))
+    count = len(rows["body"])
+    columns = {name: np.reshape(rows[name], (count, -1)) for name in ("normal", "friction_force", "point")}
+    numbers = {name: np.reshape(rows[name], count) for name in ("normal_load", "drilling_torque")}
+    for row in range(count):
+        push = numbers["normal_load"][row] * columns["normal"][row] + columns["friction_force"][row]
+        drill = numbers["drilling_torque"][row] * columns["normal"][row]
+        for body, sign in ((rows["body"][row], 1.0), (rows["by"][row], -1.0)):
+            arm = columns["point"][row] - origin[rows["bodies"][body]]
+            force[body] += sign * push
+            torque[body] += sign * (np.cross(arm, push) + drill)
+            size[:, body] += np.linalg.norm(push), np.linalg.norm(arm) * np.linalg.norm(push)
+    return force, torque, size
+
+
+def test_contacts_of_each_body_add_up_to_its_wrench():
+    moving, sample = touching_balls()
+    rows, places = contacts(moving.parameters, sample), origins(moving.parameters, sample)
+    assert np.count_nonzero(rows["normal_load"][26:]) == 12
+    assert np.abs(rows["drilling_torque"][1:26:2]).min() > 0.0
+    assert np.count_nonzero(rows["drilling_torque"][:26:2]) >= 5
+    assert np.linalg.norm(rows["friction_force"][26:38], axis=1).min() > 0.0
+    force, torque, size = loads_of(rows, places)
+    for body, wrench in enumerate(wrenches(moving.parameters, sample)):
+        assert wrench.body == rows["bodies"][body]
+        assert np.abs(wrench.force - force[body]).max() < ROUNDING * size[0, body]
+        assert np.abs(wrench.torque - torque[body]).max() < ROUNDING * size[1, body]
+
+
+def test_all_wrenches_of_a_bearing_add_up_to_zero():
+    moving, sample = touching_balls()
+    places, found = origins(moving.parameters, sample), wrenches(moving.parameters, sample)
+    assert sum(np.linalg.norm(wrench.torque) for wrench in found) > 1e-3
+    assert np.abs(sum(wrench.force for wrench in found)).max() < ROUNDING * sum(
+        np.linalg.norm(wrench.force) for wrench in found
+    )
+    turning = sum(wrench.torque + np.cross(places[wrench.body], wrench.force) for wrench in found)
+    assert np.abs(turning).max() < ROUNDING * sum(
+        np.linalg.norm(places[wrench.body]) * np.linalg.norm(wrench.force) for wrench in found
+    )
+
+
+def test_contacts_between_balls_are_what_spheres_do():
+    """Approach, slip and spin from the motion of the balls; drilling and spinning oppose each other."""
+    moving, sample = touching_balls()
+    rows, radius = contacts(moving.parameters, sample), moving.bearing.ball_radius
+    position, velocity, spin = sample["position"], sample["velocity"], sample["angular_velocity"]
+    for k in range(12):
+        row, between = 26 + k, position[k + 1] - position[k]
+        normal = -between / np.linalg.norm(between)
+        middle = 0.5 * (position[k] + position[k + 1])
+        relative = velocity[k] - velocity[k + 1]
+        relative = relative + np.cross(spin[k], middle - position[k]) - np.cross(spin[k + 1], middle - position[k + 1])
+        assert (rows["body"][row], rows["by"][row]) == (k, k + 1)
+        assert rows["approach"][row] == pytest.approx(2.0 * radius - np.linalg.norm(between), rel=1e-9)
+        assert rows["normal"][row] == pytest.approx(normal, abs=1e-12)
+        assert rows["point"][row] == pytest.approx(middle, abs=1e-12)
+        assert rows["slip"][row] == pytest.approx(relative - relative @ normal * normal, abs=1e-12)
+        assert rows["spin_rate"][row] == pytest.approx((spin[k] - spin[k + 1]) @ normal, rel=1e-9)
+        assert rows["friction_force"][row] @ rows["slip"][row] < 0.0
+        assert rows["semi_major"][row] == pytest.approx(np.sqrt(rows["approach"][row] * radius / 2.0), rel=0.1)
+    assert np.all(rows["drilling_torque"][:26] * rows["spin_rate"][:26] <= 0.0)
+    # The gap that is left over between the last ball and the first.
+    gap = np.linalg.norm(position[0] - position[12]) - 2.0 * radius
+    assert rows["approach"][38] == pytest.approx(-gap, rel=1e-9)
+    assert not rows["in_contact"][38]
+    assert np.all(rows["point"][38] == 0.0)
+
+
+def test_a_ball_and_its_neighbour_agree_wherever_they_are_in_the_ring():
+    """The contact of the last ball with the first is as the one of two balls in a row, turned."""
+    moving, first = touching_balls()
+    state = moving.state
+    state[:] = np.roll(state, 1, axis=0)
+    state[0, ORBIT_ANGLE] -= 2.0 * np.pi
+    values = {name: array[0] for name, array in moving.first_outputs()._asdict().items()}
+    second = Sample(0, 0, values)
+    for name in ("neighbour_load", "neighbour_point", "neighbour_normal", "neighbour_friction", "neighbour_approach"):
+        assert np.roll(second[name], -1, axis=0) == pytest.approx(first[name], rel=1e-6, abs=1e-9)
+
+
+def outputs_of(name, *overrides, count=300):
+    """Outputs of the first `count` instants of a scene, as topics see them."""
+    scene = load_scene(name, overrides)
+    simulation = Simulation(scene)
+    block = simulation.advance(count)
+    return scene, [Output(scene.parameters, simulation.law, sample) for sample in block]
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides"),
+    [
+        ("two_spheres", ("second.radius=0.03", "second.mass=0.0", "contact.restitution=0.8")),
+        ("two_discs", ()),
+        ("sphere_on_beam", ("blow.point=0.3",)),
+        ("ellipsoid_rocking", ("friction.form=spot", "run.output_rate=100000.0", "start.height=1e-5")),
+    ],
+)
+def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
+    """Contacts add up to wrenches and those to zero, at every output with a load."""
+    scene, outputs = outputs_of(name, *overrides, count=300)
+    table = KINDS[scene.kind].topics(scene.parameters)
+    wrench_rows = [row for row in table if row.ros_type == WRENCH]
+    [contact_row] = [row for row in table if row.ros_type == CONTACTS]
+    [frames] = [row for row in table if row.ros_type == TRANSFORMS]
+    loaded = 0
+    for output in outputs:
+        rows = contact_row.fields(output)
+        if not rows["normal_load"][0] > 0.0:
+            continue
+        loaded += 1
+        placed = {
+            one["child_frame_id"]: np.array(one["transform"]["translation"])
+            for one in frames.fields(output)["transforms"]
+        }
+        force, torque, size = loads_of(rows, placed)
+        for body, row in enumerate(wrench_rows):
+            assert row.name == f"{rows['bodies'][body]}/wrench"
+            wrench = row.fields(output)["wrench"]
+            assert np.abs(wrench["force"] - force[body]).max() <= ROUNDING * size[0, body]
+            assert np.abs(wrench["torque"] - torque[body]).max() <= ROUNDING * (size[1, body] + size[0, body])
+    assert loaded > 5
+
+
+@pytest.mark.parametrize("name", ["two_spheres", "two_discs", "sphere_on_beam", "ellipsoid_on_plane", "bearing_6203"])
+def test_every_topic_of_a_kind_is_a_message(name):
+    scene, outputs = outputs_of(name, count=2)
+    for row in KINDS[scene.kind].topics(scene.parameters):
+        found = message(row.ros_type, row.fields(outputs[-1]), 5, row.frame)
+        assert cdr.deserialise(row.ros_type, cdr.serialise(row.ros_type, found)) is not None
+        assert row.frame
+
+
+def test_the_point_of_contact_lies_between_the_bodies():
+    """Two unequal spheres: the surfaces meet at the point, and the ellipse is Hertz's circle."""
+    scene, outputs = outputs_of("two_spheres", "second.radius=0.03", "second.mass=0.0")
+    [row] = [row for row in KINDS["two_spheres"].topics(scene.parameters) if row.ros_type == CONTACTS]
+    fields = max((row.fields(output) for output in outputs), key=lambda one: one["normal_load"][0])
+    approach, radius = fields["approach"][0], 1.0 / (1.0 / 0.01905 + 1.0 / 0.03)
+    assert fields["semi_major"][0] == pytest.approx(np.sqrt(approach * radius), rel=1e-6)
+    assert fields["semi_minor"][0] == pytest.approx(fields["semi_major"][0], rel=1e-6)
+    assert fields["peak_pressure"][0] == pytest.approx(
+        1.5 * fields["normal_load"][0] / (np.pi * fields["semi_major"][0] ** 2), rel=1e-6
+    )
+
+
+def test_the_pose_of_an_ellipsoid_places_its_contact_point():
+    """The point of contact, in the body's own axes, lies on its surface."""
+    scene, outputs = outputs_of("ellipsoid_tumbling", count=400)
+    table = {row.name: row for row in KINDS[scene.kind].topics(scene.parameters)}
+    axes = np.array(scene.parameters.body.semi_axes)
+    for output in outputs[::50]:
+        pose = table["pose"].fields(output)["pose"]
+        point = table["contacts"].fields(output)["point"][0]
+        own = Rotation.from_quat(pose["orientation"]).inv().apply(point - pose["position"])
+        assert np.sum((own / axes) ** 2) == pytest.approx(1.0, abs=1e-3)
