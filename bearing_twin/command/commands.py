@@ -159,6 +159,7 @@ def _scenes_arguments(parser):
     listed = parser.add_mutually_exclusive_group()
     listed.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
     listed.add_argument("--figures", action="store_true", help="list every figure of a run: unit, meaning")
+    listed.add_argument("--schema", action="store_true", help="the JSON Schema of scene and study files, for editors")
 
 
 def _scenes(arguments) -> Outcome:
@@ -168,6 +169,8 @@ def _scenes(arguments) -> Outcome:
         return _keys()
     if arguments.figures:
         return _figures()
+    if arguments.schema:
+        return _schema()
     header = ("name", "kind", "description")
     return listed("scenes", header, ({name: head[name] for name in header} for head in SCENES.heads()))
 
@@ -189,6 +192,15 @@ def _figures() -> Outcome:
     header = ("kind", "figure", "unit", "meaning")
     found = ({"kind": kind, "figure": key, "unit": named(key)[1], "meaning": meaning} for kind, key, meaning in rows)
     return listed("figures", header, found)
+
+
+def _schema() -> Outcome:
+    from bearing_twin.command.terminal import show_text
+    from bearing_twin.report import json_text
+    from bearing_twin.uq.schema import schema
+
+    found = schema()
+    return Outcome(found, [], lambda: show_text(json_text(found)))
 
 
 COMMANDS = {

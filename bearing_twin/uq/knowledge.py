@@ -208,3 +208,6 @@ _SOLVERS = {
     frozenset({"positive", "mean", "mean_log"}): _positive_with_mean_log,
     frozenset({"positive", "mean_log", "std_log"}): _positive_with_logs,
 }
+
+FORMS = tuple(_SOLVERS)
+"""The sets of facts that can be known together."""
