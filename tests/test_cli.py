@@ -17,7 +17,7 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, mai
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.terminal import progress, said_if_slow, show_result
 from bearing_twin.parameters import describe
-from bearing_twin.run.scene import KINDS, scene_names
+from bearing_twin.run.scene import KINDS, load_scene, scene_names
 
 COMMAND = [sys.executable, "-m", "bearing_twin"]
 SHORT = ["bearing_6203", "--duration", "0.02"]
@@ -122,8 +122,9 @@ def test_strict_turns_doubt_into_exit_code_3(capsys):
 
 
 def test_scenes_and_keys_are_listed(capsys):
-    listed = asked(capsys, "scenes")["scenes"]
-    assert [scene["name"] for scene in listed] == scene_names()
+    loaded = [load_scene(name) for name in scene_names()]
+    listed = [{"name": one.name, "kind": one.kind, "description": one.description} for one in loaded]
+    assert asked(capsys, "scenes")["scenes"] == listed
     keys = asked(capsys, "scenes", "--keys")["keys"]
     assert [key["key"] for key in keys] == [row.key for kind in KINDS.values() for row in describe(kind.parameters)]
     assert main(["scenes", "--keys"]) == DONE
@@ -178,6 +179,23 @@ def test_help_is_quick_because_nothing_heavy_is_imported():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
     assert done.stderr.strip() == "[]"
     assert "simulate" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "heavy"),
+    [
+        (["scenes"], ("numpy", "numba", "scipy", "matplotlib")),
+        (["scenes", "--keys"], ("numba", "scipy", "matplotlib")),
+        (["study", "--list"], ("numba", "scipy", "matplotlib")),
+    ],
+)
+def test_lists_import_no_kernel(words, heavy):
+    code = (
+        f"import sys\nfrom bearing_twin.command.cli import main\nassert main({words}) == 0\n"
+        f"print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
+    assert done.stderr.splitlines()[-1] == "[]"
 
 
 def test_as_a_program_standard_output_is_json_alone():

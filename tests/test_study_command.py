@@ -107,7 +107,9 @@ def test_a_study_goes_on_from_its_log(capsys, tmp_path):
 
 def test_the_list_names_every_study_and_quantity(capsys):
     found = asked(capsys, "--list")
-    assert [one["name"] for one in found["studies"]] == study_names()
+    studies = [load_study(name) for name in study_names()]
+    listed = [{"name": one.name, "scene": one.scene["name"], "description": one.description} for one in studies]
+    assert found["studies"] == listed
     assert {(one["kind"], one["quantity"]) for one in found["quantities"]} == {
         (kind, name) for kind, row in KINDS.items() for name in row.quantities_of()
     }
