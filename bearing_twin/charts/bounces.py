@@ -81,7 +81,7 @@ def _instants(case, law):
 def _closed_form(case, count):
     """Hertz's delay [s] (count,) after the volumetric law."""
     parameters = load_scene(SCENE).parameters
-    fall, gravity = parameters.start.height, parameters.gravity
+    fall, gravity = parameters.start.height, -parameters.gravity[2]
     (hertz, mass), (soft, _) = _bodies("hertz"), _bodies("volumetric")
     ratio = steady_ratio(RESTITUTION) if "no loss" not in case else 0.0
     softer = ratio * np.sqrt(hertz / soft) if "d(h)" in case else ratio
