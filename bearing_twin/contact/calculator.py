@@ -70,8 +70,8 @@ def gap_of_curvatures(small: float, large: float) -> Gap:
     ratio = axis_ratio(small, large)
     if ratio < AXIS_RATIO_MIN:
         raise SceneError(
-            f"the ellipse would have b/a = {ratio:.2g}, below {AXIS_RATIO_MIN:g}: this is a line contact; "
-            "use a theory of line contact with the length of the bodies"
+            f"the ellipse would have b/a = {ratio:.2g}, below {AXIS_RATIO_MIN:g}: this is a line, "
+            "which is no contact of this calculator; give curvatures nearer to each other"
         )
     return Gap(small, large, 0.5 / large)
 
