@@ -425,7 +425,7 @@ def test_a_step_too_long_for_the_shortest_contact_is_refused_and_a_coarse_one_is
         load_scene("ellipsoid_on_plane", ["solver.stepper=rk4", "solver.step=1e-4"])
     coarse = load_scene("ellipsoid_on_plane", ["solver.stepper=rk4", "solver.step=4.5e-5"])
     assert "16 steps a contact" in choose(coarse).warnings[0]
-    with pytest.raises(SceneError, match="restitution_speed belongs to contact.damping_law: hunt_crossley"):
+    with pytest.raises(SceneError, match=r"restitution_speed belongs to contact\.damping_law: hunt_crossley"):
         load_scene("ellipsoid_on_plane", ["contact.restitution=1.0", "contact.restitution_speed=1.0"])
 
 
