@@ -43,7 +43,7 @@ def one_sentence(result, *words):
     [
         ("sim_node", "scen:=bearing_6203", ("sim_node: there is no parameter 'scen'; did you mean scene?",)),
         ("sim_node", "scene:=bearing_6204", ("there is no scene 'bearing_6204'", "bearing_6205")),
-        ("sim_node", "scene:=two_spheres", ("scene two_spheres is no bearing", "bearing_twin simulate two_spheres")),
+        ("sim_node", "overrides:=[motion.gap=1]", ("scene bearing_6203.yaml with motion.gap=1",)),
         ("replay_node", "log:=/nowhere/run.mcap", ("replay_node: there is no log /nowhere/run.mcap",)),
         ("recorder_node", "log:=3", ("recorder_node: parameter log = 3 must be text",)),
         ("uq_node", "log_foldr:=x", ("uq_node: there is no parameter 'log_foldr'; did you mean log_folder?",)),

@@ -4,13 +4,15 @@ import pytest
 from made_up_run import made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.errors import LogError
+from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.raw_log import RawLogWriter
-from bearing_twin.log.stream import samples_message
-from bearing_twin.nodes.recording import RECORD, Recording, Sequences, sample_range
+from bearing_twin.log.stream import samples_message, topics
+from bearing_twin.nodes.recording import RECORD, Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
+from bearing_twin.run.scene import parse_scene
 
 MS = 1_000_000
 SCENE = made_up_scene(balls=2)
@@ -159,10 +161,38 @@ def test_a_replay_from_beyond_the_end_says_so(log):
 
 def test_the_topics_of_a_log_are_known_before_it_is_read(log):
     known = logged_topics(log)
-    assert known[SAMPLES] == (cdr.SAMPLE_BLOCK, Qos(10))
+    assert known[SAMPLES] == (cdr.SAMPLE_BLOCK, Qos(10), False)
     assert {name for name in known if "wrench" in name} == {
         "/bearing/ball_0/wrench", "/bearing/ball_1/wrench", "/bearing/inner_ring/wrench", "/bearing/outer_ring/wrench",
     }  # fmt: skip
+
+
+def test_a_topic_whose_type_has_changed_since_is_left_out_with_a_word(tmp_path):
+    old = "RIHS01_" + "1" * 64
+    path = tmp_path / "other.mcap"
+    with RawLogWriter(path) as log:
+        same = log.add_topic(
+            SAMPLES, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),)
+        )
+        other = log.add_topic("/bearing/contacts", cdr.CONTACTS, "uint8 balls\n", old, (Qos(),))
+        log.write(same, 1, 1, sample_block(0, 50))
+        log.write(other, 2, 2, bytes(8))
+    loop = ReplayLoop(path, lambda message: None, 1.0)
+    assert list(loop.topics) == [SAMPLES]
+    [sentence] = loop.left_out
+    assert "/bearing/contacts is not played: bearing_twin_msgs/msg/Contacts has other fields now" in sentence
+    assert [topic for _, topic, _ in played(path)] == [SAMPLES]
+
+
+def test_everything_of_every_kind_is_recorded_by_default(tmp_path):
+    recording = Recording(tmp_path / "out.mcap", default_topics())
+    for name in ("/bearing/state", "/two_spheres/first/wrench", "/sphere_on_beam/records/contact", "/tf"):
+        assert recording.wants(name)
+    assert not recording.wants("/elsewhere/state")
+    assert all(
+        recording.wants(topic.full_name) for kind in KINDS for topic in topics(parse_scene({"kind": kind}, kind))
+    )
+    recording.close()
 
 
 def test_a_damaged_log_is_refused_with_advice(log):

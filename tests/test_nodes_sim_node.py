@@ -157,10 +157,10 @@ def test_every_byte_arrives_in_real_time_and_as_in_a_log(tmp_path):
     for name, messages in expected(1001).items():
         assert [padded(data) for data in lists[name]] == messages, name
     wrench = deserialize_message(lists["/bearing/ball_3/wrench"][50], WrenchStamped)
-    assert (wrench.header.frame_id, wrench.header.stamp.nanosec) == ("bearing_link", 500_000_000)
+    assert (wrench.header.frame_id, wrench.header.stamp.nanosec) == ("ball_3", 500_000_000)
     contacts = deserialize_message(lists["/bearing/contacts"][50], Contacts)
     assert contacts.sequence == 500
-    assert len(contacts.normal_load) == 16
+    assert len(contacts.normal_load) == 24
     write_log(simulate(SCENE), tmp_path / "direct.mcap")
     assert content_digest(tmp_path / "node.mcap") == content_digest(tmp_path / "direct.mcap")
 
@@ -264,6 +264,8 @@ def test_the_clock_is_that_of_the_simulation():
         ({"sceen": "x"}, ParameterError, "did you mean scene?"),
         ({"duration": math.nan}, ParameterError, "duration = nan must be finite"),
         ({"real_time_factor": -1.0}, ParameterError, "real_time_factor = -1.0 must lie between 0 and 1000"),
+        ({"repeat": -2.0}, ParameterError, "repeat = -2.0 must lie between -1 and 86400 s"),
+        ({"scene": 3}, ParameterError, "scene = 3 must be text"),
         ({"scene": "bearing_6204"}, SceneError, "there is no scene 'bearing_6204'"),
         ({"overrides": ["contact.normal=hurtz"]}, SceneError, "did you mean hertz?"),
     ],

@@ -34,7 +34,7 @@ def made_up_simulation():
 
     it.reset, it.advance = reset, advance
     it.set_speed = lambda speed: it.speeds.append((it.time_ns, speed))
-    it.report = lambda: SimpleNamespace(as_dict=lambda: {"status": "made up"})
+    it.report = lambda: SimpleNamespace(as_dict=lambda: {"status": "made up"}, record=lambda: {"status": "made up"})
     return it
 
 
@@ -73,13 +73,66 @@ def outputs_in(delivered):
     return [number for first, count in ranges for number in range(first, first + count)]
 
 
-@pytest.mark.parametrize("factor", [0.0, 1.0, 7.0])
+@pytest.mark.parametrize("factor", [0.0, 1.0, 7.0, 1e-7])
 def test_every_message_of_a_run_is_delivered_whatever_the_pace(factor):
     loop, delivered, clock = made_up_loop(factor=factor, duration_ns=234 * MS)
-    drive(loop, clock, 1_000 * MS)
+    drive(loop, clock, round(1_000 * MS / min(factor or 1.0, 1.0)))
     assert loop.paced.finished
+    assert loop.over
     assert delivered == expected(235)
     assert loop.time_ns == 234 * MS
+
+
+def test_slow_motion_is_slow():
+    loop, delivered, clock = made_up_loop(factor=1e-5, duration_ns=100 * MS)
+    drive(loop, clock, 2_500_000 * MS)
+    assert [t for t, _ in delivered["state"]] == [0, 10 * MS, 20 * MS]
+
+
+@pytest.mark.parametrize(("repeat_ms", "begins"), [(300, (0, 300, 600)), (40, (0, 100, 200, 300))])
+def test_a_run_begins_again_at_the_pace_asked_for(repeat_ms, begins, tmp_path):
+    """From begin to begin, or at once where the run took longer; a repeat sends the same bytes and is not logged."""
+    opened = []
+
+    def open_log(run):
+        opened.append(run)
+        return LogWriter(log_path(tmp_path / "run.mcap", run), SCENE)
+
+    loop, _, clock = made_up_loop(duration_ns=100 * MS, repeat_ns=repeat_ms * MS, open_log=open_log)
+    stamps, first = [], loop.paced.deliver
+    loop.paced.deliver = lambda message: (stamps.append((clock[0] - START, message)), first(message))
+    drive(loop, clock, begins[-1] * MS + 99 * MS)
+    scenes = [wall for wall, message in stamps if message.topic == "scene"]
+    assert scenes == [begin * MS for begin in begins]
+    assert not loop.over
+    assert loop.runs == len(begins) - 1
+    runs, whole = [[one.cdr for _, one in stamps if one.topic == "state"]], [data for _, data in expected(101)["state"]]
+    assert runs[0][:11] == runs[0][11:22] == whole
+    assert opened == [0]
+    assert bits(read_log(tmp_path / "run.mcap")) == bits(cut(BLOCK, 101)[0])  # complete while the node lives on
+
+
+def test_a_run_that_waits_begins_again_on_request_alone():
+    loop, delivered, clock = made_up_loop(duration_ns=100 * MS, repeat_ns=-1)
+    drive(loop, clock, 5_000 * MS)
+    assert (loop.paced.finished, loop.over, loop.runs) == (True, False, 0)
+    assert loop.look()[:2] == (False, "waiting for the next begin")
+    assert len(delivered["state"]) == 11
+    loop.reset(clock[0])
+    drive(loop, clock, 200 * MS)
+    assert len(delivered["state"]) == 22
+    assert [t for t, _ in delivered["scene"]] == [0, 0]
+
+
+def test_a_pause_holds_the_next_begin():
+    loop, delivered, clock = made_up_loop(duration_ns=100 * MS, repeat_ns=200 * MS)
+    drive(loop, clock, 150 * MS)
+    loop.pause(clock[0], True)
+    drive(loop, clock, 500 * MS)
+    assert len(delivered["scene"]) == 1
+    loop.pause(clock[0], False)
+    drive(loop, clock, 50 * MS)
+    assert len(delivered["scene"]) == 2
 
 
 def test_in_real_time_nothing_goes_out_before_it_is_due():

@@ -64,8 +64,6 @@ CHANNELS = (
 class ToyMotion:
     """The swinging body, by its closed form."""
 
-    takes_speed = False
-
     def __init__(self, parameters: ToyScene, choice: Choice):
         self._parameters = parameters
         self.reset()

@@ -28,9 +28,6 @@ class Motion(Protocol):
     3. Whatever cannot go on raises IntegrationError with reason, seconds and body.
     """
 
-    takes_speed: bool
-    """Whether `goal_speed` [rad/s] may be set, as by the node's topic command/speed."""
-
     def reset(self) -> None:
         """Back to the start."""
 
@@ -221,6 +218,7 @@ class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
+    `brief`: a run ends by itself; `takes_speed`: its motion has a `goal_speed` [rad/s] that may be set under way.
     `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
     data of a scene in a log of an earlier version.
     """
@@ -241,6 +239,7 @@ class Kind:
     closed_form: Callable[[], ClosedForm | None] = lambda: None
     known_when_solved: bool = False
     brief: bool = False
+    takes_speed: bool = False
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = no_topics
     picture: Callable[[Facts], Picture] = plain_picture

@@ -22,7 +22,8 @@ def message(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str)
     A nested message may be a mapping or the sequence of its fields; of one with a header, the key `frame_id` names
     another frame. Sequences of messages may be arrays with one row each. Raises KeyError for a field it has not.
     """
-    return _filler(ros_type)(values, (stamp_ns, frame))
+    # The last part keeps the headers of this message: many nested ones share one.
+    return _filler(ros_type)(values, (stamp_ns, frame, {}))
 
 
 def header(stamp_ns: int, frame: str):
@@ -34,10 +35,10 @@ def header(stamp_ns: int, frame: str):
 
 @functools.cache
 def _filler(ros_type: str) -> Callable:
-    """The function (values, (stamp, frame)) -> message of a type."""
+    """The function (values, (stamp, frame, headers by frame)) -> message of a type."""
     cls, fields = cdr.message_class(ros_type), cdr.fields_of(ros_type)
     makers = {name: _maker(description) for name, description in fields}
-    defaults = {name: maker(None, (0, "")) for name, maker in makers.items() if name != "header"}
+    defaults = {name: maker(None, (0, "", {})) for name, maker in makers.items() if name != "header"}
     stamped = any(name == "header" for name, _ in fields)
 
     def fill(values, context):
@@ -46,7 +47,11 @@ def _filler(ros_type: str) -> Callable:
             return cls(*numbers)
         given = {name: makers[name](value, context) for name, value in values.items() if name != "frame_id"}
         if stamped and "header" not in given:
-            given["header"] = header(context[0], values.get("frame_id", context[1]))
+            stamp_ns, frame, headers = context
+            frame = values.get("frame_id", frame)
+            if frame not in headers:
+                headers[frame] = header(stamp_ns, frame)
+            given["header"] = headers[frame]
         return cls(**{**defaults, **given})
 
     return fill

@@ -5,20 +5,30 @@ from collections.abc import Iterable
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
+from bearing_twin.errors import MissingInterfacesError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import message_class, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
 
 
 class Outlet:
-    """Publishes serialised messages as they are, and /clock before the first of each instant; counts them."""
+    """Publishes serialised messages as they are, and /clock before the first of each instant; counts them.
+
+    A topic whose type is not installed is left out with a warning; raises MissingInterfacesError where that is all.
+    """
 
     def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
         self._context = node.context
-        self._publishers = {
-            name: node.create_publisher(message_class(ros_type), name, qos_profile(qos))
-            for name, ros_type, qos in topics
-        }
+        self._publishers, problems = {}, []
+        for name, ros_type, qos in topics:
+            try:
+                self._publishers[name] = node.create_publisher(message_class(ros_type), name, qos_profile(qos))
+            except MissingInterfacesError as error:
+                problems.append(f"{name} is not published: {error}")
+        if problems and not self._publishers:
+            raise MissingInterfacesError(problems[0])
+        if problems:
+            node.get_logger().warning("; ".join(problems))
         self._clock = None
         if publish_clock:
             self._clock = node.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
@@ -46,8 +56,10 @@ class Outlet:
             if message.time_ns != self._ticked:
                 self._ticked = message.time_ns
                 self.tick(message.time_ns)
-            self._publishers[message.topic].publish(message.cdr)
-            self.published += 1
+            publisher = self._publishers.get(message.topic)
+            if publisher is not None:
+                publisher.publish(message.cdr)
+                self.published += 1
         except Exception:
             if self._context.ok():
                 raise

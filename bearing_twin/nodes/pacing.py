@@ -52,7 +52,7 @@ class Pacer:
         """Changes the pace; call `start` afterwards. Raises ValueError when it is negative or not finite."""
         if not 0.0 <= factor < float("inf"):
             raise ValueError(f"the pace must be a finite number >= 0 and is {factor}")
-        self.factor = Fraction(factor).limit_denominator(1_000_000)
+        self.factor = Fraction(factor).limit_denominator(10**12)  # an impact wants 1e-5 and less
 
     def start(self, now: int, stream_ns: int) -> None:
         """From now on `stream_ns` is due at `now`: at the beginning, after a pause, a jump or a change of pace."""

@@ -12,12 +12,14 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, qos_profile, qos_words
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.recording import DEPTH, Recording, definition_prefixes
+from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
 from bearing_twin.nodes.running import declare, guarded, run
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
-    NodeParameter("topics", ["/bearing/*"], "topics to log, as full names or patterns with *"),
+    NodeParameter(
+        "topics", [], "topics to log, as full names or patterns with *; empty = those of every kind of scene, and /tf"
+    ),
 )
 DISCOVERY_PERIOD = 0.1  # s
 FLUSH_PERIOD = 1.0  # s
@@ -33,7 +35,8 @@ class RecorderNode(Node):
         self.failure: Exception | None = None
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
-        self.recording = Recording(path, [one for one in values["topics"] if one], definition_prefixes())
+        topics = [one for one in values["topics"] if one] or default_topics()
+        self.recording = Recording(path, topics, definition_prefixes())
         self.get_logger().info(f"log: {path}")
         self._refused: set[str] = set()
         self._diagnostics = self.create_publisher(

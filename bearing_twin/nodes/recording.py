@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from bearing_twin.errors import LogError
+from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import RawLogWriter
@@ -105,6 +106,11 @@ class Recording:
             self._log.add_metadata(RECORD, status)
         finally:
             self._log.close()
+
+
+def default_topics() -> list[str]:
+    """What is logged where nothing is named: the namespaces of all kinds of scenes, and their frames."""
+    return [*(f"{kind.namespace}/*" for kind in KINDS.values()), "/tf"]
 
 
 def sample_range(data: bytes) -> tuple[int, int]:

@@ -44,7 +44,9 @@ class ReplayNode(Node):
             values["log"], self._deliver, values["rate"], round(values["start"] * 1e9), values["loop"]
         )
         self.loop.paced.paused = values["start_paused"]
-        topics = ((name, ros_type, qos) for name, (ros_type, qos) in self.loop.topics.items())
+        for sentence in self.loop.left_out:
+            self.get_logger().warning(sentence)
+        topics = ((name, topic.ros_type, topic.qos) for name, topic in self.loop.topics.items())
         self._outlet = Outlet(self, topics, values["publish_clock"])
         self._earlier = Pace(0, 0, 0, 0)
         self._warned = False

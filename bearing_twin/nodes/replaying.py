@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from itertools import islice
+from typing import NamedTuple
 
 import yaml
 
 from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import DamagedLog, McapReader
 from bearing_twin.log.raw_log import log_files, raw_messages
@@ -19,14 +21,32 @@ NUMBERED = {
 }  # how older bags write the policies
 
 
+class LoggedTopic(NamedTuple):
+    """A topic of a log; `changed` where its type has other fields now: subscribers could not read its bytes."""
+
+    ros_type: str
+    qos: Qos
+    changed: bool
+
+
 class ReplayLoop:
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
-    Every method runs in the worker's thread; `deliver(timed)` sends one message. Raises LogError, also part way.
+    Topics of a type that has changed since are left out; `left_out` says which. Every method runs in the worker's
+    thread; `deliver(timed)` sends one message. Raises LogError, also part way.
     """
 
     def __init__(self, path, deliver: Callable[[Timed], None], rate: float, start_ns: int = 0, loop: bool = False):
-        self.topics = logged_topics(path)
+        logged = logged_topics(path)
+        self.topics = {name: topic for name, topic in logged.items() if not topic.changed}
+        self.left_out = [
+            f"{name} is not played: {topic.ros_type} has other fields now than when it was logged; play it with the "
+            "bearing_twin that wrote it"
+            for name, topic in logged.items()
+            if topic.changed
+        ]
+        if not self.topics:
+            raise LogError(self.left_out[0])
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._messages = self._read()
@@ -59,9 +79,9 @@ class ReplayLoop:
         return []
 
 
-def logged_topics(path) -> dict[str, tuple[str, Qos]]:
-    """Type and quality of service of every CDR topic of a log, by name; raises LogError."""
-    topics: dict[str, tuple[str, Qos]] = {}
+def logged_topics(path) -> dict[str, LoggedTopic]:
+    """Every CDR topic of a log, by name; raises LogError."""
+    topics: dict[str, LoggedTopic] = {}
     for file in log_files(path):
         try:
             with McapReader(file) as reader:
@@ -70,8 +90,14 @@ def logged_topics(path) -> dict[str, tuple[str, Qos]]:
             raise advice(path, error) from error
         for channel in summary.channels.values():
             if channel.message_encoding == "cdr" and channel.schema_id in summary.schemas:
-                profiles = channel.metadata.get("offered_qos_profiles", "")
-                topics[channel.topic] = (summary.schemas[channel.schema_id].name, offered_qos(profiles))
+                ros_type, said = summary.schemas[channel.schema_id].name, channel.metadata
+                logged_hash = said.get("topic_type_hash", "")
+                changed = (
+                    cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type)
+                )
+                topics[channel.topic] = LoggedTopic(
+                    ros_type, offered_qos(said.get("offered_qos_profiles", "")), changed
+                )
     if not topics:
         raise LogError(f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`")
     return topics

@@ -25,12 +25,22 @@ DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers t
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 
 
-def declare(node: Node, table: Sequence[NodeParameter]) -> dict[str, Any]:
-    """Declares the parameters of `table` and returns their values; raises ParameterError for anything it cannot use."""
-    # rclpy has no public way to see what was given at start-up under names that nobody declared.
-    given = node._parameter_overrides
+def given_parameters(node: Node) -> dict[str, Any]:
+    """What was given at start-up, also under names that nobody declared."""
+    # rclpy has no public way to see these.
+    return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+
+
+def values_of(node: Node, table: Sequence[NodeParameter]) -> dict[str, Any]:
+    """The values of the parameters of `table`; raises ParameterError for anything the node was given and cannot use."""
+    given = given_parameters(node)
     legal = [name for name in given if node.has_parameter(name) or name.startswith("qos_overrides.")]
-    values = checked(table, {name: parameter.value for name, parameter in given.items()}, legal)
+    return checked(table, given, legal)
+
+
+def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Declares the parameters of `table` and returns their values, those of the node where none are handed in."""
+    values = values_of(node, table) if values is None else values
     for parameter in table:
         value = values[parameter.name]
         default = value if value != [] else Parameter.Type.STRING_ARRAY

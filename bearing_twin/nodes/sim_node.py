@@ -21,36 +21,16 @@ from bearing_twin.log.mcap_log import LogWriter, choice_record
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, diagnostics, message_class, qos_profile
-from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import Outlet
-from bearing_twin.nodes.pacing import Pace
 from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
+from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
-from bearing_twin.run.scene import Scene, load_scene
+from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
 
-PARAMETERS = (
-    NodeParameter("scene", "bearing_6203", "scene to run: a name, or the path of a YAML file"),
-    NodeParameter("overrides", [], "changes to the scene, such as contact.normal=volumetric"),
-    NodeParameter("duration", 0.0, "simulated time after which the node ends; 0 = endless", "s", 0.0, 86400.0),
-    NodeParameter(
-        "real_time_factor",
-        1.0,
-        "wanted pace; 0 = as fast as possible, which only the log gets without loss",
-        "1",
-        0.0,
-        1000.0,
-        read_only=False,
-    ),
-    NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
-    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
-    NodeParameter("publish_clock", False, "publish simulation time on /clock"),
-    NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
-)
 DIAGNOSTICS_PERIOD = 1.0  # s
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
-SHORTFALL = 0.95  # of the wanted pace, below which the node says so
 COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
 SAY_EVERY = 10  # diagnostics while kernels are compiled, for each line about it
 
@@ -59,11 +39,12 @@ class SimNode(Node):
     """Publishes a running scene; see PARAMETERS. Raises BearingTwinError for parameters or scenes it cannot use."""
 
     def __init__(self, **options):
-        super().__init__("sim_node", namespace=KINDS["bearing"].namespace, **options)
+        values, scene = looked_up(options)
+        kind = KINDS[scene.kind]
+        super().__init__(NAME, namespace=kind.namespace, **options)
         self.done = threading.Event()
         self.failure: Exception | None = None
-        values = declare(self, PARAMETERS)
-        scene = load_scene(values["scene"], [one for one in values["overrides"] if one])
+        declare(self, PARAMETERS, values)
         if values["log"]:
             refuse_existing(values["log"])
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
@@ -78,10 +59,12 @@ class SimNode(Node):
         self.ready = threading.Event()
         self._doing = "compiling"
         self._started, self._looks = time.monotonic(), 0
-        self._earlier = Pace(0, 0, 0, 0)
         self._warned = False
-        self._serve()
-        prepare = partial(self._prepare, scene, values["real_time_factor"], round(values["duration"] * 1e9))
+        self._serve(kind.takes_speed)
+        duration_ns = round(values["duration"] * 1e9)
+        if kind.brief and not duration_ns:
+            duration_ns = (scene.outputs - 1) * scene.output_period_ns
+        prepare = partial(self._prepare, scene, values, duration_ns)
         self.worker = Worker(self._turn, prepare, self._ended)
         self.worker.start()
 
@@ -91,13 +74,15 @@ class SimNode(Node):
         if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
 
-    def _serve(self) -> None:
+    def _serve(self, takes_speed: bool) -> None:
         services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
         self.create_service(SetBool, "~/pause", self._on_pause, callback_group=services)
         self.create_service(Trigger, "~/reset", self._on_reset, callback_group=services)
         self.create_service(Step, "~/step", self._on_step, callback_group=steps)
-        self.create_subscription(Float64, "command/speed", self._on_speed, qos_profile(Qos()), callback_group=others)
+        if takes_speed:
+            profile = qos_profile(Qos())
+            self.create_subscription(Float64, "command/speed", self._on_speed, profile, callback_group=others)
         self._diagnostics = self.create_publisher(
             message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
         )
@@ -116,7 +101,7 @@ class SimNode(Node):
         run = self.simulation
         return LogWriter(path, run.scene, choice_record(run.choice))
 
-    def _prepare(self, scene: Scene, factor: float, duration_ns: int) -> None:
+    def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("compiling the kernels of this scene (once on a machine)")
         self.simulation = run = Simulation(scene)
         run.warm_up()
@@ -124,8 +109,9 @@ class SimNode(Node):
         wait_for_subscribers(self._outlet.publishers, self._discovery)
         if self.worker.stopping:
             return
-        make_stream = partial(MessageStream, scene, choice=run.choice)
-        loop = SimulationLoop(run, make_stream, self._outlet.deliver, factor, duration_ns, self._open_log)
+        make_stream = partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"])
+        factor, repeat_ns = values["real_time_factor"], round(values["repeat"] * 1e9)
+        loop = SimulationLoop(run, make_stream, self._outlet.deliver, factor, duration_ns, self._open_log, repeat_ns)
         loop.paced.paused = self._paused_at_start
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice_reason}
         self.loop = loop
@@ -136,7 +122,7 @@ class SimNode(Node):
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
-        if self.loop.paced.finished and not self.done.is_set():
+        if self.loop.over and not self.done.is_set():
             acknowledged(self._outlet.publishers)
             self._report()
             self.get_logger().info(f"done at {self.loop.time_ns * 1e-9:.6f} s, {self._outlet.published} messages")
@@ -239,34 +225,17 @@ class SimNode(Node):
         if self.loop is None:
             self._report_start()
             return
-        pace, wanted = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
-        factor = pace.real_time_factor(self._earlier)
-        ran = pace.running_ns > self._earlier.running_ns
-        slow = wanted > 0.0 and ran and (factor < SHORTFALL * wanted and pace.behind)
-        self._earlier = pace
-        if self.loop.paced.paused:
-            level, message = OK, "paused"
-        elif slow:
-            level, message = WARN, f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
-        else:
-            level, message = OK, "running"
+        slow, message, numbers = self.loop.look()
         if slow and not self._warned:
             self._warned = True
             self.get_logger().warning(
                 f"{message}; see /diagnostics, or lower real_time_factor or the scene's output_rate"
             )
-        values = {
-            "real_time_factor": factor,
-            "wanted_real_time_factor": wanted,
-            "lag_s": pace.lag_ns * 1e-9,
-            "given_up_s": pace.slipped_ns * 1e-9,
-            "simulation_time_s": self.loop.time_ns * 1e-9,
-            "outputs": self.simulation.sequence + 1,
+        counts = {
             "messages": self._outlet.published,
-            "runs": self.loop.runs + 1,
             "least_subscribers": min(publisher.get_subscription_count() for publisher in self._outlet.publishers),
         }
-        self._publish_status(level, message, values)
+        self._publish_status(WARN if slow else OK, message, numbers | counts)
 
     def _report_start(self) -> None:
         """Diagnostics, and now and then a line, while there is no simulation yet."""

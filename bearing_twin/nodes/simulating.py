@@ -5,10 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
+from bearing_twin.nodes.pacing import Pace, PacedStream, Pacer, Timed
 
 CHUNK_NS = 10_000_000  # handed over in one go; a command waits at most for the simulation's own chunk
 LONGEST_STEP = 10.0  # s
+SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
 
 
@@ -17,6 +18,8 @@ class SimulationLoop:
 
     `simulation` is a `Simulation`, `make_stream()` a new `MessageStream`, `deliver(timed)` sends one message.
     `open_log(run)` gives the log writer of run 0, 1 ... (a reset starts a new run) or None. `duration_ns` 0 = endless.
+    A run that has ended begins again `repeat_ns` of wall time after it began, or at once where it took longer; below 0
+    it waits for a reset. A repeat sends the same messages again, so it is not logged.
     """
 
     def __init__(
@@ -27,6 +30,7 @@ class SimulationLoop:
         factor: float = 1.0,
         duration_ns: int = 0,
         open_log: Callable[[int], object] = lambda run: None,
+        repeat_ns: int = 0,
     ):
         self.simulation = simulation
         self.runs = 0
@@ -37,13 +41,61 @@ class SimulationLoop:
         self._chunk = max(1, CHUNK_NS // simulation.output_period_ns)
         self._total = duration_ns // simulation.output_period_ns + 1 if duration_ns else None
         self._done = self._flushed = False
+        self._repeat = repeat_ns
+        self._began: int | None = None
+        self._earlier = Pace(0, 0, 0, 0)
         self.paced = PacedStream(self._next_batch, deliver, Pacer(factor))
-        self.turn = self.paced.turn
 
     @property
     def time_ns(self) -> int:
         """Simulation time of the last message delivered."""
         return self.paced.position_ns
+
+    @property
+    def over(self) -> bool:
+        """Whether everything was delivered and nothing more will come by itself or by a reset."""
+        return self.paced.finished and not self._repeat
+
+    def turn(self, now: int) -> int | None:
+        """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
+        if self._began is None and not self.paced.paused:
+            self._began = now
+        wake_at = self.paced.turn(now)
+        if not self.paced.finished or self.over:
+            return wake_at
+        self.close()
+        if self._repeat < 0 or self.paced.paused:
+            return None
+        due = self._began + self._repeat
+        if now < due:
+            return due
+        self._begin_again(None)
+        return now
+
+    def look(self) -> tuple[bool, str, dict[str, float]]:
+        """Whether it cannot keep up, what it does, and its numbers since the last look."""
+        pace, wanted = self.paced.pacer.pace(), float(self.paced.pacer.factor)
+        factor, earlier = pace.real_time_factor(self._earlier), self._earlier
+        self._earlier = pace
+        slow = wanted > 0.0 and pace.running_ns > earlier.running_ns and factor < SHORTFALL * wanted and pace.behind
+        if self.paced.paused:
+            slow, message = False, "paused"
+        elif self.paced.finished and not self.over:
+            slow, message = False, "waiting for the next begin"
+        elif slow:
+            message = f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
+        else:
+            message = "running"
+        numbers = {
+            "real_time_factor": factor,
+            "wanted_real_time_factor": wanted,
+            "lag_s": pace.lag_ns * 1e-9,
+            "given_up_s": pace.slipped_ns * 1e-9,
+            "simulation_time_s": self.time_ns * 1e-9,
+            "outputs": self.simulation.sequence + 1,
+            "runs": self.runs + 1,
+        }
+        return slow, message, numbers
 
     def pause(self, now: int, paused: bool) -> str:
         """Holds time or lets it go on; pausing twice is as good as once."""
@@ -62,13 +114,17 @@ class SimulationLoop:
     def reset(self, now: int) -> str:
         """Back to time 0 and the scene's own speed; a log is completed and the next run goes to a new one."""
         self.close()
+        self._begin_again(self._open_log)
+        return f"run {self.runs} starts at 0 s"
+
+    def _begin_again(self, open_log) -> None:
         self.runs += 1
         self.simulation.reset()
         self._stream = self._make_stream()
-        self._log = self._open_log(self.runs)
+        self._log = open_log(self.runs) if open_log else None
         self._done = self._flushed = False
+        self._began = None
         self.paced.restart()
-        return f"run {self.runs} starts at 0 s"
 
     def step(self, now: int, seconds: float) -> str:
         """While paused: delivers `seconds` of simulated time, rounded up to whole outputs, as fast as it computes."""

@@ -49,8 +49,9 @@ class Watch:
         self.messages += 1
 
     def contacts(self, message) -> None:
-        """Takes a Contacts message; angle and ellipse are kept where the load was greatest."""
-        load = np.reshape(message.normal_load, (-1, 2))
+        """Takes a Contacts message; angle and ellipse of balls and raceways are kept where the load was greatest."""
+        rows = 2 * len(self.count)
+        load = np.reshape(message.normal_load[:rows], (-1, 2))
         higher = load > self.ellipse_load
         for mine, theirs in (
             (self.ellipse_load, message.normal_load),
@@ -58,7 +59,7 @@ class Watch:
             (self.semi_major, message.semi_major),
             (self.semi_minor, message.semi_minor),
         ):
-            mine[higher] = np.reshape(theirs, (-1, 2))[higher]
+            mine[higher] = np.reshape(theirs[:rows], (-1, 2))[higher]
         self.model["law"] = message.law
         self.messages += 1
 

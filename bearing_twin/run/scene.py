@@ -34,6 +34,11 @@ class Scene:
         """Nanoseconds between two outputs."""
         return max(1, round(1e9 / self.parameters.run.output_rate))
 
+    @property
+    def outputs(self) -> int:
+        """Number of outputs of the whole run, the one at time zero included."""
+        return int(1e9 * self.parameters.run.duration // self.output_period_ns) + 1
+
     def resolved(self) -> dict:
         """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""
         head = {"name": self.name, "kind": self.kind, "description": self.description}

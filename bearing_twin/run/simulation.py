@@ -59,7 +59,7 @@ class Simulation:
     @property
     def takes_speed(self) -> bool:
         """Whether `set_speed` means anything to this scene."""
-        return self._motion.takes_speed
+        return self.kind.takes_speed
 
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
@@ -163,7 +163,7 @@ class Run:
     @property
     def outputs(self) -> int:
         """Number of outputs of the whole run, the one at time zero included."""
-        return int(1e9 * self.scene.parameters.run.duration // self.simulation.output_period_ns) + 1
+        return self.scene.outputs
 
     def blocks(self) -> Iterator[Block]:
         """The run in blocks of up to 50 outputs, from the start."""

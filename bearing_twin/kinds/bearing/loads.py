@@ -6,6 +6,7 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.topics import NUMBERS
 from bearing_twin.sample import Sample, Wrench
 
 RINGS = ("inner_ring", "outer_ring")
@@ -24,12 +25,14 @@ def origins(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
 
 def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
     """The wrench of all contacts on each ball about its centre, then those on the rings about theirs."""
-    position, point = sample["position"], sample["neighbour_point"]
-    push = sample["neighbour_load"][:, None] * sample["neighbour_normal"] + sample["neighbour_friction"]
-    ahead = np.cross(point - position, push)
-    behind = np.cross(point - np.roll(position, -1, axis=0), -push)  # on the next ball
-    force = sample["raceway_force"] + push - np.roll(push, 1, axis=0)
-    torque = sample["raceway_torque"] + ahead + np.roll(behind, 1, axis=0)
+    force, torque = sample["raceway_force"], sample["raceway_torque"]
+    if sample["neighbour_load"].any():
+        position, point = sample["position"], sample["neighbour_point"]
+        push = sample["neighbour_load"][:, None] * sample["neighbour_normal"] + sample["neighbour_friction"]
+        ahead = np.cross(point - position, push)
+        behind = np.cross(point - np.roll(position, -1, axis=0), -push)  # on the next ball
+        force = force + push - np.roll(push, 1, axis=0)
+        torque = torque + ahead + np.roll(behind, 1, axis=0)
     rows = [
         Wrench(f"ball_{k}", "raceways and balls", "ball centre", f"ball_{k}", force[k], torque[k])
         for k in range(parameters.geometry.balls)
@@ -66,30 +69,29 @@ def contacts(parameters: BearingScene, sample: Sample) -> dict:
 def _neighbours(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
     """One row for each ball and the next ahead, of spheres that roll on each other."""
     load, normal, point = (sample[f"neighbour_{name}"] for name in ("load", "normal", "point"))
-    touching = (sample["neighbour_approach"] > 0.0)[:, None]
-    arm = point - sample["position"]
-    surface = sample["velocity"] + np.cross(sample["angular_velocity"], arm)
-    spin, place, velocity = (np.roll(sample[n], -1, axis=0) for n in ("angular_velocity", "position", "velocity"))
-    relative = np.where(touching, surface - velocity - np.cross(spin, point - place), 0.0)
-    slip = relative - np.sum(relative * normal, axis=1, keepdims=True) * normal
-    curvature = 2.0 / parameters.geometry.ball_diameter  # of the gap between two balls, the same all round
-    modulus = effective_modulus(parameters.materials.ball, parameters.materials.ball)
-    spots = np.array([ellipse(curvature, curvature, modulus, one) if one > 0.0 else (0.0,) * 3 for one in load])
-    across = np.array([0.0, 0.0, 1.0]) - normal[:, 2:] * normal
-    across = np.where(touching, across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300), 0.0)
-    return {
-        "in_contact": touching[:, 0],
+    touching = sample["neighbour_approach"] > 0.0
+    rows = {
+        "in_contact": touching,
         "approach": sample["neighbour_approach"],
         "normal_load": load,
-        "semi_major": spots[:, 0],
-        "semi_minor": spots[:, 1],
-        "peak_pressure": spots[:, 2],
-        "contact_angle": np.arctan2(-normal[:, 2], np.hypot(normal[:, 0], normal[:, 1])),
-        "spin_rate": np.sum((sample["angular_velocity"] - spin) * normal, axis=1),
-        "drilling_torque": np.zeros(len(load)),
         "point": point,
         "normal": normal,
-        "major_axis": across,
         "friction_force": sample["neighbour_friction"],
-        "slip": slip,
+        **{name: np.zeros(len(load)) for name in NUMBERS if name not in ("approach", "normal_load")},
+        **{name: np.zeros((len(load), 3)) for name in ("major_axis", "slip")},
     }
+    curvature = 2.0 / parameters.geometry.ball_diameter  # of the gap between two balls, the same all round
+    modulus = effective_modulus(parameters.materials.ball, parameters.materials.ball)
+    position, velocity, spin = (sample[name] for name in ("position", "velocity", "angular_velocity"))
+    for k in np.flatnonzero(touching):
+        other = (k + 1) % len(load)
+        own = velocity[k] + np.cross(spin[k], point[k] - position[k])
+        relative = own - velocity[other] - np.cross(spin[other], point[k] - position[other])
+        across = np.array([0.0, 0.0, 1.0]) - normal[k, 2] * normal[k]
+        rows["slip"][k] = relative - relative @ normal[k] * normal[k]
+        rows["spin_rate"][k] = (spin[k] - spin[other]) @ normal[k]
+        rows["major_axis"][k] = across / np.linalg.norm(across)
+        rows["contact_angle"][k] = np.arctan2(-normal[k, 2], np.hypot(*normal[k, :2]))
+        spot = ellipse(curvature, curvature, modulus, load[k])
+        rows["semi_major"][k], rows["semi_minor"][k], rows["peak_pressure"][k] = spot
+    return rows

@@ -59,8 +59,6 @@ class BearingMotion:
     `counts` holds steps, rejections, evaluations of a ball's rates and Jacobians so far.
     """
 
-    takes_speed = True
-
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters = parameters
         self.bearing = self._bearing = bearing_of(parameters, choice.law)

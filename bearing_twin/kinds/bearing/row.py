@@ -18,6 +18,7 @@ BEARING = Kind(
     figures=late(f"{HERE}.figures:BearingFigures"),
     meanings=late(f"{HERE}.figures:meanings"),
     quantities=late(f"{HERE}.quantities:quantities"),
+    takes_speed=True,
     frame="bearing_link",
     topics=late(f"{HERE}.topics:topics"),
     moved=MOVED,

@@ -93,8 +93,6 @@ def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
 class EllipsoidMotion:
     """The ellipsoid in motion: `advance` integrates one chunk and returns its outputs; `records` are its contacts."""
 
-    takes_speed = False
-
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
         self.parameters = parameters
         self.body, self.plan = ellipsoid_of(parameters, choice.law), plan_of(parameters, choice.stepper)

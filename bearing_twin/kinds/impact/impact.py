@@ -66,8 +66,6 @@ class ImpactMotion:
     A record whose time lies beyond the last output of the scene's run is given with that output.
     """
 
-    takes_speed = False
-
     def __init__(self, solve, parameters, law: str, stepper: str):
         self._solve = lambda: solve(parameters, law, stepper)
         self._start = None

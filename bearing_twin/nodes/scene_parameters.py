@@ -1,0 +1,69 @@
+"""What sim_node is told when it starts: its parameters and the scene they name, whose kind decides the namespace."""
+
+from typing import Any
+
+from rclpy.node import Node
+
+from bearing_twin.kinds import KINDS
+from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.running import given_parameters, values_of
+from bearing_twin.run.scene import Scene, load_scene
+
+NAME = "sim_node"
+PARAMETERS = (
+    NodeParameter("scene", "bearing_6203", "scene to run: a name, or the path of a YAML file"),
+    NodeParameter("overrides", [], "changes to the scene, such as contact.normal=volumetric"),
+    NodeParameter(
+        "duration",
+        0.0,
+        "simulated time of a run; 0 = the scene's own where its motion ends by itself, as an impact, else endless",
+        "s",
+        0.0,
+        86400.0,
+    ),
+    NodeParameter(
+        "repeat",
+        0.0,
+        "wall time from one begin of a run to the next; 0 = run once and end, -1 = begin again on ~/reset alone",
+        "s",
+        -1.0,
+        86400.0,
+    ),
+    NodeParameter(
+        "real_time_factor",
+        1.0,
+        "wanted pace, for an impact 1e-5 or less; 0 = as fast as possible, which only the log gets without loss",
+        "1",
+        0.0,
+        1000.0,
+        read_only=False,
+    ),
+    NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
+    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
+    NodeParameter("publish_clock", False, "publish simulation time on /clock"),
+    NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/"),
+    NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
+)
+
+
+def looked_up(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
+    """The parameters with which a sim_node of these options will start, and their scene; raises BearingTwinError.
+
+    Parameters are handed to a node by its full name, so nodes that live only here ask in the namespace of each kind
+    until one is told its scene. A namespace of the user's is the same for all of them.
+    """
+    found = None
+    for namespace in dict.fromkeys(kind.namespace for kind in KINDS.values()):
+        asking = Node(
+            NAME, namespace=namespace, **(options | {"start_parameter_services": False, "enable_rosout": False})
+        )
+        try:
+            given = given_parameters(asking)
+            values, own = values_of(asking, PARAMETERS), asking.get_namespace()
+        finally:
+            asking.destroy_node()
+        if found is None or "scene" in given:
+            found = values
+        if "scene" in given or own != namespace:
+            break
+    return found, load_scene(found["scene"], [one for one in found["overrides"] if one])

@@ -1,0 +1,236 @@
+"""Every kind of scene on the wire: played by sim_node, logged by recorder_node, played again by replay_node."""
+
+import sys
+from itertools import pairwise
+
+import pytest
+from ros import (
+    SetBool,
+    Trigger,
+    call,
+    deserialize_message,
+    heard,
+    message_class,
+    padded,
+    plain_node,
+    ros_executor,
+    spin_for,
+    spin_until,
+    started,
+)
+
+from bearing_twin.kinds import KINDS
+from bearing_twin.log import cdr
+from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.log.stream import topics
+from bearing_twin.nodes.recorder_node import RecorderNode
+from bearing_twin.nodes.replay_node import ReplayNode
+from bearing_twin.nodes.sim_node import SimNode
+from bearing_twin.run.report_of import report_of
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate, verify
+
+# A scene a kind, short, and a pace at which a wire can follow.
+PLAYED = {
+    "bearing": ("bearing_6203", (), 1.0),
+    "two_spheres": ("two_spheres", ("run.output_rate=5e6", "run.publish_rate=1e6"), 2e-4),
+    "two_discs": ("two_discs", ("run.output_rate=40e3", "run.publish_rate=4e3"), 1e-2),
+    "sphere_on_beam": ("sphere_on_beam", ("run.output_rate=500e3", "run.publish_rate=50e3"), 1e-2),
+    "ellipsoid_on_plane": (
+        "ellipsoid_rocking", ("run.duration=0.05", "run.publish_rate=1000.0", "start.height=1e-3"), 0.2,
+    ),
+}  # fmt: skip
+
+
+def names_of(scene):
+    return [(topic.full_name, topic.ros_type) for topic in topics(scene)]
+
+
+def sim_node(executor, kind, **more):
+    """A sim_node of that kind's scene, and the scene."""
+    name, overrides, pace = PLAYED[kind]
+    given = {"scene": name, "real_time_factor": pace, **more}
+    if overrides:
+        given["overrides"] = list(overrides)
+    return started(executor, SimNode, **given), load_scene(name, overrides)
+
+
+def spin_until_ready(executor, node):
+    """Spins until the node has compiled, or has failed."""
+    spin_until(executor, lambda: node.ready.is_set() or node.failure, "compilation")
+    assert node.failure is None
+
+
+def test_every_kind_is_played_here():
+    assert set(PLAYED) == set(KINDS)
+
+
+@pytest.mark.parametrize("kind", PLAYED)
+def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
+    """Also the scene, of which a late recorder learns: a recording verifies and reports to the bit; a replay is it."""
+    path = tmp_path / "recording.mcap"
+    with ros_executor() as executor:
+        # A bearing runs on, so it is told when to end; the others know.
+        node, scene = sim_node(executor, kind, start_paused=True, **({"duration": 0.1} if kind == "bearing" else {}))
+        recorder = started(executor, RecorderNode, log=str(path))
+        services = plain_node(executor)
+        spin_until_ready(executor, node)
+        names = names_of(scene)
+        spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in names), "discovery")
+        call(executor, services, SetBool, f"/{kind}/sim_node/pause", SetBool.Request(data=False))
+        spin_until(executor, node.done.is_set, "end of the run")
+        spin_for(executor, 0.5)
+        assert node.failure is None
+        assert recorder.failure is None
+    log = read_log(path)
+    assert log.scene.parameters == scene.parameters
+    run = simulate(
+        load_scene(PLAYED[kind][0], [*PLAYED[kind][1], *(["run.duration=0.1"] if kind == "bearing" else [])])
+    )
+    direct = tmp_path / "direct.mcap"
+    write_log(run, direct)
+    found, missing = report_of(log)
+    assert missing == 0
+    assert found.figures == run.report.figures
+    assert (found.law, found.stepper, found.choice_reason) == (run.choice.law, run.choice.stepper, run.choice.reason)
+    assert verify(log).greatest == 0.0
+    recorded, written = ({name: [] for name, _ in names} for _ in range(2))
+    for place, messages in ((path, recorded), (direct, written)):
+        for message in raw_messages(place):
+            messages[message.topic.name].append(padded(message.data))
+    for name, ros_type in names:
+        # A busy machine may lose what comes at the publish rate, ten deep, but no output.
+        left = iter(written[name])
+        if name != f"/{kind}/scene":  # where the bearing's duration differs
+            assert all(data in left for data in recorded[name]), name
+        if ros_type == cdr.SAMPLE_BLOCK:
+            assert recorded[name] == written[name], name
+        assert recorded[name] or not written[name], name
+    with ros_executor() as executor:
+        lists = heard(plain_node(executor), names)
+        player = started(executor, ReplayNode, log=str(path), discovery=20.0)
+        spin_until(executor, player.done.is_set, "end of the replay")
+        spin_for(executor, 0.2)
+        assert player.failure is None
+    for name, found in lists.items():
+        left = iter(recorded[name])
+        assert all(padded(data) in left for data in found), name
+        assert found or not recorded[name], name
+
+
+def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
+    path = tmp_path / "late.mcap"
+    with ros_executor() as executor:
+        node, scene = sim_node(executor, "bearing")
+        spin_until_ready(executor, node)
+        spin_until(executor, lambda: node.loop.time_ns > 200_000_000, "0.2 s")
+        recorder = started(executor, RecorderNode, log=str(path))
+        spin_until(executor, lambda: recorder.recording.status()["samples_received"] > 100, "samples")
+    log = read_log(path, allow_gaps=True)
+    assert log.scene == scene
+    report, _ = report_of(log)
+    assert report.law == node.simulation.law
+    assert report.status == "done"
+
+
+def test_an_impact_repeats_at_a_pace_and_on_request():
+    with ros_executor() as executor:
+        node, scene = sim_node(executor, "two_spheres", repeat=0.4, real_time_factor=0.0)
+        watcher = plain_node(executor)
+        lists = heard(watcher, names_of(scene))
+        spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 3, "three runs")
+        assert not node.done.is_set()
+        assert node.loop.runs >= 2
+        before = node.loop.runs
+        assert call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request()).success
+        assert node.loop.runs > before
+        blocks = [deserialize_message(data, message_class(cdr.SAMPLE_BLOCK)) for data in lists["/two_spheres/samples"]]
+        assert {(block.first_sequence, block.count) for block in blocks} == {(0, scene.outputs)}
+        assert all(first.values == second.values for first, second in pairwise(blocks))
+
+
+def test_an_impact_can_wait_for_a_request():
+    with ros_executor() as executor:
+        node, scene = sim_node(executor, "two_spheres", repeat=-1.0, real_time_factor=0.0)
+        watcher = plain_node(executor)
+        spin_until(executor, lambda: node.loop is not None and node.loop.paced.finished, "end of the first run")
+        lists = heard(watcher, names_of(scene))
+        spin_until(executor, lambda: all(node.count_subscribers(name) for name in lists), "discovery")
+        spin_for(executor, 0.3)
+        assert not lists["/two_spheres/samples"]
+        call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request())
+        spin_until(executor, lambda: len(lists["/two_spheres/samples"]) == 1, "the second run")
+        assert not node.done.is_set()
+
+
+@pytest.mark.parametrize("kind", PLAYED)
+def test_topics_stand_in_the_namespace_of_the_kind(kind):
+    with ros_executor() as executor:
+        node, scene = sim_node(executor, kind, start_paused=True)
+        watcher = plain_node(executor)
+        names = names_of(scene)
+        spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in names), "discovery")
+        assert node.get_namespace() == f"/{kind}"
+        assert watcher.count_subscribers(f"/{kind}/command/speed") == (1 if KINDS[kind].takes_speed else 0)
+        assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
+
+
+def test_a_namespace_of_the_user_wins_and_frames_take_a_prefix():
+    """Two bearings side by side: nothing of one is taken for the other's."""
+    with ros_executor() as executor:
+        for side in ("left", "right"):
+            arguments = [
+                "--ros-args",
+                "-r",
+                f"__ns:=/{side}",
+                "-p",
+                "scene:=two_spheres",
+                "-p",
+                "real_time_factor:=0.0",
+            ]
+            arguments += ["-p", f"frame_prefix:={side}/", "-p", "start_paused:=true"]
+            node = SimNode(context=executor.context, cli_args=arguments)
+            executor.add_node(node)
+            assert node.get_namespace() == f"/{side}"
+            assert node.get_parameter("frame_prefix").value == f"{side}/"
+        watcher = plain_node(executor)
+        names = [(f"/{side}/first/wrench", cdr.WRENCH) for side in ("left", "right")]
+        lists = heard(watcher, [*names, ("/tf", cdr.TRANSFORMS)])
+        spin_until(executor, lambda: watcher.count_publishers("/tf") == 2, "discovery")
+        for side in ("left", "right"):
+            call(executor, watcher, SetBool, f"/{side}/sim_node/pause", SetBool.Request(data=False))
+        spin_until(executor, lambda: all(lists[name] for name, _ in names), "wrenches of both")
+        for name, ros_type in names:
+            wrench = deserialize_message(lists[name][0], message_class(ros_type))
+            assert wrench.header.frame_id == f"{name.split('/')[1]}/first"
+        frames = {
+            (one.header.frame_id, one.child_frame_id)
+            for data in lists["/tf"]
+            for one in deserialize_message(data, message_class(cdr.TRANSFORMS)).transforms
+        }
+        assert frames == {
+            (f"{side}/two_spheres_link", f"{side}/{body}") for side in ("left", "right") for body in ("first", "second")
+        }
+
+
+@pytest.mark.parametrize("address", ["/two_spheres/sim_node", "/**/sim_node", "/**"])
+def test_a_parameter_file_may_name_the_node_as_it_will_be(address, tmp_path):
+    """The namespace follows from the scene, and the scene from a file that may be addressed to that namespace."""
+    path = tmp_path / "parameters.yaml"
+    path.write_text(f"{address}:\n  ros__parameters:\n    scene: two_spheres\n    start_paused: true\n")
+    with ros_executor() as executor:
+        node = SimNode(context=executor.context, cli_args=["--ros-args", "--params-file", str(path)])
+        executor.add_node(node)
+        assert node.get_fully_qualified_name() == "/two_spheres/sim_node"
+        assert node.get_parameter("start_paused").value is True
+
+
+def test_without_tf2_msgs_the_rest_is_published_with_one_warning(monkeypatch, capfd):
+    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", None)
+    with ros_executor() as executor:
+        node, scene = sim_node(executor, "two_spheres", repeat=0.2, real_time_factor=0.0)
+        lists = heard(plain_node(executor), [(name, kind) for name, kind in names_of(scene) if name != "/tf"])
+        spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 2, "two runs")
+        assert node.count_publishers("/tf") == 0
+        assert node.failure is None
+    assert capfd.readouterr().err.count("/tf is not published: the message type tf2_msgs/msg/TFMessage") == 1
