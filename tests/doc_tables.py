@@ -13,8 +13,12 @@ from pathlib import Path
 
 from bearing_twin.charts.work_precision import METHODS, PROBLEMS, Point, cheapest
 from bearing_twin.command.chart_command import CHARTS
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.names import MEASURED
 from bearing_twin.kinds import KINDS
 from bearing_twin.numerics.steppers import STEPPER_FACTS
+from bearing_twin.parameters import describe
 from bearing_twin.shelf import SCENES, STUDIES
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.knowledge import FACTS, FORMS
@@ -40,6 +44,35 @@ def _studies() -> str:
 
 def _kinds() -> str:
     return _table(("kind", "what"), ((f"`{kind.name}`", kind.help) for kind in KINDS.values()))
+
+
+def _laws() -> str:
+    given = {need: f"`contact.{key}` [{unit}]" for need, (key, unit) in MEASURED.items()}
+    rows = (
+        (f"`{name}`", law.fits, law.help, ", ".join(given[need] for need in law.needs if need in given) or "-")
+        for name, law in LAWS.items()
+    )
+    return _table(("law", "contact", "what", "what it must be given"), rows)
+
+
+def _frictions() -> str:
+    rows = (
+        (f"`{name}`", row.help, f"{100.0 * row.error:.2g} %" if row.error else "-") for name, row in FRICTIONS.items()
+    )
+    return _table(("friction", "what", "off at worst, in force or torque"), rows)
+
+
+def _laws_of_kinds() -> str:
+    """Which kind takes which law and which friction, as its parameters say."""
+    rows = []
+    for name, kind in KINDS.items():
+        taken = {row.key: row.options for row in describe(kind.parameters)}
+        cells = [
+            ", ".join(f"`{one}`" for one in taken.get(key, ()) if one != "auto") or "no choice"
+            for key in ("contact.normal", "contact.friction", "solver.stepper")
+        ]
+        rows.append((f"`{name}`", *cells))
+    return _table(("kind", "`contact.normal`", "`contact.friction`", "`solver.stepper`"), rows)
 
 
 def _steppers() -> str:
@@ -100,6 +133,9 @@ TABLES: dict[str, Callable[[], str]] = {
     "scenes": _scenes,
     "studies": _studies,
     "kinds": _kinds,
+    "laws": _laws,
+    "frictions": _frictions,
+    "taken": _laws_of_kinds,
     "steppers": _steppers,
     "speeds": _speeds,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
