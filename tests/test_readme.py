@@ -1,23 +1,44 @@
-"""The README's Python examples run as they stand, and its commands and paths exist."""
+"""README and docs: examples run, commands are executed, names and links exist, tables are those of the code."""
 
 import os
 import re
+import shlex
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from doc_tables import PAGES, ROOT, TABLES, names_in, written
 
-from bearing_twin.command.commands import COMMANDS
-from bearing_twin.run.scene import scene_names
-from bearing_twin.uq.study_file import study_names
+from bearing_twin.command import cli
+from bearing_twin.command.chart_command import CHARTS
+from bearing_twin.kinds import KINDS
+from bearing_twin.log.stream import topics
+from bearing_twin.run.scene import load_scene, parse_scene, scene_names
+from bearing_twin.shelf import SCENES
+from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
-ROOT = Path(__file__).resolve().parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-EXAMPLES = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8") for page in PAGES}
+README = TEXTS["README.md"]
+MOST_WORDS = 1300
+SHORT, FEW = 0.02, 256  # s of a bearing's run, samples of a study: enough to see that a command works
+_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=range(len(EXAMPLES)))
+def blocks(language):
+    """(page, text) of every block of code in that language."""
+    return [(page, text) for page, whole in TEXTS.items() for found, text in _BLOCK.findall(whole) if found == language]
+
+
+def lines(first_words):
+    """(page, line without its comment) of the shell commands that begin with those words."""
+    found = [(page, line.split("  #")[0].strip()) for page, text in blocks("bash") for line in text.splitlines()]
+    return [(page, line) for page, line in found if line.startswith(first_words)]
+
+
+EXAMPLES = blocks("python")
+
+
+@pytest.mark.parametrize("example", [text for _, text in EXAMPLES], ids=[page for page, _ in EXAMPLES])
 def test_examples_run(example, tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
@@ -27,13 +48,107 @@ def test_examples_run(example, tmp_path):
     assert done.stdout.strip()
 
 
-def test_every_scene_and_command_of_the_readme_exists():
-    assert len(EXAMPLES) >= 3
-    for name in scene_names():
-        assert f"`{name}`" in README, f"the README's table of scenes has no row for {name}"
-    for name in study_names():
-        assert f"`{name}`" in README, f"the README's table of studies has no row for {name}"
-    for word in re.findall(r"^bearing_twin (\w+)", README, flags=re.MULTILINE):
-        assert word in COMMANDS
-    for link in re.findall(r"\]\(([^)]+)\)", README):
-        assert (ROOT / link).exists(), f"the README links to {link}"
+def test_the_readme_is_short():
+    text = re.sub(r"<!--.*?-->", "", _BLOCK.sub("", README))
+    words = [word for word in re.split(r"[\s|]+", text) if re.search(r"\w", word)]
+    assert len(words) <= MOST_WORDS
+
+
+def test_every_scene_and_study_has_a_row():
+    for name in (*scene_names(), *study_names()):
+        assert f"|`{name}`|" in README
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_tables_are_those_of_the_code(page):
+    assert TEXTS[page] == written(TEXTS[page]), "write them again: python tests/doc_tables.py"
+
+
+def test_every_table_stands_somewhere():
+    assert {name for text in TEXTS.values() for name in names_in(text)} == set(TABLES)
+
+
+def anchors(text):
+    heads = re.findall(r"^#+ (.+)$", _BLOCK.sub("", text), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head).strip().lower().replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", [*TEXTS, "CONTRIBUTING.md"])
+def test_links_lead_somewhere(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for link in re.findall(r"\]\(([^)]+)\)", text):
+        path, _, anchor = link.partition("#")
+        target = (ROOT / page).parent / path if path else ROOT / page
+        assert target.exists(), f"{page} links to {link}"
+        assert not anchor or anchor in anchors(target.read_text(encoding="utf-8")), f"{page} links to {link}"
+
+
+# Commands
+
+
+def shortened(words):
+    """The words of a command that takes little time, and whether it is to be run or only read."""
+    command = words[0]
+    arguments = cli._parsers()[0].parse_args(words)
+    if command == "simulate":
+        overrides = [*arguments.set, *([f"run.duration={arguments.duration}"] if arguments.duration else [])]
+        scene = load_scene(arguments.scene, overrides)
+        return (words if scene.parameters.run.duration < SHORT else [*words, f"--duration={SHORT}"]), True
+    if command == "study" and arguments.study:
+        study = load_study(arguments.study, arguments.set)
+        closed = KINDS[study.kind].closed_form() is not None
+        return [*words, f"--samples={FEW}", "--workers=1"], closed
+    if command == "chart":
+        assert set(arguments.problem or ()) <= set(problems())
+        return words, False
+    return words, command != "compile"
+
+
+def problems():
+    from bearing_twin.charts.work_precision import PROBLEMS
+
+    return PROBLEMS
+
+
+@pytest.mark.parametrize("page", sorted({page for page, _ in lines("bearing_twin ")}))
+def test_commands_work(page, tmp_path, monkeypatch, capsys):
+    """In the order of the page, in one folder: a log that one line writes is there for the next."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "docs").mkdir()
+    for _, line in (one for one in lines(("bearing_twin ", "head ")) if one[0] == page):
+        if line.startswith("head"):
+            subprocess.run(line, shell=True, check=True)
+            continue
+        words, run = shortened(shlex.split(line.partition(" > ")[0])[1:])
+        if run:
+            assert cli.main(words) == cli.DONE, (line, capsys.readouterr().err)
+            assert capsys.readouterr().out.strip(), line
+    assert {path.suffix for path in tmp_path.iterdir()} >= ({".mcap"} if "--out run" in TEXTS[page] else set())
+
+
+def test_files_shown_are_read():
+    shown = blocks("yaml")
+    assert len(shown) >= 2
+    for _, text in shown:
+        data = SCENES.load(text, "shown")
+        (parse_study if "scene" in data else parse_scene)(data, "shown")
+
+
+def test_charts_and_make_targets_exist():
+    assert {shlex.split(line)[2] for _, line in lines("bearing_twin chart")} == set(CHARTS)
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for _, line in lines("make "):
+        assert re.search(rf"^{line.split()[1]}:", makefile, flags=re.MULTILINE), line
+
+
+def test_nodes_topics_and_launch_files_exist():
+    setup = (ROOT / "setup.py").read_text(encoding="utf-8")
+    known = {topic.full_name for name in scene_names() for topic in topics(load_scene(name))}
+    own = {"/bearing/command/speed"}
+    for _, line in lines("ros2 run"):
+        assert f'"{line.split()[3]} = ' in setup, line
+    for _, line in lines("ros2 launch"):
+        assert (ROOT / "launch" / line.split()[3]).exists(), line
+    for _, line in lines("ros2 topic"):
+        (topic,) = (word for word in line.split() if word.startswith("/"))
+        assert topic in known | own, line

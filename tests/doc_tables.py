@@ -1,0 +1,175 @@
+"""Writes the tables of README and docs that stand in the code: `python tests/doc_tables.py`.
+
+A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
+"""
+
+import csv
+import math
+import re
+import sys
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+
+from bearing_twin.charts.work_precision import METHODS, PROBLEMS, Point, cheapest
+from bearing_twin.command.chart_command import CHARTS
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.names import MEASURED
+from bearing_twin.kinds import KINDS
+from bearing_twin.numerics.steppers import STEPPER_FACTS
+from bearing_twin.parameters import describe
+from bearing_twin.shelf import SCENES, STUDIES
+from bearing_twin.uq.distributions import DISTRIBUTIONS
+from bearing_twin.uq.knowledge import FACTS, FORMS
+from bearing_twin.uq.sampling import SAMPLERS
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+_PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
+
+
+def _table(header: tuple[str, ...], rows: Iterable[tuple]) -> str:
+    lines = [header, ("---",) * len(header), *rows]
+    return "".join(f"|{'|'.join(str(cell) for cell in line)}|\n" for line in lines)
+
+
+def _scenes() -> str:
+    return _table(("scene", "what"), ((f"`{head['name']}`", head["description"]) for head in SCENES.heads()))
+
+
+def _studies() -> str:
+    return _table(("study", "what"), ((f"`{head['name']}`", head["description"]) for head in STUDIES.heads()))
+
+
+def _kinds() -> str:
+    return _table(("kind", "what"), ((f"`{kind.name}`", kind.help) for kind in KINDS.values()))
+
+
+def _laws() -> str:
+    given = {need: f"`contact.{key}` [{unit}]" for need, (key, unit) in MEASURED.items()}
+    rows = (
+        (f"`{name}`", law.fits, law.help, ", ".join(given[need] for need in law.needs if need in given) or "-")
+        for name, law in LAWS.items()
+    )
+    return _table(("law", "contact", "what", "what it must be given"), rows)
+
+
+def _frictions() -> str:
+    rows = (
+        (f"`{name}`", row.help, f"{100.0 * row.error:.2g} %" if row.error else "-") for name, row in FRICTIONS.items()
+    )
+    return _table(("friction", "what", "off at worst, in force or torque"), rows)
+
+
+def _laws_of_kinds() -> str:
+    """Which kind takes which law and which friction, as its parameters say."""
+    rows = []
+    for name, kind in KINDS.items():
+        taken = {row.key: row.options for row in describe(kind.parameters)}
+        cells = [
+            ", ".join(f"`{one}`" for one in taken.get(key, ()) if one != "auto") or "no choice"
+            for key in ("contact.normal", "contact.friction", "solver.stepper")
+        ]
+        rows.append((f"`{name}`", *cells))
+    return _table(("kind", "`contact.normal`", "`contact.friction`", "`solver.stepper`"), rows)
+
+
+def _steppers() -> str:
+    rows = (
+        (f"`{name}`", one.order, "adaptive" if one.adaptive else "fixed", one.treats, one.source)
+        for name, one in STEPPER_FACTS.items()
+    )
+    return _table(("stepper", "order", "step", "what it treats implicitly", "source"), rows)
+
+
+def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in METHODS)) -> str:
+    """The reading of the chart of steppers, from the table that stands beside it."""
+    with (ROOT / "docs" / "steppers.csv").open(encoding="utf-8", newline="") as stream:
+        points = [
+            Point(row[0], row[1], *(float(one) if one else math.nan for one in row[2:6]), row[6])
+            for row in list(csv.reader(stream))[1:]
+        ]
+    rows = []
+    for problem, facts in PROBLEMS.items():
+        found = (cheapest(points, problem, stepper) for stepper in steppers)
+        rows.append((facts.title, *(_two_digits(1.0 / one.seconds_per_second) if one else "never" for one in found)))
+    return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), rows)
+
+
+def _two_digits(value: float) -> str:
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def _charts() -> str:
+    return _table(("chart", "what it shows"), ((f"`{name}`", text) for name, (_, text) in CHARTS.items()))
+
+
+def _quantities() -> str:
+    rows = (
+        (kind, f"`{name}`", one.unit, one.meaning)
+        for kind, entry in KINDS.items()
+        for name, one in entry.quantities_of().items()
+    )
+    return _table(("kind", "quantity", "unit", "meaning"), rows)
+
+
+def _distributions() -> str:
+    rows = (
+        (f"`{name}`", "; ".join(", ".join(form) for form in row.forms), row.help) for name, row in DISTRIBUTIONS.items()
+    )
+    return _table(("distribution", "given by", "for"), rows)
+
+
+def _knowledge() -> str:
+    return _table(("what may be known",), ((", ".join(fact for fact in FACTS if fact in form),) for form in FORMS))
+
+
+def _samplers() -> str:
+    return _table(("sampler", "what"), ((f"`{name}`", row.help) for name, row in SAMPLERS.items()))
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "scenes": _scenes,
+    "studies": _studies,
+    "kinds": _kinds,
+    "laws": _laws,
+    "frictions": _frictions,
+    "taken": _laws_of_kinds,
+    "steppers": _steppers,
+    "speeds": _speeds,
+    "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
+    "charts": _charts,
+    "quantities": _quantities,
+    "distributions": _distributions,
+    "knowledge": _knowledge,
+    "samplers": _samplers,
+}
+
+
+def names_in(text: str) -> list[str]:
+    """The tables that stand in a page."""
+    return [found[1] for found in _PLACE.findall(text)]
+
+
+def written(text: str) -> str:
+    """A page with its tables as they are in the code."""
+    return _PLACE.sub(lambda found: f"{found[1]}{TABLES[found[2]]()}{found[4]}", text)
+
+
+def main() -> int:
+    """Writes what differs; returns the number of pages that did."""
+    changed = 0
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        new = written(text)
+        if new != text:
+            page.write_text(new, encoding="utf-8")
+            print(page.relative_to(ROOT))
+            changed += 1
+    return changed
+
+
+if __name__ == "__main__":
+    main()
+    sys.exit(0)
