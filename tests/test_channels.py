@@ -1,5 +1,7 @@
 """The topic table and the stream of messages made from it."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from made_up_run import a_choice, cut, made_up_block, made_up_scene
@@ -9,6 +11,8 @@ from bearing_twin.kinds.bearing.loads import origins, wrenches
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import LARGEST_BLOCK, MessageStream, topics
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
 
 
 def stream_of(scene, blocks, **options):
@@ -119,9 +123,9 @@ def test_samples_hold_every_output():
     [
         (1000.0, 100.0, 10, 50, 50),
         (1000.0, 1000.0, 1, 50, 50),
-        (1000.0, 300.0, 3, 50, 50),
+        (1000.0, 250.0, 4, 50, 50),
         (10.0, 10.0, 1, 1, 1),
-        (110.0, 20.0, 6, 6, 6),
+        (120.0, 20.0, 6, 6, 6),
     ],
 )
 def test_rates(output_rate, publish_rate, published, slow, block_outputs):
@@ -148,6 +152,19 @@ def test_how_the_blocks_are_cut_does_not_matter(rows):
     scene = made_up_scene()
     block = made_up_block(scene, 120)
     pieces, whole = stream_of(scene, cut(block, *rows)), stream_of(scene, [block])
+    assert [(t.name, stamp, data) for t, stamp, data in pieces] == [(t.name, stamp, data) for t, stamp, data in whole]
+
+
+@pytest.mark.parametrize("rows", [(1,), (137, 138, 139), tuple(range(1, 600))])
+def test_how_the_blocks_are_cut_does_not_matter_for_records(rows):
+    """A bouncing body: its touches and contacts go out with the outputs they belong to."""
+    scene = load_scene("ellipsoid_rocking", ("run.output_rate=2000.0", "run.publish_rate=500.0"))
+    block = Simulation(scene).advance(600)
+    assert len(block.records["contact"]) > 2
+    edges = [0, *rows, 600]
+    pieces = stream_of(scene, [block.part(low, high) for low, high in pairwise(edges)])
+    whole = stream_of(scene, [block])
+    assert len(named(whole, "records/contact")) > 1
     assert [(t.name, stamp, data) for t, stamp, data in pieces] == [(t.name, stamp, data) for t, stamp, data in whole]
 
 

@@ -12,7 +12,7 @@ from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.stream import samples_message, topics
 from bearing_twin.nodes.recording import RECORD, Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
-from bearing_twin.run.scene import parse_scene
+from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
 SCENE = made_up_scene(balls=2)
@@ -190,7 +190,9 @@ def test_everything_of_every_kind_is_recorded_by_default(tmp_path):
         assert recording.wants(name)
     assert not recording.wants("/elsewhere/state")
     assert all(
-        recording.wants(topic.full_name) for kind in KINDS for topic in topics(parse_scene({"kind": kind}, kind))
+        recording.wants(topic.full_name)
+        for kind in KINDS
+        for topic in topics(Scene(kind, kind, "", KINDS[kind].parameters()))
     )
     recording.close()
 

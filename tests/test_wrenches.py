@@ -6,7 +6,7 @@ from bearings import motion
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.equations import AXIS_DISTANCE, MOTION, ORBIT_ANGLE, VELOCITY
+from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, MOTION, ORBIT_ANGLE, VELOCITY
 from bearing_twin.kinds.bearing.loads import contacts, origins, wrenches
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.topics import CONTACTS, TRANSFORMS, WRENCH
@@ -132,7 +132,7 @@ def outputs_of(name, *overrides, count=300):
         ("two_spheres", ("second.radius=0.03", "second.mass=0.0", "contact.restitution=0.8")),
         ("two_discs", ()),
         ("sphere_on_beam", ("blow.point=0.3",)),
-        ("ellipsoid_rocking", ("friction.form=spot", "run.output_rate=100000.0", "start.height=1e-5")),
+        ("ellipsoid_rocking", ("contact.friction=spot", "run.output_rate=100000.0", "start.height=1e-5")),
     ],
 )
 def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):

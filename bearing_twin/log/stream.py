@@ -58,10 +58,10 @@ def topics(scene) -> tuple[Channelled, ...]:
         Topic("scene", cdr.STRING, ONCE, None, "the resolved scene, the chosen model and versions, as JSON"),
         *kind.topics(scene.parameters),
         *(
-            Topic(f"records/{table.name}", cdr.SAMPLE_BLOCK, SAMPLES, None, table.meaning)
+            Topic(f"records/{table.name}", cdr.SAMPLE_BLOCK, SAMPLES, None, table.meaning, kind.frame)
             for table in kind.records(scene.parameters)
         ),
-        Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss"),
+        Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
     return tuple(
         Channelled(
@@ -126,9 +126,10 @@ class MessageStream:
         self._frame = f"{frame_prefix}{KINDS[scene.kind].frame}"
         self._channels = channels
         self._by_name = {topic.name: topic for topic in self.topics}
-        self._tables = {table.name: table for table in KINDS[scene.kind].records(scene.parameters)}
+        self._tables: dict[str, Table] = {table.name: table for table in KINDS[scene.kind].records(scene.parameters)}
         self._times: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
+        self._rows: dict[str, list[np.ndarray]] = {name: [] for name in self._tables}
         self._recorded = dict.fromkeys(self._tables, 0)
         self._first = self._next = 0
         self._begun = False
@@ -150,13 +151,11 @@ class MessageStream:
         for row in self._rows_due(block.first_sequence, len(block)):
             yield from self._instant(block, row)
             if (block.first_sequence + row + 1) % self.block_outputs == 0:
-                yield from self._records(block.part(done, row + 1))
-                self._collect(block.time_ns[done : row + 1], values[done : row + 1])
+                self._collect(block.part(done, row + 1), values[done : row + 1])
                 done = row + 1
                 yield from self.flush()
         if done < len(block):
-            yield from self._records(block.part(done, len(block)))
-            self._collect(block.time_ns[done:], values[done:])
+            self._collect(block.part(done, len(block)), values[done:])
 
     def scene_message(self, time_ns: int = 0) -> tuple[Channelled, int, bytes]:
         """The message of the topic `scene`."""
@@ -165,7 +164,7 @@ class MessageStream:
         return self._by_name["scene"], stamp_ns, cdr.serialise(cdr.STRING, text)
 
     def flush(self) -> Iterator[tuple[Channelled, int, bytes]]:
-        """The SampleBlock of the outputs collected so far, if any: call it when the run ends."""
+        """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
         count = sum(len(times) for times in self._times)
         if not count:
             return
@@ -173,22 +172,27 @@ class MessageStream:
         block = samples_message(self._channels, self._first, times, values, self.start_time_ns, self._frame)
         self._first += count
         self._times, self._values = [], []
-        yield self._by_name["samples"], self.start_time_ns + int(times[-1]), cdr.serialise(cdr.SAMPLE_BLOCK, block)
+        stamp_ns = self.start_time_ns + int(times[-1])
+        for name, parts in self._rows.items():
+            if parts:
+                yield self._by_name[f"records/{name}"], stamp_ns, self._records(name, np.concatenate(parts))
+        self._rows = {name: [] for name in self._tables}
+        yield self._by_name["samples"], stamp_ns, cdr.serialise(cdr.SAMPLE_BLOCK, block)
 
-    def _records(self, block: Block) -> Iterator[tuple[Channelled, int, bytes]]:
+    def _records(self, name: str, rows: np.ndarray) -> bytes:
+        """A SampleBlock of records, which are counted from the start."""
+        time_ns = np.rint(1e9 * rows[:, 0]).astype(np.int64)
+        first, self._recorded[name] = self._recorded[name], self._recorded[name] + len(rows)
+        columns = self._tables[name].columns
+        found = samples_message(columns, first, time_ns, rows, self.start_time_ns, self._frame)
+        return cdr.serialise(cdr.SAMPLE_BLOCK, found)
+
+    def _collect(self, block: Block, values: np.ndarray) -> None:
+        self._times.append(np.array(block.time_ns))
+        self._values.append(values)
         for name, rows in block.records.items():
             if len(rows):
-                table: Table = self._tables[name]
-                time_ns = np.rint(1e9 * rows[:, 0]).astype(np.int64)
-                first, self._recorded[name] = self._recorded[name], self._recorded[name] + len(rows)
-                found = samples_message(table.columns, first, time_ns, rows, self.start_time_ns, self._frame)
-                stamp_ns = self.start_time_ns + int(block.time_ns[-1])
-                yield self._by_name[f"records/{name}"], stamp_ns, cdr.serialise(cdr.SAMPLE_BLOCK, found)
-
-    def _collect(self, times: np.ndarray, values: np.ndarray) -> None:
-        if len(times):
-            self._times.append(np.array(times))
-            self._values.append(values)
+                self._rows[name].append(rows)
 
     def _rows_due(self, first: int, count: int) -> list[int]:
         due = set(range(-first % self.publish_every, count, self.publish_every))

@@ -1,0 +1,98 @@
+"""The table of topics in words, for people: of one scene, or of every kind of scene."""
+
+import re
+from typing import NamedTuple
+
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.stream import SLOW_RATE, Channelled, topics
+from bearing_twin.run.scene import Scene
+
+RATES = {
+    PUBLISH: "run.publish_rate",
+    MARKERS: f"{SLOW_RATE:g} Hz",
+    SAMPLES: f"in blocks, up to {SLOW_RATE:g} a second",
+    ONCE: "once, latched",
+}
+TEXT = """\
+# Topics
+
+Written by `bearing_twin topics --markdown`; `bearing_twin topics bearing_6203` lists those of one scene. The same
+topics, types and bytes are in the logs.
+
+Names without a leading `/` stand in the namespace of the kind of scene, `/bearing` and so on, or in the one that
+`__ns` gives to `sim_node`. Stamps are in simulation time. Units are SI and stand in the `.msg` files of
+`bearing_twin_msgs`.
+
+**Frames.** Each kind has its own frame, `<kind>_link`, and one for each body, which `/tf` places in it. Their origins
+are the points about which the wrenches on the bodies are taken; their axes stay parallel to `<kind>_link` however the
+bodies turn, so that a wrench stamped in `ball_3` keeps fixed axes. Wrenches are stamped in the frame of their body.
+The parameter `frame_prefix` of `sim_node` stands before the name of every frame, so that two bearings can run side by
+side. A ROS without `tf2_msgs` gets everything but `/tf`.
+
+**Loads add up.** In `contacts`, the forces and torques on a body, taken about the origin of its frame, are its wrench;
+the wrenches of all bodies together are zero. Gravity, supports and the drive are not in them.
+
+**Outputs.** `samples` holds every solver output without loss, `records/...` what happened between outputs, and `scene`
+the scene as JSON: a recording of the three can be reported on, and verified where it began with the run.
+"""
+
+
+class TopicRow(NamedTuple):
+    """One row of the table, as texts."""
+
+    topic: str
+    type: str
+    rate: str
+    qos: str
+    frame: str
+    meaning: str
+
+
+def scene_rows(scene: Scene) -> list[TopicRow]:
+    """The topics of a scene by their full names, with their rates in Hz."""
+    rates = RATES | {PUBLISH: f"{scene.parameters.run.publish_rate:g} Hz"}
+    return [_row(topic, topic.full_name, rates) for topic in topics(scene)]
+
+
+def kind_rows(kind: str) -> list[TopicRow]:
+    """The topics of a kind of scene; those that differ in a number alone, as of several balls, are one row."""
+    found = {}
+    for topic in topics(Scene(kind, kind, "", KINDS[kind].parameters())):
+        row = TopicRow(*(_numberless(text) for text in _row(topic, topic.name, RATES)))
+        found[row.topic] = row
+    return list(found.values())
+
+
+def markdown() -> str:
+    """The table of every kind with what there is to know beside it: the text of docs/topics.md."""
+    parts = [TEXT]
+    for name, kind in KINDS.items():
+        parts.append(f"\n## {name}: {kind.help}\n\nNamespace `{kind.namespace}`, frame `{kind.frame}`.\n\n")
+        parts.append(_table(kind_rows(name)))
+    return "".join(parts)
+
+
+def _row(topic: Channelled, name: str, rates: dict[str, str]) -> TopicRow:
+    frame = topic.row.frame or "-"
+    return TopicRow(
+        name, topic.ros_type.replace("/msg/", "/"), rates[topic.rate], _words(topic.qos), frame, topic.row.meaning
+    )
+
+
+def _numberless(text: str) -> str:
+    return re.sub(r"\bball \d+", "ball k", re.sub(r"\bball_\d+", "ball_<k>", text))
+
+
+def _words(qos: Qos) -> str:
+    return f"{qos.reliability.replace('_', ' ')}, {qos.durability.replace('_', ' ')}, depth {qos.depth}"
+
+
+def _table(rows: list[TopicRow]) -> str:
+    code = ("topic", "type", "frame")
+    lines = [f"| {' | '.join(TopicRow._fields)} |", f"|{'---|' * len(TopicRow._fields)}"]
+    for row in rows:
+        cells = (f"`{text}`" if name in code and text != "-" else text for name, text in row._asdict().items())
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
