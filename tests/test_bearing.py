@@ -15,7 +15,8 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.kinds.bearing.equations import ball_position, ball_vector, meeting, pair_contact
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, LANE_ROWS, LANES, ORBIT_ANGLE, SPIN, VELOCITY
-from bearing_twin.kinds.bearing.outputs import channels, contact_details, wrenches
+from bearing_twin.kinds.bearing.loads import wrenches
+from bearing_twin.kinds.bearing.outputs import channels, contact_details
 from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.reference.rolling import rolling_rates
 from bearing_twin.run.scene import load_scene

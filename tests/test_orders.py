@@ -11,7 +11,7 @@ import pytest
 from bearings import motion
 
 from bearing_twin.kinds.bearing.layout import VELOCITY
-from bearing_twin.numerics.steppers import METHODS
+from bearing_twin.numerics.steppers import STEPPER_FACTS
 
 SPAN = 4.8e-5
 ACCELERATED = (
@@ -81,20 +81,20 @@ def orders(case, overrides, stepper, step):
     [("rodas4", 4e-6), ("rodas4_landing", 4e-6), ("rodas3", 2e-6), ("rk4", 1e-6), ("dopri5", 1e-6), ("imex", 1e-6)],
 )
 def test_ringing_balls_have_the_order_of_their_method(rolling, stepper, step):
-    assert orders(rolling[1], (), stepper, step) == pytest.approx(METHODS[stepper].order, abs=0.5)
+    assert orders(rolling[1], (), stepper, step) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
 
 
 @pytest.mark.parametrize(("stepper", "step"), [("rodas4", 4e-6), ("rodas3", 2e-6)])
 def test_balls_at_ease_follow_the_ring_with_the_order_of_their_method(rolling, stepper, step):
     """What is left of the errors, down to 1e-9, comes from the ring's speed: from the explicit time term above all."""
-    assert orders(rolling[0], (), stepper, step) == pytest.approx(METHODS[stepper].order, abs=0.5)
+    assert orders(rolling[0], (), stepper, step) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
 
 
 @pytest.mark.parametrize(
     ("stepper", "step"), [("rodas4", 4e-6), ("rodas3", 2e-6), ("rk4", 1e-6), ("dopri5", 1e-6), ("imex", 1e-6)]
 )
 def test_touching_balls_have_the_order_of_their_method(pressed, stepper, step):
-    assert orders(pressed[1], FULL, stepper, step) == pytest.approx(METHODS[stepper].order, abs=0.5)
+    assert orders(pressed[1], FULL, stepper, step) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
 
 
 @pytest.mark.parametrize("stepper", ["rodas4", "rodas3"])
