@@ -28,10 +28,10 @@ from bearing_twin.kinds.bearing import spot as bearing_spot
 from bearing_twin.kinds.bearing.equations import ball_position, in_ball_frame, inner_contact, outer_contact
 from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.bearing.parameters import STEPPERS
 from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.kinds.bearing.spot import add_spots, over_spots, with_spot
 from bearing_twin.numerics.rotation import add
+from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.reference.fit_hertz import fit
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -189,7 +189,7 @@ def test_the_report_names_drilling_that_smoothing_hides_and_what_helps():
 def test_every_stepper_agrees_with_radau():
     """Load and friction torque within 1e-3 of SciPy's Radau from rest through sliding; drilling, small there, 3e-3."""
     reference = run(SPOT, *TURNED_REST, stepper="radau", count=3)[1]
-    for stepper in sorted(set(STEPPERS) - {"radau"}):
+    for stepper in sorted(set(STEPPER_FACTS) - {"radau"}):
         out = run(SPOT, *TURNED_REST, stepper=stepper, count=3)[1]
         for name, close in (("normal_load", 1e-3), ("raceway_torque", 1e-3), ("drilling_torque", 3e-3)):
             exact = getattr(reference, name)

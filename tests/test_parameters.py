@@ -38,6 +38,24 @@ def problems_of(mapping):
     return str(caught.value)
 
 
+def test_options_are_asked_for_when_they_are_wanted():
+    """A default needs none of them, so that what is slow to import may be their source."""
+    asked = []
+
+    def slow():
+        asked.append(1)
+        return ("hay", "coal")
+
+    late = make_dataclass("Late", [("load", str, choice("hay", slow, "what is carried"))], frozen=True)
+    assert read_strict(late, {"load": "hay"}, "here").load == "hay"
+    assert asked == []
+    assert read_strict(late, {"load": "coal"}, "here").load == "coal"
+    assert describe(late)[0].options == ("hay", "coal")
+    with pytest.raises(SceneError, match="legal: hay, coal"):
+        read_strict(late, {"load": "stones"}, "here")
+    assert asked == [1]
+
+
 def test_an_empty_mapping_gives_the_defaults():
     cart = read_strict(Cart, {}, "here")
     assert cart == Cart()

@@ -9,11 +9,12 @@ from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 
+from bearing_twin.charts.work_precision import METHODS
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import raceway_rates
 from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES
-from bearing_twin.kinds.bearing.parameters import STEPPERS
+from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.numerics.banded import factorise, substitute
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
@@ -22,6 +23,7 @@ from bearing_twin.numerics.steppers import (
     next_step,
     rosenbrock_dense,
 )
+from bearing_twin.parameters import describe
 
 
 def errors_against(reference, out):
@@ -217,7 +219,9 @@ def test_step_control_stays_in_its_bounds():
 
 def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
     assert all(len(method.source) > 10 and method.order >= 2 for method in STEPPER_FACTS.values())
-    assert tuple(STEPPER_FACTS) == STEPPERS
+    options = next(row.options for row in describe(BearingScene) if row.key == "solver.stepper")
+    assert options == ("auto", *STEPPER_FACTS)
+    assert {method.stepper for method in METHODS} == set(STEPPER_FACTS)
 
 
 def test_the_lanes_of_the_kernel_are_vector_instructions():

@@ -19,7 +19,8 @@ from matplotlib.figure import Figure
 from bearing_twin import __version__
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.motion import FIXED_STEP, REFERENCE_SHARE, BearingMotion
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.numerics.steppers import STEPPER_FACTS
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
@@ -63,15 +64,14 @@ PROBLEMS = {
         "sudden speed and load", "bearing_6203_sudden", ("drive.change.time=2e-4", "drive.acceleration=1e6"), 5e-5, 20
     ),
 }
-METHODS = (
-    Method("rodas4", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)),
-    Method("rodas4_landing", (1e-1, 1e-2, 1e-3, 1e-4, 3e-5, 1e-5)),
-    Method("rodas3", (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5)),
-    Method("imex", (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)),
-    Method("rk4", (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)),
-    Method("dopri5", (1e-1, 1e-3, 1e-5)),
-    Method("dop853", (1e-1, 1e-3, 1e-5)),
-    Method("radau", (1e-1, 1e-3, 1e-5)),
+TOLERANCES, STEPS = (1e-1, 1e-3, 1e-5), (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
+FINER = {  # ladders of methods that are worth more points
+    "rodas4": (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5),
+    "rodas4_landing": (1e-1, 1e-2, 1e-3, 1e-4, 3e-5, 1e-5),
+    "rodas3": (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5),
+}
+METHODS = tuple(
+    Method(name, FINER.get(name, TOLERANCES if facts.adaptive else STEPS)) for name, facts in STEPPER_FACTS.items()
 )
 SLOWEST = 1e3  # seconds per simulated second beyond which the rest of a ladder is not run
 
@@ -159,15 +159,17 @@ def write_table(points: list[Point], path: Path) -> None:
 
 def _panel(axis, points: list[Point], error_of: Callable[[Point], float], says: bool) -> None:
     """One panel; only one of the two of a row says what the crosses are."""
-    for colour, method in zip(BALL_COLOURS, METHODS, strict=False):
+    for number, method in enumerate(METHODS):
+        look = ball_line(number)
+        colour = look["color"]
         mine = [p for p in points if p.stepper == method.stepper]
         good = [(max(error_of(p), LEAST), p.seconds_per_second) for p in mine if not p.failure]
         failed = sum(1 for p in mine if p.failure)
-        axis.plot(*np.transpose(good or [(np.nan, np.nan)]), "o-", color=colour, label=method.stepper, markersize=5)
+        axis.plot(*np.transpose(good or [(np.nan, np.nan)]), "o", **look, label=method.stepper, markersize=5)
         if failed:
             # Failures stand on the right edge, where errors of load are rare, whatever the scale of the panel.
             place = axis.get_xaxis_transform()
-            height = 0.3 + 0.08 * METHODS.index(method)
+            height = 0.3 + 0.08 * number
             axis.plot([EDGE] * failed, [height] * failed, "x", color=colour, markeredgewidth=2, transform=place)
             text = f"{method.stepper}: {failed} refused or broken  " if says else ""
             axis.text(EDGE, height, text, ha="right", va="center", fontsize=9, color=colour, transform=place)

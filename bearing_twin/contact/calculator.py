@@ -214,7 +214,7 @@ def answer(
     flags = validity.gathered(
         validity.pressure_doubt(contact.peak_pressure, yield_strength and YIELD_ONSET * yield_strength),
         validity.width_doubt(contact.semi_major, gap.least_radius),
-        *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if LAWS[name].follows),
+        *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if LAWS[name].keeps),
     )
     return {
         "approach_m": contact.approach,

@@ -128,11 +128,11 @@ def spot_friction_fast(normal_load, semi_major, semi_minor, slip_major, slip_min
 
 @inlined
 def _limits(semi_major, semi_minor, slip_major, slip_minor):
-    """What closed forms share: B, D, pure spin's torque over a, share of slip along a, <r^2> along slip over a^2."""
-    ratio = semi_minor / semi_major
+    """What closed forms share: b/a, B, D, pure spin's torque over a, share of slip along a, its <r^2> over a^2."""
+    ratio = semi_minor / semi_major if semi_major > 0.0 else 1.0  # no spot, no limits: whatever is finite
     b, d = elliptic_b_d(ratio)
     share = slip_major * slip_major / max(slip_major * slip_major + slip_minor * slip_minor, 1e-300)
-    return b, d, 0.375 * (b + ratio * ratio * d), share, 0.2 * (share + ratio * ratio * (1.0 - share))
+    return ratio, b, d, 0.375 * (b + ratio * ratio * d), share, 0.2 * (share + ratio * ratio * (1.0 - share))
 
 
 @kernel
@@ -143,7 +143,7 @@ def spot_friction_pade1(normal_load, semi_major, semi_minor, slip_major, slip_mi
     vanishes: g = 3/2 D(m) along the major axis and 3/2 B(m) along the minor, M = 3/8 E(m), e = <r^2>/a^2 along the
     slip. In between 34 % of mu N off on a circle, 40 % and nearly all of the torque on a raceway's ellipse.
     """
-    b, d, pure, _, width = _limits(semi_major, semi_minor, slip_major, slip_minor)
+    _, b, d, pure, _, width = _limits(semi_major, semi_minor, slip_major, slip_minor)
     turning = max(abs(spin) * semi_major, 1e-300)
     speed = math.sqrt(slip_major * slip_major + slip_minor * slip_minor + regularisation * regularisation)
     limit = -coefficient * normal_load
@@ -167,8 +167,7 @@ def spot_friction_pade2(normal_load, semi_major, semi_minor, slip_major, slip_mi
 
     In between 22 % of mu N off on a circle, 76 % on a raceway's ellipse. Needs a regularisation or a slip above zero.
     """
-    b, d, pure, share, width = _limits(semi_major, semi_minor, slip_major, slip_minor)
-    ratio = semi_minor / semi_major
+    ratio, b, d, pure, share, width = _limits(semi_major, semi_minor, slip_major, slip_minor)
     speed = math.sqrt(slip_major * slip_major + slip_minor * slip_minor + regularisation * regularisation)
     x = speed / max(abs(spin) * semi_major, 1e-9 * speed)
     along, across = _quotient(x, 1.0, 1.5 * d, 0.1), _quotient(x, 1.0, 1.5 * b, 0.1 * ratio * ratio)

@@ -102,6 +102,11 @@ class Law:
         return "curvatures" in self.needs
 
     @property
+    def keeps(self) -> bool:
+        """Whether the coefficient follows the curvatures and errors do not grow, so that an error is worth a doubt."""
+        return self.follows and (self.state is None or self.state.projects)
+
+    @property
     def measured(self) -> bool:
         """Whether a number of the user's takes the place of Hertz's theory, so that no error can be told."""
         return bool({"stiffness", "alpha"} & set(self.needs))

@@ -26,7 +26,6 @@ CARRIES = (
     "hertz, the same load to 1e-10 and cheaper, or bearing_twin.contact.differential in a motion of your own"
 )
 REFUSED_LAWS = dict.fromkeys(set(law_names("point", (*GIVES, "state"))) - set(law_names("point", GIVES)), CARRIES)
-STEPPERS = ("rodas4", "rodas4_landing", "rodas3", "imex", "rk4", "dopri5", "dop853", "radau")
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise
@@ -101,11 +100,17 @@ class Initial:
     motion: str = choice("rolling", MOTIONS, "rolling = kinematic rolling at the drive's speed; rest = balls at rest")
 
 
+def _steppers() -> tuple[str, ...]:
+    from bearing_twin.numerics.steppers import STEPPER_FACTS  # late: the methods are compiled on import
+
+    return ("auto", *STEPPER_FACTS)
+
+
 @dataclass(frozen=True)
 class Solver:
     """How the equations are integrated."""
 
-    stepper: str = choice("auto", ("auto", *STEPPERS), "integration method; auto = the cheapest adequate one")
+    stepper: str = choice("auto", _steppers, "integration method; auto = the cheapest adequate one")
     step: float = quantity(0.0, "s", "step of fixed-step methods; 0 = chosen from the scene's stiffness", at_least=0.0)
 
 
