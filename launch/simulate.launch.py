@@ -17,7 +17,10 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "scene", default_value="bearing_6203", description="scene name, or path of a YAML file"
             ),
-            DeclareLaunchArgument("duration", default_value="0.0", description="simulated time [s]; 0 = endless"),
+            DeclareLaunchArgument(
+                "duration", default_value="0.0", description="simulated time [s]; 0 = that of an impact, else endless"
+            ),
+            DeclareLaunchArgument("repeat", default_value="0.0", description="wall time from begin to begin [s]"),
             DeclareLaunchArgument("real_time_factor", default_value="1.0", description="pace; 0 = as fast as possible"),
             DeclareLaunchArgument("publish_clock", default_value="false", description="simulation time on /clock"),
             DeclareLaunchArgument("record", default_value="", description="MCAP file for recorder_node; empty = none"),
@@ -41,6 +44,7 @@ def generate_launch_description() -> LaunchDescription:
                     {
                         "scene": ParameterValue(LaunchConfiguration("scene"), value_type=str),
                         "duration": ParameterValue(LaunchConfiguration("duration"), value_type=float),
+                        "repeat": ParameterValue(LaunchConfiguration("repeat"), value_type=float),
                         "real_time_factor": ParameterValue(LaunchConfiguration("real_time_factor"), value_type=float),
                         # Without a recorder there is nobody to wait for.
                         "discovery": ParameterValue(

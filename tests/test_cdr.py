@@ -18,6 +18,7 @@ COMMON_HASHES = {  # from the type descriptions in the Jazzy packages
     cdr.MARKERS: "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
     cdr.DIAGNOSTICS: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
     cdr.CLOCK: "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
+    cdr.TRANSFORMS: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
     cdr.FLOAT: "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
 }
 OWN = (cdr.CONTACTS, cdr.STATE, cdr.SAMPLE_BLOCK)
@@ -86,14 +87,23 @@ def test_own_definition_starts_with_the_file_and_has_each_dependency_once(ros_ty
     assert text.count("\n" + "=" * 80 + "\nMSG: ") == len(headings)
 
 
+def test_the_definition_for_a_ros_without_tf2_msgs_is_that_of_tf2_msgs():
+    text = (Path(__file__).parents[1] / "cmake" / "tf2_msgs" / "msg" / "TFMessage.msg").read_text()
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(text, "here/msg/TFMessage"))
+    assert store.fielddefs["here/msg/TFMessage"] == store.fielddefs[cdr.TRANSFORMS]
+    assert cdr.type_hash(cdr.TRANSFORMS) == COMMON_HASHES[cdr.TRANSFORMS]
+
+
 @needs_ros
 @pytest.mark.parametrize("ros_type", COMMON_HASHES)
 def test_definitions_have_the_fields_and_the_order_of_ros_own_files(ros_type):
-    theirs = cdr.full_definition(ros_type, cdr.definition_in_folders([Path(sys.prefix)]))
+    built = Path(__file__).parents[1] / "install" / "tf2_msgs"  # where ROS itself has none
+    theirs = cdr.full_definition(ros_type, cdr.definition_in_folders([Path(sys.prefix), built]))
     assert fields(cdr.schema_text(ros_type)) == fields(theirs)
 
 
-@pytest.mark.parametrize("ros_type", OWN)
+@pytest.mark.parametrize("ros_type", [*OWN, cdr.TRANSFORMS])
 def test_hash_of_own_types_is_the_one_rosidl_built(ros_type):
     package, _, leaf = ros_type.partition("/msg/")
     built = Path(__file__).parents[1] / "install" / package / "share" / package / "msg" / f"{leaf}.json"

@@ -64,6 +64,25 @@ def test_a_simulation_comes_back_and_verifies(tmp_path):
     assert verify(log).greatest == 0.0
 
 
+def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
+    """As written before channels were added; a channel that is not known any more is refused, a change is found."""
+    run = simulate(load_scene("two_spheres"))
+    kept = tuple(channel for channel in run.channels if channel.name != "elastic_energy")
+    blocks = [
+        Block(kept, one.first_sequence, one.time_ns, {c.name: one.values[c.name].copy() for c in kept}, one.records)
+        for one in run.blocks()
+    ]
+    log = SimpleNamespace(scene=run.scene, channels=kept, blocks=lambda: iter(blocks))
+    found = verify(log)
+    assert found.greatest == 0.0
+    assert set(found.deviations) == {channel.name for channel in kept} | {"contact"}
+    blocks[1].values["approach"][3] += 1e-9
+    assert verify(log).deviations["approach"] == pytest.approx(1e-9)
+    log.channels = (*kept, run.channels[0]._replace(name="temperature"))
+    with pytest.raises(LogError, match="its channels differ"):
+        verify(log)
+
+
 def test_metadata_tells_scene_versions_and_choice(tmp_path):
     write(tmp_path / "run.mcap")
     log = read_log(tmp_path / "run.mcap")
@@ -103,7 +122,8 @@ def test_mcap_ros2_decodes_the_same_values(tmp_path):
         if topic.rate == "once":
             assert_equal_fields(ours, message)
         elif topic.rate != "markers":
-            assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec <= stamp
+            header = message.transforms[0].header if topic.name == "/tf" else message.header
+            assert header.stamp.sec * 10**9 + header.stamp.nanosec <= stamp
             assert_equal_fields(ours, message)
         else:
             assert [len(m.points) for m in message.markers] == [len(m.points) for m in ours.markers]
@@ -118,6 +138,9 @@ def assert_equal_fields(ours, theirs):
             assert_equal_fields(value, other)
         elif isinstance(value, np.ndarray):
             assert value.tolist() == list(other)
+        elif isinstance(value, list) and value and hasattr(value[0], "__dataclass_fields__"):
+            for one, another in zip(value, other, strict=True):
+                assert_equal_fields(one, another)
         else:
             assert value == other
 

@@ -210,15 +210,17 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
-    not the scene's own run.
+    not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared.
     """
     if log.scene is None:
         raise LogError(
             "this log holds no scene, so it cannot be simulated again; verify a log written by `simulate --out`"
         )
     simulation = Simulation(log.scene)
-    deviations = dict.fromkeys((channel.name for channel in simulation.channels), 0.0)
-    samples, names = 0, list(deviations)
+    names = [channel.name for channel in log.channels]
+    if not set(names) <= {channel.name for channel in simulation.channels}:
+        raise LogError("this log was written by another version: its channels differ; simulate the scene again")
+    deviations, samples = dict.fromkeys(names, 0.0), 0
     total = log.scene.parameters.run.duration * log.scene.parameters.run.output_rate + 1
     for block in log.blocks():
         again = simulation.advance(len(block))
@@ -226,8 +228,6 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
             raise LogError(
                 f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
             )
-        if samples == 0 and [c.name for c in block.channels] != names:
-            raise LogError("this log was written by another version: its channels differ; simulate the scene again")
         for name in names:
             difference = np.abs(block.values[name] - again.values[name])
             deviations[name] = max(deviations[name], float(difference.max()))
