@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import bearing_twin
+from bearing_twin.kinds import KINDS
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "bearing_twin"
@@ -140,16 +141,27 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
     assert wrong == []
 
 
-FILES_OF_A_KIND = {"row", "parameters", "models", "motion", "figures", "picture"}
+FILE_OF_A_PART = {
+    **{part: part for part in ("motion", "figures", "quantities", "topics", "picture")},
+    "choose": "models",
+    "records": "figures",
+    "meanings": "figures",
+}
 
 
-def test_the_same_files_stand_in_every_kind():
-    folders = [path for path in (PACKAGE / "kinds").iterdir() if (path / "row.py").exists()]
-    assert len(folders) >= 4
-    for folder in folders:
-        names = {path.stem for path in folder.glob("*.py")}
-        # two bodies are two kinds in one folder: each has its motion in a file of its own name
-        assert FILES_OF_A_KIND - names <= ({"motion"} if folder.name == "impact" else set()), folder
+def test_the_parts_of_a_kind_stand_in_files_of_the_same_name():
+    """What a kind leaves out of its row it has no file for."""
+    homes = [kind.home for kind in KINDS.values()]
+    for kind in KINDS.values():
+        for part, stem in FILE_OF_A_PART.items():
+            module, _, name = getattr(getattr(kind, part), "__name__", "").partition(":")
+            if name and module.startswith(kind.home):
+                # two bodies are two kinds in one folder: each has motion and figures in a file of its own name
+                shared = homes.count(kind.home) > 1 and part in ("motion", "figures")
+                assert shared or module == f"{kind.home}.{stem}", (kind.name, part)
+    rows = {path.parent for path in (PACKAGE / "kinds").glob("*/row.py")}
+    assert all((folder / "parameters.py").exists() for folder in rows)
+    assert len(rows) >= 4
 
 
 def test_ros_is_imported_only_by_the_nodes():
