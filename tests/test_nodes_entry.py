@@ -4,11 +4,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
-from ros import ros_executor
+from ros import heard, plain_node, ros_executor, spin_until
 
+from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import entry
 
@@ -79,24 +79,21 @@ def test_the_executables_of_the_package_are_these():
 def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:
-        domain = executor.context.get_domain_id()
-    node = subprocess.Popen(
-        [sys.executable, "-m", "bearing_twin.nodes.entry", "sim_node", "--ros-args", "-p", f"log:={path}"],
-        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        for line in node.stderr:
-            if "ready after" in line:
-                break
-        time.sleep(0.5)
-        node.send_signal(number)
-        said = node.communicate(timeout=300)[1]
-    finally:
-        if node.poll() is None:
-            node.kill()
-            node.wait()
+        heard_here = heard(plain_node(executor), [("/bearing/samples", cdr.SAMPLE_BLOCK)])["/bearing/samples"]
+        node = subprocess.Popen(
+            [sys.executable, "-m", "bearing_twin.nodes.entry", "sim_node", "--ros-args", "-p", f"log:={path}"],
+            env=os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            spin_until(executor, lambda: heard_here or node.poll() is not None, "outputs")
+            node.send_signal(number)
+            said = node.communicate(timeout=300)[1]
+        finally:
+            if node.poll() is None:
+                node.kill()
+                node.wait()
     assert node.returncode == 0, said
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(len(samples)))

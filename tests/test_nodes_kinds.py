@@ -141,10 +141,10 @@ def test_an_impact_repeats_at_a_pace_and_on_request():
         spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 3, "three runs")
         assert not node.done.is_set()
         assert node.loop.runs >= 2
+        blocks = [deserialize_message(data, message_class(cdr.SAMPLE_BLOCK)) for data in lists["/two_spheres/samples"]]
         before = node.loop.runs
         assert call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request()).success
         assert node.loop.runs > before
-        blocks = [deserialize_message(data, message_class(cdr.SAMPLE_BLOCK)) for data in lists["/two_spheres/samples"]]
         assert {(block.first_sequence, block.count) for block in blocks} == {(0, scene.outputs)}
         assert all(first.values == second.values for first, second in pairwise(blocks))
 
