@@ -131,9 +131,14 @@ class Run:
 
 
 def resolved_run(run: Run, whole: float = 0.0, outputs: int = 0) -> Run:
-    """The run with its zeros replaced: `whole` [s] long, about `outputs` outputs, all of them published."""
+    """The run with its zeros replaced: `whole` [s] long, about `outputs` outputs, all of them published.
+
+    Where a publish rate alone is given, the outputs are a whole multiple of it.
+    """
     duration = run.duration or float(f"{whole:.4g}")
     output_rate = run.output_rate or 1e9 / max(1, round(1e9 * duration / outputs))
+    if run.publish_rate and not run.output_rate:
+        output_rate = run.publish_rate * max(1, round(output_rate / run.publish_rate))
     return dataclasses.replace(
         run, duration=duration, output_rate=output_rate, publish_rate=run.publish_rate or output_rate
     )
