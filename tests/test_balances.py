@@ -145,8 +145,23 @@ def test_what_touching_balls_do_to_each_other_cancels(full):
     torque = torque + np.cross(out.position, weight).sum(axis=1)
     size = np.abs(moment).max()
     assert integral(torque) == pytest.approx(moment[-1] - moment[0], abs=1e-4 * size)
-    own = integral(out.raceway_force) + weight * TIMES[-1] - bearing.ball_mass * (out.velocity[-1] - out.velocity[0])
-    assert np.abs(own).max() > 1e-3 * bearing.ball_mass * np.abs(out.velocity).max()  # neighbours do act on a ball
+
+
+def test_a_ball_between_others_moves_and_turns_as_all_its_contacts_say(full):
+    """Newton and Euler for each of thirteen balls: raceways, the ball ahead, and the reaction to the one behind."""
+    bearing, out = full
+    ahead = out.neighbour_load[..., None] * out.neighbour_normal + out.neighbour_friction
+    assert np.abs(integral(ahead)).max() > 1e-3 * bearing.ball_mass * np.abs(out.velocity).max()
+    after = np.roll(out.position, -1, axis=1)
+    turning = np.cross(out.neighbour_point - out.position, ahead)
+    behind = np.cross(out.neighbour_point - after, -ahead)
+    weight = bearing.ball_mass * np.array(bearing.gravity)
+    force = out.raceway_force + weight + ahead - np.roll(ahead, 1, axis=1)
+    change = bearing.ball_mass * (out.velocity[-1] - out.velocity[0])
+    assert integral(force) == pytest.approx(change, abs=1e-3 * np.abs(change).max())
+    torque = out.raceway_torque + turning + np.roll(behind, 1, axis=1)
+    change = bearing.ball_inertia * (out.angular_velocity[-1] - out.angular_velocity[0])
+    assert integral(torque) == pytest.approx(change, abs=1e-3 * np.abs(change).max())
 
 
 @pytest.fixture(scope="module")
@@ -190,9 +205,10 @@ def test_the_long_axis_of_an_ellipse_lies_across_the_groove_in_message_and_marke
     assert np.all(np.abs(sample["contact_angle"]) > 0.03)
     assert np.abs(first[..., 2]).min() > 0.9  # nearly along the bearing's axis
     contacts = messages(scene, block, cdr.CONTACTS)[0]
-    told = contacts.major_axis.reshape(-1, 2, 3)
+    rows = first[..., 0].size  # ball after ball, inner before outer; behind them balls with their neighbours
+    told = contacts.major_axis.reshape(-1, 3)[:rows].reshape(first.shape)
     assert np.abs(np.einsum("krv,krv->kr", told, first)) == pytest.approx(1.0, abs=1e-6)
-    semi_major, semi_minor = contacts.semi_major.reshape(-1, 2), contacts.semi_minor.reshape(-1, 2)
+    semi_major, semi_minor = (axis[:rows].reshape(-1, 2) for axis in (contacts.semi_major, contacts.semi_minor))
     assert np.all(semi_major > 5.0 * semi_minor)
     [outline] = [m for m in messages(scene, block, cdr.MARKERS)[0].markers if m.ns == "contact_ellipses"]
     corners = np.array([[p.x, p.y, p.z] for p in outline.points]).reshape(len(first), 2, -1, 3)
