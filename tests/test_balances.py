@@ -10,6 +10,7 @@ from scipy.integrate import simpson
 
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
+from bearing_twin.kinds.bearing.layout import VELOCITY
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
@@ -21,6 +22,8 @@ PERIOD, COUNT = 4e-7, 401
 TIMES = PERIOD * np.arange(1, COUNT + 1)
 STEEL = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])
 SPOT = "contact.friction=spot"
+# Slip dies in microseconds, not in fractions of one, so that sums over the instants are integrals.
+SMOOTH = ("drive.acceleration=1e5", "contact.friction_regularisation=0.3", "wanted.tolerance=1e-6")
 # Thirteen balls that fill the circle, pressed outwards and inwards until each touches both neighbours.
 FULL = (
     "geometry.balls=13", f"geometry.pitch_diameter={6.746e-3 / math.sin(math.pi / 13) * (1.0 + 1e-9)!r}",
@@ -29,16 +32,18 @@ FULL = (
 
 
 def ringing(*overrides):
-    """Dense outputs of a start from rest under radial and axial offset, with the bearing's numbers."""
-    moving = motion(*TURNED_REST, "drive.acceleration=1e5", "wanted.tolerance=1e-6", *overrides)
+    """Dense outputs of a start under radial and axial offset, the ring speeding up, with the bearing's numbers."""
+    moving = motion(*TURNED_REST, *SMOOTH, *overrides)
     moving.goal_speed = 300.0
+    moving.state[:, VELOCITY] += 0.05 * np.cos(2.4 * np.arange(len(moving.state)))  # so that the contacts ring
     return moving.bearing, moving.advance(TIMES, float(TIMES[-1]))
 
 
 @pytest.fixture(scope="module", params=["point", "spot"])
 def started(request):
-    """A bearing of eight balls that start from rest, with friction at a point or over the spot."""
-    return ringing(f"contact.friction={request.param}")
+    """Eight balls: with friction at a point from rest, sliding; with spots rolling under thrust, drilling."""
+    drilling = ("initial.motion=rolling", "drive.offset=[0.0, -1.0e-6, 4.0e-5]", SPOT)
+    return ringing(*(drilling if request.param == "spot" else ()))
 
 
 @pytest.fixture(scope="module")
@@ -64,11 +69,11 @@ def test_what_friction_and_damping_take_is_what_the_books_say(started):
     assert np.all(sliding >= 0.0)
     parts = [integral(power) for power in (sliding, drilling, viscous)]
     booked = out.dissipated[-1] - out.dissipated[0]
-    assert sum(parts) == pytest.approx(booked, rel=2e-4)
-    assert parts[0] > 0.1 * booked
-    assert parts[2] > 1e-3 * booked
-    if np.any(out.drilling_torque):
-        assert parts[1] > 1e-3 * booked
+    assert sum(parts) == pytest.approx(booked, rel=1e-3)
+    spots = bool(np.any(out.drilling_torque))
+    assert parts[0] > 0.02 * booked
+    assert parts[1] > 0.02 * booked if spots else parts[1] == 0.0
+    assert parts[2] > 5e-4 * booked
 
 
 def test_the_drive_works_by_the_rings_torque_at_its_speed(started):
@@ -140,8 +145,23 @@ def test_what_touching_balls_do_to_each_other_cancels(full):
     torque = torque + np.cross(out.position, weight).sum(axis=1)
     size = np.abs(moment).max()
     assert integral(torque) == pytest.approx(moment[-1] - moment[0], abs=1e-4 * size)
-    own = integral(out.raceway_force) + weight * TIMES[-1] - bearing.ball_mass * (out.velocity[-1] - out.velocity[0])
-    assert np.abs(own).max() > 1e-3 * bearing.ball_mass * np.abs(out.velocity).max()  # neighbours do act on a ball
+
+
+def test_a_ball_between_others_moves_and_turns_as_all_its_contacts_say(full):
+    """Newton and Euler for each of thirteen balls: raceways, the ball ahead, and the reaction to the one behind."""
+    bearing, out = full
+    ahead = out.neighbour_load[..., None] * out.neighbour_normal + out.neighbour_friction
+    assert np.abs(integral(ahead)).max() > 1e-3 * bearing.ball_mass * np.abs(out.velocity).max()
+    after = np.roll(out.position, -1, axis=1)
+    turning = np.cross(out.neighbour_point - out.position, ahead)
+    behind = np.cross(out.neighbour_point - after, -ahead)
+    weight = bearing.ball_mass * np.array(bearing.gravity)
+    force = out.raceway_force + weight + ahead - np.roll(ahead, 1, axis=1)
+    change = bearing.ball_mass * (out.velocity[-1] - out.velocity[0])
+    assert integral(force) == pytest.approx(change, abs=1e-3 * np.abs(change).max())
+    torque = out.raceway_torque + turning + np.roll(behind, 1, axis=1)
+    change = bearing.ball_inertia * (out.angular_velocity[-1] - out.angular_velocity[0])
+    assert integral(torque) == pytest.approx(change, abs=1e-3 * np.abs(change).max())
 
 
 @pytest.fixture(scope="module")
@@ -185,9 +205,10 @@ def test_the_long_axis_of_an_ellipse_lies_across_the_groove_in_message_and_marke
     assert np.all(np.abs(sample["contact_angle"]) > 0.03)
     assert np.abs(first[..., 2]).min() > 0.9  # nearly along the bearing's axis
     contacts = messages(scene, block, cdr.CONTACTS)[0]
-    told = contacts.major_axis.reshape(-1, 2, 3)
+    rows = first[..., 0].size  # ball after ball, inner before outer; behind them balls with their neighbours
+    told = contacts.major_axis.reshape(-1, 3)[:rows].reshape(first.shape)
     assert np.abs(np.einsum("krv,krv->kr", told, first)) == pytest.approx(1.0, abs=1e-6)
-    semi_major, semi_minor = contacts.semi_major.reshape(-1, 2), contacts.semi_minor.reshape(-1, 2)
+    semi_major, semi_minor = (axis[:rows].reshape(-1, 2) for axis in (contacts.semi_major, contacts.semi_minor))
     assert np.all(semi_major > 5.0 * semi_minor)
     [outline] = [m for m in messages(scene, block, cdr.MARKERS)[0].markers if m.ns == "contact_ellipses"]
     corners = np.array([[p.x, p.y, p.z] for p in outline.points]).reshape(len(first), 2, -1, 3)
@@ -203,8 +224,8 @@ def test_the_long_axis_of_an_ellipse_lies_across_the_groove_in_message_and_marke
 
 def test_the_report_speaks_of_the_second_half_of_a_run_whose_halves_differ():
     """The ring jumps to another speed and place after three tenths; means are those of the outputs past the middle."""
-    changes = ("drive.change={time: 0.03, speed: 91.63, offset: [0.0, -2.0e-6, 0.0]}", "drive.acceleration=2e4")
-    run = simulate(load_scene("bearing_6203", ["run.duration=0.1", "run.output_rate=2000", *changes]))
+    changes = ("drive.change={time: 0.03, speed: 91.63, offset: [0.0, 0.0, 2.0e-5]}", "drive.acceleration=2e4")
+    run = simulate(load_scene("bearing_6203", ["run.duration=0.1", "run.output_rate=2000", SPOT, *changes]))
     blocks = list(run.blocks())
     time = 1e-9 * np.concatenate([block.time_ns for block in blocks])
     values = {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
@@ -213,9 +234,10 @@ def test_the_report_speaks_of_the_second_half_of_a_run_whose_halves_differ():
     load = values["normal_load"]
     for side, ring in enumerate(("inner", "outer")):
         mean = load[late].mean(axis=0)[:, side]
-        assert figures[f"normal_load_{ring}_n"] == pytest.approx(mean, rel=2e-3)
-        assert figures[f"normal_load_{ring}_n"] != pytest.approx(load[~late].mean(axis=0)[:, side], rel=1e-2)
-        assert figures[f"normal_load_{ring}_n"] != pytest.approx(load.mean(axis=0)[:, side], rel=1e-2)
+        # a period of the statistics that lies across the middle counts whole
+        assert figures[f"normal_load_{ring}_n"] == pytest.approx(mean, rel=0.02)
+        for other in (load[~late], load):
+            assert np.abs(mean / other.mean(axis=0)[:, side] - 1.0).min() > 0.06
     orbit = np.ptp(values["orbit_angle"][late], axis=0).mean() / np.ptp(time[late])
     assert figures["cage_speed_rad_s"] == pytest.approx(orbit, rel=1e-3)
     assert figures["roll_rate_rad_s"] == pytest.approx(values["roll_rate"][late].mean(), rel=1e-3)

@@ -86,6 +86,13 @@ def test_a_raceway_is_a_hollow_body(conformity, side, coefficient, ratio):
     assert same[:2] == pytest.approx(gap[:2], rel=1e-12)
 
 
+def test_each_body_adds_its_own_compliance():
+    """Steel 200 GPa, 0.3 on aluminium 70 GPa, 0.33: 1/E* = 4.55e-12 + 1.273e-11 1/Pa, whichever is named first."""
+    steel, aluminium = Material(2.0e11, 0.3, 7850.0), Material(7.0e10, 0.33, 2700.0)
+    assert effective_modulus(steel, aluminium) == pytest.approx(5.787037e10, rel=1e-6)
+    assert effective_modulus(aluminium, steel) == effective_modulus(steel, aluminium)
+
+
 def test_impact_of_steel_balls_matches_published_numbers():
     """Paper 3's balls at 20 m/s: duration, peak force and approach; force times duration is 3.67909398 mu v."""
     contact, duration = impact(gap_of_radii((19.05e-3, 19.05e-3), (19.05e-3, 19.05e-3)), MODULUS, 20.0, 0.1129)

@@ -82,7 +82,7 @@ def test_own_definition_starts_with_the_file_and_has_each_dependency_once(ros_ty
     leaf = ros_type.rpartition("/")[2]
     assert text.startswith(share_path("msg_schemas", "msg", f"{leaf}.msg").read_text())
     headings = [line for line in text.splitlines() if line.startswith("MSG: ")]
-    assert len(headings) == len(set(headings))
+    assert headings == sorted(set(headings), key=headings.index)
     assert {"MSG: std_msgs/Header", "MSG: builtin_interfaces/Time"} <= set(headings)
     assert text.count("\n" + "=" * 80 + "\nMSG: ") == len(headings)
 
@@ -93,6 +93,12 @@ def test_the_definition_for_a_ros_without_tf2_msgs_is_that_of_tf2_msgs():
     store.register(get_types_from_msg(text, "here/msg/TFMessage"))
     assert store.fielddefs["here/msg/TFMessage"] == store.fielddefs[cdr.TRANSFORMS]
     assert cdr.type_hash(cdr.TRANSFORMS) == COMMON_HASHES[cdr.TRANSFORMS]
+
+
+def test_a_dependency_of_several_parts_is_defined_once():
+    """Markers hold poses, points, colours and headers over and over."""
+    headings = [line for line in cdr.schema_text(cdr.MARKERS).splitlines() if line.startswith("MSG: ")]
+    assert len(headings) == len(set(headings)) > 10
 
 
 @needs_ros

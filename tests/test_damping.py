@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.special import beta
 
 from bearing_twin.contact.damping import (
     damped_load,
@@ -80,6 +81,23 @@ def test_steady_damping_has_its_restitution_at_every_speed(e):
         return steady_damped_load(COEFFICIENT * max(approach, 0.0) ** 1.5, approach, rate, damping)
 
     assert [rebound(load, speed) for speed in (1e-3, 0.7, 50.0)] == pytest.approx([e] * 3, rel=1e-4)
+
+
+@pytest.mark.parametrize("speed", [0.1, 3.0])
+def test_a_relaxation_time_takes_what_its_power_adds_up_to(speed):
+    """First order in the time: the loss 2 int tau k(h) v(h) dh along the elastic motion, by Euler's beta function."""
+    relaxation = 1e-9
+    deepest = (1.25 * MASS * speed**2 / COEFFICIENT) ** 0.4
+    loss = 3.0 * COEFFICIENT * relaxation * speed * deepest**1.5 * 0.4 * beta(0.6, 1.5)
+
+    def load(approach, rate):
+        depth = max(approach, 0.0)
+        stiffness = 1.5 * COEFFICIENT * math.sqrt(depth)
+        return damped_load(COEFFICIENT * depth**1.5, stiffness, rate, 0.0, relaxation)
+
+    assert 1.0 - rebound(load, speed) == pytest.approx(loss / (MASS * speed**2), rel=1e-2)
+    assert loss / (MASS * speed**2) > 1e-5
+    assert damped_load(10.0, 5e6, 0.2, 0.3, 1e-6) == pytest.approx(10.0 + (0.3 * 10.0 + 5.0) * 0.2, rel=1e-14)
 
 
 def test_steady_restitution_is_smooth_through_the_critical_ratio():
