@@ -37,6 +37,7 @@ from bearing_twin.report import Choice
 
 NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
+SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
@@ -180,7 +181,7 @@ class BearingMotion:
         limit = self.parameters.drive.acceleration * duration
         change = min(limit, max(-limit, missing))
         drive = RingDrive(self.drive.angle, self.drive.speed, change / duration)
-        if drive.acceleration != self._acceleration:
+        if abs(drive.acceleration - self._acceleration) > SAME * self.parameters.drive.acceleration:
             # Slip answers within microseconds: a step carried over from before would pass over the bend.
             self.steps = np.minimum(self.steps, FIRST_STEP)
             self._acceleration = drive.acceleration
