@@ -30,16 +30,14 @@ _finish = chosen([state.finish for state in _STATES])
 
 
 class Elasticity(NamedTuple):
-    """A law of a point contact in use, as numbers for kernels: its place in the table, and what its row says.
+    """A law of a point contact in use, as few numbers as kernels can do with: each costs time at every call.
 
-    `modulus` is E* [Pa], `given` the number that constant, linear and measured laws are given.
+    `number` is its place in the table, `modulus` E* [Pa], `given` the number that constant, linear and measured laws
+    are given.
     """
 
     number: int
     power: float
-    in_lanes: bool
-    follows: bool
-    carries: bool
     modulus: float
     given: float
 
@@ -47,9 +45,36 @@ class Elasticity(NamedTuple):
 def elasticity(name: str, modulus: float, given: float) -> Elasticity:
     """The law of that name for a point contact; `given` as in `Elasticity`."""
     row = LAWS[name]
-    number = _POINT.index(row)
-    carries = row.state is not None
-    return Elasticity(number, row.power, row.in_lanes, row.follows, carries, float(modulus), float(given))
+    return Elasticity(_POINT.index(row), row.power, float(modulus), float(given))
+
+
+_IN_LANES = np.array([row.in_lanes for row in _POINT])
+_FOLLOWS = np.array([row.follows for row in _POINT])
+_CARRIES = np.array([row.state is not None for row in _POINT])
+
+
+@inlined
+def in_lanes(law):
+    """Whether a law is evaluated in vector lanes (`lane_elastic`)."""
+    return _IN_LANES[law.number]
+
+
+@inlined
+def looked_up(law):
+    """Whether a law's coefficient must be looked up at each contact before the lanes are evaluated."""
+    return _FOLLOWS[law.number] and not _IN_LANES[law.number]
+
+
+@inlined
+def follows(law):
+    """Whether a law's coefficient follows the curvatures."""
+    return _FOLLOWS[law.number]
+
+
+@inlined
+def carries(law):
+    """Whether a law carries states."""
+    return _CARRIES[law.number]
 
 
 @kernel
@@ -95,7 +120,7 @@ def state_finished(law, shape, ratio):
 def lane_coefficient(law, curvature_small, curvature_large, given):
     """c of a law in vector lanes: evaluated here if the law does so in lanes, else `given` (see `lane_given`)."""
     rational = hertz_rational(curvature_small, curvature_large, law.modulus)
-    return rational if law.in_lanes else given
+    return rational if in_lanes(law) else given
 
 
 @inlined
@@ -134,9 +159,9 @@ def _of_shape(law, shape):
 @kernel
 def log_slope(law, low, carried_shape, coefficient):
     """d ln(c)/d(shape) of a law at constant sqrt(PQ), at a `surfaces.LowestPoint`; by differences without a state."""
-    if law.carries:
+    if carries(law):
         return differential.log_slope(carried_shape, low.curvature_small, low.shape_excess, law.modulus, coefficient)
-    if not law.follows:
+    if not follows(law):
         return 0.0
     step = STENCIL * low.shape
     if low.shape - step < 1.0:

@@ -22,7 +22,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
-from bearing_twin.contact.elasticity import Elasticity, lane_elastic, lane_given
+from bearing_twin.contact.elasticity import Elasticity, in_lanes, lane_elastic, lane_given, looked_up
 from bearing_twin.contact.friction import friction_factor
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -190,7 +190,7 @@ def given_coefficient(bearing, raceway, centre, position):
     """What `raceway_contact` is given for a ball at `position`; where its law needs no look at the gap, its number."""
     law = raceway.law
     given = law.given
-    if law.follows and not law.in_lanes:
+    if looked_up(law):
         offset = minus(position, centre)
         axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
         geometry = ball_in_groove(
@@ -355,7 +355,7 @@ def raceway_rates(bearing, lanes):
 @kernel
 def give_coefficients(bearing, lanes):
     """Looks up the load coefficients of a law that is not evaluated in lanes; both raceways have the same."""
-    if bearing.inner.law.in_lanes:
+    if in_lanes(bearing.inner.law):
         return
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))

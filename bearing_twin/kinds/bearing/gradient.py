@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
-from bearing_twin.contact.elasticity import lane_coefficient, lane_root
+from bearing_twin.contact.elasticity import in_lanes, lane_coefficient, lane_root
 from bearing_twin.kinds.bearing.equations import raceway_contact
 from bearing_twin.numerics.block_solve import combined, plus, product
 from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
@@ -93,7 +93,7 @@ def _slopes(bearing, raceway, given, given_slope, contact, radial):
     small, large, law, power = contact.curvature_small, contact.curvature_large, raceway.law, raceway.law.power
     coefficient = lane_coefficient(law, small, large, given)
     further = lane_coefficient(law, small, large * (1.0 + CURVATURE_STEP), given)
-    by_curvature = (further - coefficient) / (CURVATURE_STEP * large) if law.in_lanes else given_slope
+    by_curvature = (further - coefficient) / (CURVATURE_STEP * large) if in_lanes(law) else given_slope
     loaded = 1.0 if contact.normal_load > 0.0 else 0.0
     touching = 1.0 if contact.approach > 0.0 else 0.0
     depth = max(contact.approach, SHALLOWEST)

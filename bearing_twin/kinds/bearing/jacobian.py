@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elasticity import lane_given
+from bearing_twin.contact.elasticity import lane_given, looked_up
 from bearing_twin.kinds.bearing.equations import lane_position
 from bearing_twin.kinds.bearing.gradient import CURVATURE_STEP, contact_gradient
 from bearing_twin.kinds.bearing.layout import (
@@ -148,7 +148,7 @@ def _fill(bearing, lanes):
 @kernel
 def raceway_jacobian(bearing, lanes):
     """Fills the Jacobian's rows with d(rates)/d(motion) of each lane, from the motion and the given coefficients."""
-    if bearing.inner.law.follows and not bearing.inner.law.in_lanes:
+    if looked_up(bearing.inner.law):
         _give_slopes(bearing, lanes)
     _fill(bearing, lanes)
 

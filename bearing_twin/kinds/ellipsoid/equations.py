@@ -24,7 +24,9 @@ from bearing_twin.contact.differential import Shape
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.elasticity import (
     Elasticity,
+    carries,
     coefficient_at,
+    follows,
     log_slope,
     state_begun,
     state_finished,
@@ -165,7 +167,7 @@ def touch_of(body, state, pose):
     size_slope, shape_slopes = ellipsoid_slopes(body.semi_axes, pose.down, low.reach, low.point)
     turning = cross(pose.down, pose.spin_body)  # rate of the downward direction in the body's axes
     depth = max(approach, 0.0)
-    aside = 1.0 / (body.law.power + 1.0) * depth if body.law.follows else 0.0  # energy over load
+    aside = 1.0 / (body.law.power + 1.0) * depth if follows(body.law) else 0.0  # energy over load
     point = (
         low.point[0] + aside * (size_slope[0] + slope * shape_slopes[0]),
         low.point[1] + aside * (size_slope[1] + slope * shape_slopes[1]),
@@ -246,7 +248,7 @@ def begin_shape(body, state):
 @kernel
 def finish_shape(body, state):
     """What ends a step in contact: the carried states put right, if the law does so."""
-    if body.law.carries:
+    if carries(body.law):
         low = ellipsoid_on_plane(body.semi_axes, pose_of(body, state).down)
         ratio = low.curvature_small / low.curvature_large
         state[15], state[16], state[17] = state_finished(body.law, carried_shape(state), ratio)
