@@ -75,6 +75,23 @@ def test_a_pause_stands_still_and_goes_on_where_it_was():
     assert stream.pacer.pace().lag_ns == 0
 
 
+@pytest.mark.parametrize("command", ["pause", "set_factor"])
+def test_a_command_before_the_first_message_leaves_the_start_to_it(command):
+    """Also where times are those of a wall clock, as in the log of a recorder."""
+    epoch = 1_790_000_000_000  # ms
+    stream, delivered, clock = paced([[epoch, epoch + 10]])
+    if command == "pause":
+        stream.paused = True
+        assert stream.turn(clock[0]) is None
+        clock[0] += 100 * MS
+        stream.pause(clock[0], False)
+    else:
+        stream.set_factor(clock[0], 1.0)
+    resumed = clock[0]
+    drive(stream, clock, until=resumed + 50 * MS)
+    assert [(wall - resumed) // MS for _, wall in delivered] == [0, 10]
+
+
 def test_a_late_stream_says_how_late_it_is_and_catches_up():
     stream, delivered, clock = paced([[0, 10], [20, 30]])
     drive(stream, clock, until=START + 10 * MS)

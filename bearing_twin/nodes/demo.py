@@ -90,9 +90,10 @@ def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording:
         pause = watcher.create_client(SetBool, "/bearing/sim_node/pause")
 
         def found() -> bool:
-            # As the publishers count them: to others they send nothing. One is here, one in recorder_node.
-            everybody = int(simulation.values.get("least_subscribers", 0)) >= 2
-            return everybody and pause.service_is_ready()
+            # Publisher and subscriber learn of each other one after the other, and what is sent in between may be lost.
+            subscribers = int(simulation.values.get("least_subscribers", 0))  # one here, one in recorder_node
+            publishers = int(recorder.values.get("least_publishers", 0))
+            return subscribers >= 2 and publishers >= 1 and _knows_publishers(watcher) and pause.service_is_ready()
 
         compiled = lambda: simulation.status not in ("starting", "compiling")  # noqa: E731
         _wait(executor, compiled, lambda: f"sim_node is {simulation.status}", "the scene is ready", nodes)
@@ -120,9 +121,14 @@ def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording:
 
 def _replay(scene: Scene, folder: Path, recording: Path) -> Watch:
     progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
-    command = node_command("replay_node", {"log": recording, "rate": REPLAY_RATE, "discovery": DISCOVERY})
+    parameters = {"log": recording, "rate": REPLAY_RATE, "discovery": DISCOVERY, "start_paused": True}
+    command = node_command("replay_node", parameters)
     with _watching(scene) as (watcher, executor), started("replay_node", command, folder) as replay:
         _listen(watcher, (replay,))
+        pause = watcher.create_client(SetBool, "/replay_node/pause")
+        found = lambda: _knows_publishers(watcher) and pause.service_is_ready()  # noqa: E731
+        _wait(executor, found, lambda: "discovery of all topics", "all topics are found", (replay,))
+        pause.call_async(SetBool.Request(data=False))  # carried out when replay_node has found its subscribers
         what = lambda: f"replay_node is {replay.status}, {watcher.watch.messages} messages"  # noqa: E731
         _wait(executor, lambda: replay.ended, what, "the replay is over", (replay,), may_end=(replay,))
         replay.look(time.monotonic(), may_end=True)
@@ -143,6 +149,10 @@ def _watching(scene: Scene) -> Iterator[tuple[Watcher, SingleThreadedExecutor]]:
     finally:
         executor.shutdown()
         watcher.destroy_node()
+
+
+def _knows_publishers(watcher: Watcher) -> bool:
+    return all(subscription.get_publisher_count() for subscription in watcher.subscriptions)
 
 
 def _listen(watcher: Watcher, nodes: Sequence[NodeProcess]) -> None:

@@ -125,13 +125,13 @@ class PacedStream:
     def pause(self, now: int, paused: bool) -> None:
         """Holds the stream, or goes on where it was held."""
         if self.paused and not paused:
-            self._start(now)
+            self._go_on(now)
         self.paused = paused
 
     def set_factor(self, now: int, factor: float) -> None:
         """Changes the pace from here on."""
         self.pacer.set_factor(factor)
-        self._start(now)
+        self._go_on(now)
 
     def put(self, batch: Iterable[Timed]) -> None:
         """Adds messages behind those computed ahead."""
@@ -150,6 +150,11 @@ class PacedStream:
         self._started = False
         self.finished = False
         self.position_ns = 0
+
+    def _go_on(self, now: int) -> None:
+        # Before the first message is known, its time is not: a log may begin at any.
+        if self._started or self._pending or self.position_ns:
+            self._start(now)
 
     def _start(self, now: int) -> None:
         self._started = True

@@ -101,6 +101,8 @@ class RecorderNode(Node):
             level, message = WARN, f"{status['samples_lost']} solver outputs were lost"
         if self.failure is not None:
             level, message = ERROR, str(self.failure)
+        # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
+        status["least_publishers"] = min((one.get_publisher_count() for one in self.subscriptions), default=0)
         now = self.get_clock().now().nanoseconds
         name = f"{self.get_fully_qualified_name().lstrip('/')}: recording"
         self._diagnostics.publish(diagnostics(now, name, level, message, status))
