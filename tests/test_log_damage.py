@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tracemalloc
 import zlib
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,53 @@ def test_damaged_chunk_is_left_out_and_the_rest_saved(log_path, tmp_path):
     assert saved[0] == whole[0]
     assert saved[-1] == whole[-1]
     assert "CRC" in found.problems[0] or "unpacked" in found.problems[0]
+
+
+def test_a_damaged_chunk_is_passed_over_without_an_index_too(log_path, tmp_path):
+    """The end is missing, so that only the chunk's own length tells where the next one begins."""
+    with log_path.open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    assert len(chunks) >= 4
+    data = bytearray(log_path.read_bytes()[: chunks[-1].chunk_start_offset])
+    data[chunks[1].chunk_start_offset + chunks[1].chunk_length // 2] ^= 1
+    whole = bits(read_log(log_path))
+    log_path.write_bytes(data)
+    found = recover(log_path, tmp_path / "saved.mcap")
+    saved = bits(read_log(tmp_path / "saved.mcap", allow_gaps=True))
+    assert len(saved) == found.samples
+    assert all(sample in whole for sample in saved)
+    numbers = [sample[0] for sample in saved]
+    gaps = [after - before for before, after in pairwise(numbers) if after != before + 1]
+    assert numbers[0] == 0
+    assert len(gaps) == 1  # one chunk is gone, those behind it are not
+    assert numbers[-1] > 0.6 * 400
+    told = " ".join(found.problems)
+    assert f"at byte {chunks[1].chunk_start_offset}" in told
+    assert f"at byte {chunks[-1].chunk_start_offset}" in told
+
+
+def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkeypatch):
+    """Arrival and sending differ; of two records alike one is kept; messages that are no outputs are not counted so."""
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 200)
+    path, text = tmp_path / "run.mcap", cdr.schema_text(cdr.CLOCK)
+    with RawLogWriter(path, run_record=False) as log:
+        numbers = [log.add_topic(name, cdr.CLOCK, text, cdr.type_hash(cdr.CLOCK), (Qos(),)) for name in ("/a", "/b")]
+        for k in range(20):
+            log.write(numbers[k % 2], 1000 + k, 900 - k, bytes([k]) * 12)
+            if k in (5, 9):
+                log.add_metadata("told", {"twice": "the same"})
+            if k == 12:
+                log.add_metadata("told", {"twice": "not the same"})
+    sent = [(m.topic.name, m.log_time, m.publish_time, m.data) for m in raw_messages(path)]
+    assert sent[3] == ("/b", 1003, 897, bytes([3]) * 12)
+    path.write_bytes(path.read_bytes()[:-10])
+    found = recover(path, tmp_path / "saved.mcap")
+    assert (found.messages, found.samples) == (20, 0)
+    saved = [(m.topic.name, m.log_time, m.publish_time, m.data) for m in raw_messages(tmp_path / "saved.mcap")]
+    assert saved == sent
+    with (tmp_path / "saved.mcap").open("rb") as stream:
+        told = [record.metadata["twice"] for record in make_reader(stream).iter_metadata() if record.name == "told"]
+    assert told == ["the same", "not the same"]
 
 
 def test_recover_does_not_overwrite(log_path):
