@@ -111,7 +111,11 @@ def test_the_package_runs_with_another_python(minor, tmp_path):
     there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     there["XDG_CACHE_HOME"] = str(tmp_path / "cache")
     shutil.copytree(ROOT, tmp_path / "source", ignore=shutil.ignore_patterns(".*", "build", "install", "log", "demo"))
-    subprocess.run([own, "-m", "pip", "install", "--quiet", tmp_path / "source"], env=there, check=True)
+    subprocess.run(
+        [own, "-m", "pip", "install", "--quiet", "--retries", "20", "--timeout", "60", tmp_path / "source"],
+        env=there,
+        check=True,
+    )
     words = [own, "-m", "bearing_twin", "simulate", "two_spheres", "--json"]
     done = subprocess.run(words, env=there, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
     assert json.loads(done.stdout)["status"] == "done"
