@@ -1,5 +1,7 @@
 """Settings for all tests, and the choice of those that fit into a time."""
 
+import time
+
 import pytest
 from hypothesis import settings
 
@@ -10,11 +12,14 @@ settings.load_profile("bearing_twin")
 TOOK = "bearing_twin/seconds"  # where the cache of pytest keeps how long each test took last time
 UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
+LEFT_OUT: list[str] = []
+BEGAN: list[float] = []
 
 
 def pytest_addoption(parser):
     parser.addoption("--within", type=float, metavar="S", help="only the first tests that took S seconds last time")
-    parser.addoption("--always", default="", metavar="FILES", help="test files that --within never leaves out")
+    parser.addoption("--until", type=float, metavar="S", help="begin no further test S seconds after the first")
+    parser.addoption("--always", default="", metavar="FILES", help="test files that neither leaves out")
 
 
 @pytest.hookimpl(trylast=True)
@@ -35,8 +40,24 @@ def pytest_collection_modifyitems(config, items):
         else:
             left_out.append(item)
     config.hook.pytest_deselected(items=left_out)
-    config.left_out = sum(took.get(item.nodeid, UNKNOWN) for item in left_out), len(left_out)
+    LEFT_OUT.extend(item.nodeid for item in left_out)
     items[:] = kept
+
+
+def pytest_collection_finish():
+    BEGAN[:] = [time.monotonic()]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item):
+    """With --until, passes over what would begin too late."""
+    seconds = item.config.getoption("until")
+    if seconds is None or item.path.stem in item.config.getoption("always").split(","):
+        return None
+    if time.monotonic() - BEGAN[0] < seconds:
+        return None
+    LEFT_OUT.append(item.nodeid)
+    return True
 
 
 def pytest_runtest_logreport(report):
@@ -49,7 +70,8 @@ def pytest_sessionfinish(session):
         session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
 
 
-def pytest_terminal_summary(terminalreporter, config):
-    seconds, number = getattr(config, "left_out", (0.0, 0))
-    if number:
-        terminalreporter.write_line(f"{number} tests near the change were left out, some {seconds:.0f} s: make test")
+def pytest_terminal_summary(terminalreporter):
+    if LEFT_OUT:
+        terminalreporter.write_line(
+            f"{len(LEFT_OUT)} tests near the change were left out for time: make test runs them"
+        )

@@ -44,12 +44,15 @@ def test_the_core_exists():
     assert all((Path(__file__).parent / f"{name}.py").exists() for name in wanted.CORE)
 
 
-@pytest.mark.parametrize(("within", "passed", "left_out"), [("100", 4, 0), ("0.4", 3, 1), ("0", 2, 2)])
-def test_what_does_not_fit_is_left_out_and_said(tmp_path, within, passed, left_out):
+@pytest.mark.parametrize(
+    ("limit", "passed", "left_out"),
+    [("within=100", 4, 0), ("within=0.4", 3, 1), ("within=0", 2, 2), ("until=0", 2, 2), ("until=1e9", 4, 0)],
+)
+def test_what_does_not_fit_is_left_out_and_said(tmp_path, limit, passed, left_out):
     (tmp_path / "conftest.py").write_text((Path(__file__).parent / "conftest.py").read_text(encoding="utf-8"))
     for name in ("always", "other"):
         (tmp_path / f"test_{name}.py").write_text("def test_a():\n    pass\n\n\ndef test_b():\n    pass\n")
-    words = ["-m", "pytest", "-p", "no:randomly", f"--within={within}", "--always=test_always", str(tmp_path)]
+    words = ["-m", "pytest", "-p", "no:randomly", f"--{limit}", "--always=test_always", str(tmp_path)]
     done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"{passed} passed" in done.stdout

@@ -2,7 +2,7 @@
 
 Changed is what differs from where this branch left `main`, committed or not, or the files named. A test file is the
 nearer to a change the fewer imports lie between them. Nearest first, tests are taken as long as the seconds they took
-last time fit; those of CORE always are. What is left out is said: `make test` runs it.
+last time fit, and begun until the time is over; those of CORE always are. What is left out is said.
 """
 
 import ast
@@ -99,7 +99,16 @@ def main(named: list[str]) -> int:
             print(f"no test is known to need {path}", file=sys.stderr)
     chosen = core + sorted(near.keys() - core, key=lambda path: (near[path], path))
     print(f"{len(changed or [])} files changed; {len(chosen)} test files are near them", file=sys.stderr)
-    words = [sys.executable, "-m", "pytest", "-q", f"--within={SECONDS}", f"--always={','.join(CORE)}", *chosen]
+    words = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        f"--within={SECONDS}",
+        f"--until={SECONDS}",
+        f"--always={','.join(CORE)}",
+        *chosen,
+    ]
     return subprocess.run(words, cwd=ROOT, check=False).returncode
 
 
