@@ -51,7 +51,7 @@ def test_without_a_restitution_the_relaxation_time_damps():
 
 def test_one_damping_is_enough():
     for key, value in (("damping", "0.2"), ("relaxation_time", "2e-6")):
-        with pytest.raises(SceneError, match=f"contact.{key} = .* both set the damping; leave one of them out"):
+        with pytest.raises(SceneError, match=f"contact.{key} = .* all set the viscous term; keep one of them"):
             load_scene("bearing_6203", ["contact.restitution=0.8", f"contact.{key}={value}"])
     scene = load_scene("bearing_6203", ["contact.restitution=0.8"])
     assert scene.parameters.contact.relaxation_time == 0.0

@@ -62,7 +62,7 @@ def spin_until_ready(executor, node):
 
 
 def test_every_kind_is_played_here():
-    assert set(PLAYED) == set(KINDS)
+    assert set(PLAYED) == {name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}
 
 
 @pytest.mark.parametrize("kind", PLAYED)

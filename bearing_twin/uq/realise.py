@@ -160,8 +160,8 @@ def only_what_is_wanted(task: Task) -> dict:
         rate = 1e9 / task.step_ns
         # A little longer, so that rounding does not lose the last instant.
         run |= {"duration": task.instants[-1] + 0.5e-9 * task.step_ns, "output_rate": rate, "publish_rate": rate}
-    elif "wanted" in run:
-        run["wanted"] = "peaks"
+    elif KINDS[task.scene["kind"]].known_when_solved:
+        return {**task.scene, "wanted": {**task.scene["wanted"], "outputs": "peaks"}}
     return {**task.scene, "run": run}
 
 

@@ -18,6 +18,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
     resolved_run,
 )
+from bearing_twin.numerics.names import stepper_names
 from bearing_twin.parameters import choice, quantity, section
 
 GIVES = ("curvatures", "frozen", "stiffness")  # what a law may need here
@@ -101,9 +102,7 @@ class Initial:
 
 
 def _steppers() -> tuple[str, ...]:
-    from bearing_twin.numerics.steppers import STEPPER_FACTS  # late: the methods are compiled on import
-
-    return ("auto", *STEPPER_FACTS)
+    return ("auto", *stepper_names())
 
 
 @dataclass(frozen=True)
