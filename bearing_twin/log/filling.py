@@ -19,13 +19,13 @@ _ZERO = {"string": "", "wstring": "", "bool": False}
 def message(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str):
     """A message of that type with these fields; each header not given holds `stamp_ns` and `frame`.
 
-    A nested message may be a mapping or the sequence of its fields; of one with a header, the key `frame_id` names
+    A nested message may be a dict or the sequence of its fields; of one with a header, the key `frame_id` names
     another frame. Sequences of messages may be arrays with one row each. Raises KeyError for a field it has not.
     """
-    # The last part keeps the headers of this message: many nested ones share one.
-    return _filler(ros_type)(values, (stamp_ns, frame, {}))
+    return _filler(ros_type)(values, (stamp_ns, frame))
 
 
+@functools.lru_cache(maxsize=64)
 def header(stamp_ns: int, frame: str):
     """std_msgs/Header with a stamp given in integer nanoseconds."""
     seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
@@ -35,55 +35,61 @@ def header(stamp_ns: int, frame: str):
 
 @functools.cache
 def _filler(ros_type: str) -> Callable:
-    """The function (values, (stamp, frame, headers by frame)) -> message of a type."""
-    cls, fields = cdr.message_class(ros_type), cdr.fields_of(ros_type)
-    makers = {name: _maker(description) for name, description in fields}
-    defaults = {name: maker(None, (0, "", {})) for name, maker in makers.items() if name != "header"}
-    stamped = any(name == "header" for name, _ in fields)
+    """The function (values, (stamp, frame)) -> message of a type."""
+    cls, described = cdr.message_class(ros_type), cdr.fields_of(ros_type)
+    makers = {name: _maker(description) for name, description in described}
+    defaults = {name: _default(description) for name, description in described if name != "header"}
+    stamped = any(name == "header" for name, _ in described)
 
     def fill(values, context):
-        if not isinstance(values, Mapping):
-            numbers = values.tolist() if isinstance(values, np.ndarray) else values
-            return cls(*numbers)
-        given = {name: makers[name](value, context) for name, value in values.items() if name != "frame_id"}
-        if stamped and "header" not in given:
-            stamp_ns, frame, headers = context
-            frame = values.get("frame_id", frame)
-            if frame not in headers:
-                headers[frame] = header(stamp_ns, frame)
-            given["header"] = headers[frame]
-        return cls(**{**defaults, **given})
+        if not isinstance(values, dict):
+            return cls(*(values.tolist() if isinstance(values, np.ndarray) else values))
+        fields = defaults.copy()
+        for name, value in values.items():
+            if name != "frame_id":
+                maker = makers[name]
+                fields[name] = value if maker is None else maker(value, context)
+        if stamped and "header" not in values:
+            fields["header"] = header(context[0], values.get("frame_id", context[1]))
+        return cls(**fields)
 
     return fill
 
 
-def _maker(description) -> Callable:
-    """The function (value, context) -> field; None gives its default."""
+def _maker(description) -> Callable | None:
+    """The function (value, context) -> field; None where the value is the field."""
     node, what = description
     if node == NAME:
-        return lambda value, context: _filler(what)({} if value is None else value, context)
+        return _filler(what)
     if node == BASE:
-        zero = _ZERO.get(what[0], 0.0 if what[0].startswith("float") else 0)
-        return lambda value, context: zero if value is None else value
-    (inner, inner_what), length = what
+        return None
+    (inner, inner_what), _ = what
     if inner == NAME:
         return lambda value, context: _messages(inner_what, value, context)
     if inner_what[0] in ("string", "wstring"):
-        return lambda value, context: [] if value is None else list(value)
-    kind = np.dtype(inner_what[0] if inner_what[0] not in ("byte", "char") else "uint8")
-    size = length if node == ARRAY else 0
+        return lambda value, _: list(value)
+    kind = _dtype(inner_what[0])
+    return lambda value, _: np.ascontiguousarray(value, dtype=kind).reshape(-1)
 
-    def array(value, context):
-        if value is None:
-            return np.zeros(size, kind)
-        return np.ascontiguousarray(value, dtype=kind).reshape(-1)
 
-    return array
+def _default(description):
+    """The field that is left out."""
+    node, what = description
+    if node == NAME:
+        return _filler(what)({}, (0, ""))
+    if node == BASE:
+        return _ZERO.get(what[0], 0.0 if what[0].startswith("float") else 0)
+    (inner, inner_what), length = what
+    if inner == NAME or inner_what[0] in ("string", "wstring"):
+        return []
+    return np.zeros(length if node == ARRAY else 0, _dtype(inner_what[0]))
+
+
+def _dtype(name: str) -> np.dtype:
+    return np.dtype("uint8" if name in ("byte", "char") else name)
 
 
 def _messages(ros_type, values, context):
-    if values is None:
-        return []
     fill = _filler(ros_type)
     if isinstance(values, np.ndarray):
         cls = cdr.message_class(ros_type)

@@ -8,7 +8,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
 from mcap.opcode import Opcode
 
 import bearing_twin
@@ -49,7 +48,7 @@ class LogWriter:
     def __init__(self, path, scene: Scene, metadata: Mapping[str, object] | None = None, run_record: bool = True):
         table = topics(scene)
         self._log = RawLogWriter(path, run_record)
-        record = {"scene": yaml.safe_dump(scene.resolved(), sort_keys=False), **_versions(), **(metadata or {})}
+        record = {"scene": scene.text, **_versions(), **(metadata or {})}
         self._log.add_metadata(SCENE_RECORD, record)
         self._numbers = {}
         for topic in table:

@@ -10,7 +10,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import yaml
 
 from bearing_twin import __version__
 from bearing_twin.kinds import KINDS
@@ -76,7 +75,7 @@ def topics(scene) -> tuple[Channelled, ...]:
 def scene_text(scene, choice: Choice) -> str:
     """What the topic `scene` says: enough to report on a recording and to simulate it again."""
     chosen = {"law": choice.law, "stepper": choice.stepper, "reason": choice.reason, "warnings": list(choice.warnings)}
-    text = yaml.safe_dump(scene.resolved(), sort_keys=False)
+    text = scene.text
     return json.dumps({"scene": text, **chosen, "bearing_twin_version": __version__})
 
 

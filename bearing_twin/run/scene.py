@@ -2,10 +2,13 @@
 
 import copy
 import dataclasses
+import functools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
@@ -38,6 +41,11 @@ class Scene:
     def outputs(self) -> int:
         """Number of outputs of the whole run, the one at time zero included."""
         return int(1e9 * self.parameters.run.duration // self.output_period_ns) + 1
+
+    @functools.cached_property
+    def text(self) -> str:
+        """`resolved` as YAML."""
+        return yaml.safe_dump(self.resolved(), sort_keys=False)
 
     def resolved(self) -> dict:
         """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""
