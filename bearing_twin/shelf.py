@@ -1,7 +1,11 @@
 """The YAML files that come with the package, one folder of `config/` a kind, and the strict way they are read."""
 
+import contextlib
+import os
 import re
-from collections.abc import Iterator
+import stat
+from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
@@ -15,7 +19,25 @@ GREATEST_FILE = 1_000_000  # bytes
 GREATEST_DEPTH = 20
 LONGEST_NAME = 100
 LONGEST_DESCRIPTION = 10_000
+SUFFIXES = (".yaml", ".yml")
+# Where files may be read on behalf of somebody else, and what that is called; None = wherever the user may read.
+_ROOM: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("room", default=None)
 _GROUP = re.compile(r"^[\w.]+:[ \t]*(?:#.*)?$", re.MULTILINE)  # a key whose value follows on lines below
+
+
+@contextlib.contextmanager
+def only_below(folders: Iterable, called: str) -> Iterator[None]:
+    """Within it, files other than those of the package are read only if they lie below one of these folders.
+
+    They must be regular files named *.yaml or *.yml; a relative path counts from each of the folders. What is refused
+    is refused in the same words whether it exists or not: who asks may be anybody on the network. `called` is what
+    the folders are called in these words.
+    """
+    token = _ROOM.set((tuple(Path(os.path.realpath(folder)) for folder in folders), called))
+    try:
+        yield
+    finally:
+        _ROOM.reset(token)
 
 
 class Shelf(NamedTuple):
@@ -45,14 +67,14 @@ class Shelf(NamedTuple):
         if re.fullmatch(r"[\w-]+", text) and text in self.names():
             return Path(share_path("config", self.folder, f"{text}.yaml"))
         path = Path(text)
-        looks_like_a_path = (
-            isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith((".yaml", ".yml"))
-        )
+        looks_like_a_path = isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith(SUFFIXES)
+        if looks_like_a_path and _ROOM.get() is not None:
+            return self._permitted(text)
         known = ", ".join(self.names())
         try:
             if path.is_dir() and looks_like_a_path:
                 raise self.error(f"{echo(text)} is a directory; give a {self.noun} file in it, or a name: {known}")
-            if path.exists() and not path.is_dir():
+            if _ROOM.get() is None and path.exists() and not path.is_dir():
                 return path
         except (OSError, ValueError):  # too long, or a null byte
             pass
@@ -60,6 +82,19 @@ class Shelf(NamedTuple):
             raise self.error(f"there is no {self.noun} file {echo(text)}; give the path of one, or a name: {known}")
         hint = unknown(text, self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
+
+    def _permitted(self, text: str) -> Path:
+        """The file of that path if it may be read for somebody else; else raises `error`, always in the same words."""
+        folders, called = _ROOM.get()
+        for folder in folders:
+            with contextlib.suppress(OSError, ValueError):  # not there, too long, or a null byte
+                path = Path(os.path.realpath(folder / text))
+                if folder in path.parents and path.suffix in SUFFIXES and stat.S_ISREG(os.lstat(path).st_mode):
+                    return path
+        raise self.error(
+            f"{echo(text)} is no {self.noun} file that may be read for this; give the {self.noun} itself as YAML, "
+            f"a file below {called}, or a name: {', '.join(self.names())}"
+        )
 
     def read_text(self, path: Path) -> str:
         """The file's text; raises `error` for what cannot be one."""

@@ -20,6 +20,9 @@ from bearing_twin_msgs.msg import BearingState, Contacts
 from bearing_twin_msgs.srv import Step
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -35,7 +38,8 @@ from bearing_twin.nodes.messages import message_class, qos_profile
 __all__ = [
     "PATIENCE", "ActionClient", "BearingState",
     "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
-    "RunStudy", "SetBool", "Step", "String", "Trigger", "WrenchStamped", "call", "deserialize_message", "heard",
+    "ParameterMessage", "ParameterValue", "RunStudy", "SetBool", "SetParameters", "Step",
+    "String", "Trigger", "WrenchStamped", "call", "deserialize_message", "heard",
     "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
     "started",
 ]  # fmt: skip

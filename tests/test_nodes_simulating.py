@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from made_up_run import a_choice, bits, cut, made_up_block, made_up_scene
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.mcap_log import LogWriter, read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.recording import sample_range
@@ -225,6 +225,22 @@ def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):
     assert bits(second) == whole
     numbers = outputs_in(delivered)
     assert numbers == [*range(len(logged)), *range(61)]
+
+
+def test_where_no_next_log_can_be_opened_a_reset_changes_nothing(tmp_path):
+    def open_log(run):
+        if run:
+            raise LogError("the disk is full")
+        return LogWriter(tmp_path / "run.mcap", SCENE, {"law": "hertz"})
+
+    loop, _, clock = made_up_loop(open_log=open_log, duration_ns=60 * MS)
+    drive(loop, clock, 33 * MS)
+    with pytest.raises(LogError, match="the disk is full"):
+        loop.reset(clock[0])
+    assert loop.time_ns >= 30 * MS
+    drive(loop, clock, 100 * MS)
+    loop.close()
+    assert bits(read_log(tmp_path / "run.mcap")) == bits(cut(BLOCK, 61)[0])
 
 
 def test_the_log_holds_everything_when_the_node_ends_in_the_middle(tmp_path):

@@ -1,6 +1,7 @@
 """Studies on request without ROS: their queue, their answers, what they may use, their logs."""
 
 import json
+import os
 import threading
 
 import pytest
@@ -73,7 +74,8 @@ def test_an_answer_is_what_the_command_prints(capsys, tmp_path):
 def test_a_goal_names_a_study_or_a_file_or_is_one(tmp_path):
     path = tmp_path / "speeds.yaml"
     path.write_text(YAML)
-    assert study_of(Goal(str(path))).name == "speeds"
+    assert study_of(Goal(str(path)), [tmp_path]).name == "speeds"
+    assert study_of(Goal("speeds.yaml"), [tmp_path / "other", tmp_path]).name == "speeds"
     assert study_of(Goal(YAML)).quantities == ("peak_force",)
     line = "{scene: two_spheres, inputs: {motion.first_velocity: {distribution: uniform, low: 1, high: 3}}, "
     assert study_of(Goal(line + "quantities: [impulse]}", ("",), 30, 5)).settings.samples == 30
@@ -88,7 +90,8 @@ def test_a_goal_names_a_study_or_a_file_or_is_one(tmp_path):
     [
         (Goal(""), "which study? give a name"),
         (Goal("spheres_alfa"), "did you mean spheres_alpha"),
-        (Goal("no/such/file.yaml"), "there is no study file"),
+        (Goal("no/such/file.yaml"), "is no study file that may be read for this; give the study itself"),
+        (QUICK._replace(overrides=("executor=dask://localhost:8786",)), "not among the node's parameter executors"),
         (Goal("scene: [\ninputs: {"), "is not the YAML of a study"),
         (Goal("{scene: two_spheres}"), "inputs must map keys"),
         (Goal("scene: a\0b\nx: 1"), "is not the YAML of a study"),
@@ -290,3 +293,69 @@ def test_a_log_has_a_name_of_its_own_inside_the_folder(tmp_path):
     assert first.parent == tmp_path
     first.write_bytes(b"")
     assert free_path(tmp_path, "../a study/of: mine", "20260101_000000").name == first.stem + "_2.mcap"
+
+
+@pytest.fixture
+def traps(tmp_path):
+    """Paths of what a goal must not have read, beside the one folder that is open to goals."""
+    room, outside = tmp_path / "room", tmp_path / "outside"
+    room.mkdir()
+    outside.mkdir()
+    (outside / "secret.yaml").write_text("password: 12345")
+    (room / "link.yaml").symlink_to(outside / "secret.yaml")
+    (room / "folder.yaml").mkdir()
+    (room / "passwords.txt").write_text("password: 12345")
+    os.mkfifo(room / "pipe.yaml")
+    named = ("link.yaml", "folder.yaml", "pipe.yaml", "passwords.txt", "missing.yaml", "../outside/secret.yaml")
+    absolute = ("/dev/ptmx", "/dev/zero", "/dev/stdin", "/proc/self/environ", "/etc/passwd", "/", str(tmp_path))
+    return room, [*named, *(str(room / one) for one in named), *absolute, "a\0b.yaml", "x" * 5000 + ".yaml"]
+
+
+def test_a_goal_reads_regular_files_of_the_folders_open_to_it_alone(traps):
+    """A device or a pipe would hold the node for good; whether a file exists is nobody's business."""
+    room, paths = traps
+    for path in paths:
+        goals = Goal(path), Goal(f"{{scene: {json.dumps(path)}, quantities: [peak_force], inputs: {{}}}}")
+        for goal in goals:
+            answer = answered(Studies(folders=[str(room)]), goal)
+            assert answer.state == ABORTED
+            assert "12345" not in answer.message
+            known = "file that may be read for this" in answer.message, "legal: " in answer.message
+            assert any(known) or "is not the YAML" in answer.message, (path, answer.message)
+    sentences = {
+        answered(Studies(folders=[str(room)]), Goal(path)).message.replace(repr(path), "")
+        for path in paths
+        if "/" in path and len(path) < 30
+    }
+    assert len(sentences) == 1
+    studies = Studies(folders=[str(room)])
+    assert answered(studies, Goal("/dev/ptmx")).state == ABORTED
+    assert answered(studies).state == SUCCEEDED
+
+
+def test_a_relative_name_is_not_looked_for_where_the_node_was_started(tmp_path, monkeypatch):
+    (tmp_path / "speeds").write_text(YAML)
+    monkeypatch.chdir(tmp_path)
+    assert answered(Studies(), Goal("speeds")).state == ABORTED
+
+
+def test_a_study_ends_at_the_nodes_time_limit_and_is_logged(tmp_path):
+    now = [0]
+
+    def run(study, tell, cancelled):
+        now[0] += int(6e9)
+        return run_study(study, tell, cancelled)
+
+    studies = Studies(str(tmp_path), run=run, clock=lambda: now[0], time_limit=5.0)
+    answer = answered(studies)
+    assert answer.state == ABORTED
+    assert "time_limit = 5 s was reached" in answer.message
+    assert answered(Studies(run=run, clock=lambda: now[0], time_limit=7.0)).state == SUCCEEDED
+
+
+def test_a_named_executor_is_allowed():
+    used = []
+    studies = Studies(run=lambda study, *_: used.append(study.executor) or 1 / 0, executors=["dask://here:1"])
+    answered(studies, QUICK._replace(overrides=("executor=dask://here:1",)))
+    assert used == ["dask://here:1"]
+    assert "not among" in answered(studies).message

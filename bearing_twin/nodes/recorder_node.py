@@ -10,10 +10,10 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, qos_profile, qos_words
+from bearing_twin.nodes.messages import ERROR, OK, WARN, message_class, qos_profile, qos_words
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
-from bearing_twin.nodes.running import declare, guarded, run
+from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
@@ -39,9 +39,7 @@ class RecorderNode(Node):
         self.recording = Recording(path, topics, definition_prefixes())
         self.get_logger().info(f"log: {path}")
         self._refused: set[str] = set()
-        self._diagnostics = self.create_publisher(
-            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
-        )
+        self._heartbeat = Heartbeat(self, "recording")
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DISCOVERY_PERIOD, self._on_discovery, clock=steady)
         self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
@@ -103,9 +101,7 @@ class RecorderNode(Node):
             level, message = ERROR, str(self.failure)
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
         status["least_publishers"] = min((one.get_publisher_count() for one in self.subscriptions), default=0)
-        now = self.get_clock().now().nanoseconds
-        name = f"{self.get_fully_qualified_name().lstrip('/')}: recording"
-        self._diagnostics.publish(diagnostics(now, name, level, message, status))
+        self._heartbeat.say(level, message, status)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -8,12 +8,12 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class
+from bearing_twin.nodes.messages import ERROR, OK, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import Pace, Timed
 from bearing_twin.nodes.replaying import ReplayLoop
-from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
+from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.worker import Worker
 
 PARAMETERS = (
@@ -51,9 +51,7 @@ class ReplayNode(Node):
         self._earlier = Pace(0, 0, 0, 0)
         self._warned = False
         self.create_service(SetBool, "~/pause", self._on_pause)
-        self._diagnostics = self.create_publisher(
-            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
-        )
+        self._heartbeat = Heartbeat(self, "replay")
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
         self.worker = Worker(self._turn, self._wait_for_subscribers, self._ended)
@@ -82,7 +80,7 @@ class ReplayNode(Node):
     def _ended(self, error: Exception | None) -> None:
         if error is not None and self.context.ok():
             self.failure = error
-            self._publish_status(ERROR, str(error), {})
+            self._heartbeat.say(ERROR, str(error), {})
             self.done.set()
 
     # Callbacks
@@ -115,12 +113,7 @@ class ReplayNode(Node):
             if not self._warned:
                 self._warned = True
                 self.get_logger().warning(f"{message}; lower `rate`")
-        self._publish_status(level, message, values)
-
-    def _publish_status(self, level: bytes, message: str, values: dict) -> None:
-        now = self.get_clock().now().nanoseconds
-        name = f"{self.get_fully_qualified_name().lstrip('/')}: replay"
-        self._diagnostics.publish(diagnostics(now, name, level, message, values))
+        self._heartbeat.say(level, message, values)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -16,13 +16,14 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.messages import rclpy
+from bearing_twin.nodes.messages import WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, problem_of
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
+MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
 
 
 def given_parameters(node: Node) -> dict[str, Any]:
@@ -63,6 +64,49 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
     elif parameter.low is not None and type(parameter.default) is int:
         descriptor.integer_range = [IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high), step=1)]
     return descriptor
+
+
+class Heartbeat:
+    """What a node says of itself on /diagnostics, under its own name and `what` it does."""
+
+    def __init__(self, node: Node, what: str):
+        self._node, self._what = node, what
+        self._publisher = node.create_publisher(
+            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
+        )
+
+    def say(self, level: bytes, message: str, values: dict) -> None:
+        """Publishes one status; faults of callbacks so far are added, and make of OK a warning."""
+        faults = getattr(self._node.executor, "faults", 0)
+        if faults:
+            level, values = max(level, WARN), values | {"faults": faults}
+        now = self._node.get_clock().now().nanoseconds
+        name = f"{self._node.get_fully_qualified_name().lstrip('/')}: {self._what}"
+        self._publisher.publish(diagnostics(now, name, level, message, values))
+
+
+class Executor(MultiThreadedExecutor):
+    """Two threads; an exception in a callback, as of a request that rclpy itself cannot read, ends no node.
+
+    `faults` counts such exceptions.
+    """
+
+    def __init__(self, context=None):
+        super().__init__(num_threads=2, context=context)
+        self.faults = 0
+        self._in_a_row = 0
+
+    def turn(self, node: Node) -> None:
+        """Serves what is ready, for POLL seconds at most; raises the exception when nothing else comes any more."""
+        try:
+            self.spin_once(timeout_sec=POLL)
+            self._in_a_row = 0
+        except Exception as error:
+            self.faults += 1
+            self._in_a_row += 1
+            if self._in_a_row > MOST_FAULTS or not self.context.ok():
+                raise
+            node.get_logger().error(f"a request or message was given up: {type(error).__name__}: {error}")
 
 
 def guarded(callback: Callable) -> Callable:
@@ -128,10 +172,10 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
     failure = None
     try:
         node = make_node()
-        executor = MultiThreadedExecutor(num_threads=2)
+        executor = Executor()
         executor.add_node(node)
         while rclpy.ok() and not node.done.is_set():
-            executor.spin_once(timeout_sec=POLL)
+            executor.turn(node)
     except BearingTwinError as error:
         failure = error
     except Exception:

@@ -20,9 +20,9 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, diagnostics, message_class, qos_profile
+from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, qos_profile
 from bearing_twin.nodes.outlet import Outlet
-from bearing_twin.nodes.running import acknowledged, declare, guarded, run, wait_for_subscribers
+from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
@@ -83,9 +83,7 @@ class SimNode(Node):
         if takes_speed:
             profile = qos_profile(Qos())
             self.create_subscription(Float64, "command/speed", self._on_speed, profile, callback_group=others)
-        self._diagnostics = self.create_publisher(
-            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
-        )
+        self._heartbeat = Heartbeat(self, "simulation")
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
         if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
@@ -245,9 +243,7 @@ class SimNode(Node):
             self.get_logger().info(f"{self._doing}: {self._seconds():.0f} s so far")
 
     def _publish_status(self, level: bytes, message: str, values: dict) -> None:
-        now = self.get_clock().now().nanoseconds
-        name = f"{self.get_fully_qualified_name().lstrip('/')}: simulation"
-        self._diagnostics.publish(diagnostics(now, name, level, message, values | self._description))
+        self._heartbeat.say(level, message, values | self._description)
 
 
 def main(args: list[str] | None = None) -> int:

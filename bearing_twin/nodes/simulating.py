@@ -113,15 +113,16 @@ class SimulationLoop:
 
     def reset(self, now: int) -> str:
         """Back to time 0 and the scene's own speed; a log is completed and the next run goes to a new one."""
+        log = self._open_log(self.runs + 1)  # before anything changes: where none can be opened, the run goes on
         self.close()
-        self._begin_again(self._open_log)
+        self._begin_again(log)
         return f"run {self.runs} starts at 0 s"
 
-    def _begin_again(self, open_log) -> None:
+    def _begin_again(self, log) -> None:
         self.runs += 1
         self.simulation.reset()
         self._stream = self._make_stream()
-        self._log = open_log(self.runs) if open_log else None
+        self._log = log
         self._done = self._flushed = False
         self._began = None
         self.paced.restart()

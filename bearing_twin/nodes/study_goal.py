@@ -1,10 +1,11 @@
 """A goal of the action run_study without ROS: what is asked, the study it makes, and how it is answered."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from bearing_twin.errors import StudyError
+from bearing_twin.shelf import only_below
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
@@ -65,11 +66,17 @@ class Request:
             self._begin()
 
 
-def study_of(goal: Goal) -> Study:
+def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
     """The study a goal asks for: text with several lines or in braces is YAML, all else a name or a path.
 
-    Raises StudyError with a sentence for what makes none.
+    Files, also those that a study names, are read only below `folders`. Raises StudyError with a sentence for what
+    makes none.
     """
+    with only_below(folders, "the folders of the node's parameter study_folders"):
+        return _study_of(goal)
+
+
+def _study_of(goal: Goal) -> Study:
     if len(goal.study) > LONGEST_TEXT:
         raise StudyError(f"the study has {len(goal.study)} characters, more than {LONGEST_TEXT}; put it into a file")
     if len(goal.overrides) > MOST_OVERRIDES or any(len(one) > LONGEST_OVERRIDE for one in goal.overrides):

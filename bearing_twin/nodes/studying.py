@@ -6,16 +6,18 @@ take, each in a thread of its own; everything else returns at once and may be ca
 """
 
 import dataclasses
+import math
 import re
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, StudyError
 from bearing_twin.log.study_log import write_study
 from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of
+from bearing_twin.parameters import echo
 from bearing_twin.report import json_text
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.ensemble import processors
@@ -31,8 +33,9 @@ class Studies:
     """The studies that were asked for; at most one runs and QUEUE wait.
 
     `log_folder` gets a log of every study, empty = none. `memory` [B] and `workers` (0 = one a processor) bound what a
-    study may use, whatever it says itself. `ended(answer)` is told of every answer. `run` and `write` are those of the
-    library; `clock` gives monotonic time [ns].
+    study may use, whatever it says itself, and `time_limit` [s] how long it may run (0 = for ever); `folders` are
+    those in which files may be read for a goal, `executors` where a study may run. `ended(answer)` is told of every
+    answer. `run` and `write` are those of the library; `clock` gives monotonic time [ns].
     """
 
     def __init__(
@@ -41,6 +44,9 @@ class Studies:
         memory: float = 2e9,
         workers: int = 0,
         ended: Callable[[Answer], None] = lambda answer: None,
+        time_limit: float = 0.0,
+        folders: Iterable[str] = (),
+        executors: Iterable[str] = ("processes",),
         run: Callable = run_study,
         write: Callable = write_study,
         clock: Callable[[], int] = time.monotonic_ns,
@@ -48,6 +54,7 @@ class Studies:
         if log_folder and Path(log_folder).exists() and not Path(log_folder).is_dir():
             raise BearingTwinError(f"log_folder {log_folder} is a file; give a folder, or nothing for no logs")
         self._log_folder, self._memory, self._workers = log_folder, memory, workers or processors()
+        self._limit, self._folders, self._executors = time_limit, tuple(folders), tuple(executors)
         self._ended, self._do, self._write, self._clock = ended, run, write, clock
         self._lock = threading.RLock()
         self._waiting: deque[Request] = deque()
@@ -80,7 +87,7 @@ class Studies:
     def read(self, now: int, request: Request) -> None:
         """Makes a study of a waiting request's goal, or aborts it with the reason."""
         try:
-            request.study = self._bounded(study_of(request.goal))
+            request.study = self._bounded(study_of(request.goal, self._folders))
         except Exception as error:
             for one in self._taken(lambda waiting: waiting is request):
                 self._abort(one, _sentence(error))
@@ -150,6 +157,12 @@ class Studies:
         return ""
 
     def _bounded(self, study: Study) -> Study:
+        if study.executor not in self._executors:
+            # Whoever answers at a scheduler's address can have code run here.
+            raise StudyError(
+                f"executor = {echo(study.executor)} is not among the node's parameter executors; "
+                f"legal: {', '.join(self._executors)}"
+            )
         refuse_too_large(study)
         needed = memory_needed(study)
         if needed > self._memory:
@@ -165,10 +178,15 @@ class Studies:
             self._progress = progress
             self._tell(self._clock())
 
+        limit = self._clock() + round(self._limit * 1e9) if self._limit else math.inf
+
+        def ends() -> bool:
+            return self._closing or request.called_off() or self._clock() > limit
+
         try:
             request.begin()
-            result = self._do(request.study, tell, lambda: self._closing or request.called_off())
-            return self._answer(request, result)
+            result = self._do(request.study, tell, ends)
+            return self._answer(request, result, self._clock() > limit)
         except Exception as error:  # whatever it is, the next study is served
             reason = _sentence(error)
             return Answer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
@@ -182,7 +200,7 @@ class Studies:
             self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
         request.tell(progress, request.study.stop_quantity)
 
-    def _answer(self, request: Request, result: StudyResult) -> Answer:
+    def _answer(self, request: Request, result: StudyResult, late: bool) -> Answer:
         summary = result.as_dict()
         because = summary["stopped_because"]
         state = SUCCEEDED
@@ -190,6 +208,8 @@ class Studies:
             state, because = CANCELLED, CANCELLED
         elif self._closing:
             state, because = ABORTED, "the node was ended"
+        elif late and because == CANCELLED:
+            state, because = ABORTED, f"the node's parameter time_limit = {self._limit:g} s was reached"
         elif because.startswith("failed"):
             state = ABORTED
         log, no_log = self._logged(result) if state == SUCCEEDED or len(result.status) else ("", "")

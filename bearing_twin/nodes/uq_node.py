@@ -18,9 +18,9 @@ from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
-from bearing_twin.nodes.messages import ERROR, OK, WARN, RunStudy, diagnostics, message_class, qos_profile
+from bearing_twin.nodes.messages import ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.running import declare, guarded, run
+from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Answer, Goal, Request
 from bearing_twin.nodes.studying import Studies
 from bearing_twin.nodes.worker import Worker
@@ -30,6 +30,13 @@ PARAMETERS = (
     NodeParameter("log_folder", "studies", "where every study is logged with all its samples (MCAP); empty = nowhere"),
     NodeParameter("memory", 2e9, "a study that needs more is refused, whatever it says itself", "B", 1e6, 1e12),
     NodeParameter("workers", 0, "processes a study may start, at most; 0 = one a processor", "", 0, 512),
+    NodeParameter("time_limit", 3600.0, "a study that runs longer is ended, with a log of what is done", "s", 1.0, 1e6),
+    NodeParameter("study_folders", [""], "folders of study and scene files that a goal may name; empty = names alone"),
+    NodeParameter(
+        "executors",
+        ["processes"],
+        "where a study may run; a Dask scheduler (dask://host:port) that is named here can run any code in this node",
+    ),
 )
 DIAGNOSTICS_PERIOD = 1.0  # s
 LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that have been cancelled
@@ -46,12 +53,18 @@ class UqNode(Node):
         self.done = threading.Event()
         self.failure: Exception | None = None
         values = declare(self, PARAMETERS)
-        self.studies = Studies(values["log_folder"], values["memory"], values["workers"], self._answered)
+        self.studies = Studies(
+            values["log_folder"],
+            values["memory"],
+            values["workers"],
+            self._answered,
+            values["time_limit"],
+            [one for one in values["study_folders"] if one],
+            values["executors"],
+        )
         self._requests: dict[bytes, Request] = {}
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
-        self._diagnostics = self.create_publisher(
-            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
-        )
+        self._heartbeat = Heartbeat(self, "studies")
         # Reentrant: one callback waits for the study that runs while others take goals and cancels.
         group, steady = ReentrantCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
         self._server = ActionServer(
@@ -173,9 +186,7 @@ class UqNode(Node):
         level, message = (WARN, problem) if problem else (OK, doing)
         if self.failure is not None:
             level, message = ERROR, str(self.failure)
-        now = self.get_clock().now().nanoseconds
-        name = f"{self.get_fully_qualified_name().lstrip('/')}: studies"
-        self._diagnostics.publish(diagnostics(now, name, level, message, {"doing": doing} | values))
+        self._heartbeat.say(level, message, {"doing": doing} | values)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,0 +1,64 @@
+"""What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
+
+import pytest
+from ros import (
+    DiagnosticArray,
+    DiagnosticStatus,
+    ParameterMessage,
+    ParameterValue,
+    SetParameters,
+    plain_node,
+    ros_executor,
+    spin_until,
+    started,
+)
+
+from bearing_twin.nodes import running
+from bearing_twin.nodes.recorder_node import RecorderNode
+
+
+def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "POLL", 0.02)
+    with ros_executor() as others:
+        executor = running.Executor(others.context)
+        node = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"))
+        talker, seen = plain_node(others), []
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        client = talker.create_client(SetParameters, "/recorder_node/set_parameters")
+
+        def turned(done):
+            def look():
+                executor.turn(node)
+                return done()
+
+            return look
+
+        spin_until(others, turned(client.service_is_ready), "the service")
+        client.call_async(
+            SetParameters.Request(parameters=[ParameterMessage(name="log", value=ParameterValue(type=250))])
+        )
+        spin_until(others, turned(lambda: executor.faults == 1), "the fault")
+        told = lambda: any(one.key == "faults" and one.value == "1" for status in seen for one in status.values)  # noqa: E731
+        spin_until(others, turned(told), "a warning")
+        assert {status.level for status in seen if status.name == "recorder_node: recording"} >= {DiagnosticStatus.WARN}
+        assert not node.done.is_set()
+        node.close()
+        node.destroy_node()
+        executor.shutdown()
+
+
+def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
+    monkeypatch.setattr(running, "MOST_FAULTS", 3)
+    with ros_executor() as others:
+        executor, node = running.Executor(others.context), plain_node(others)
+
+        def failing(timeout_sec):
+            raise OSError("nothing works")
+
+        monkeypatch.setattr(executor, "spin_once", failing)
+        for _ in range(3):
+            executor.turn(node)
+        with pytest.raises(OSError, match="nothing works"):
+            executor.turn(node)
+        assert executor.faults == 4
+        executor.shutdown()
