@@ -13,35 +13,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.errors import SceneError
-from bearing_twin.units import with_unit
+from bearing_twin.units import NO_LIMITS, UNITS, Limits, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
 LONGEST_ECHO = 60
-
-
-class Limits(NamedTuple):
-    """Open (`above`, `below`) and closed (`at_least`, `at_most`) bounds of a quantity; None = unbounded."""
-
-    above: float | None = None
-    below: float | None = None
-    at_least: float | None = None
-    at_most: float | None = None
-
-    def allow(self, value: float) -> bool:
-        return not (
-            (self.above is not None and value <= self.above)
-            or (self.below is not None and value >= self.below)
-            or (self.at_least is not None and value < self.at_least)
-            or (self.at_most is not None and value > self.at_most)
-        )
-
-    def text(self) -> str:
-        words = [f"{word.replace('_', ' ')} {bound:g}" for word, bound in self._asdict().items() if bound is not None]
-        return " and ".join(words)
-
-
-NO_LIMITS = Limits()
 
 
 class Parameter(NamedTuple):
@@ -58,8 +34,16 @@ class Parameter(NamedTuple):
 
 
 def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_most=None):
-    """A number (int or float, as the default is) or a tuple of floats of the default's length, in `unit`."""
-    metadata = {"unit": unit, "help": help, "limits": Limits(above, below, at_least, at_most)}
+    """A number (int or float, as the default is) or a tuple of floats of the default's length, in `unit`.
+
+    Without an upper bound the greatest size of its unit holds (see `units.Unit`), and the least if none is below 0.
+    """
+    limits, row = Limits(above, below, at_least, at_most), UNITS.get(unit)
+    if row is not None and below is None and at_most is None:
+        limits = limits._replace(greatest=row.greatest)
+    if row is not None and 0.0 in (above, at_least):
+        limits = limits._replace(least=row.least)
+    metadata = {"unit": unit, "help": help, "limits": limits}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -189,7 +173,8 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
     if integer and value != int(value):
         return None, legal
     if not limits.allow(value):
-        return None, f"is out of range; {legal}"
+        small = 0.0 < abs(value) < limits.least
+        return None, f"is too small, below {limits.least:g}; {legal}" if small else f"is out of range; {legal}"
     return (int(value) if integer else value), None
 
 

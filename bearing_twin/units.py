@@ -10,40 +10,84 @@ ALL, BELOW_ONE = "GMkmµn", "mµn"
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 
 
+class Limits(NamedTuple):
+    """Open (`above`, `below`) and closed (`at_least`, `at_most`) bounds of a quantity; None = unbounded.
+
+    `least` and `greatest` bound its size where it is not 0: beyond them double precision fails, not physics.
+    """
+
+    above: float | None = None
+    below: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    least: float = 0.0
+    greatest: float = math.inf
+
+    @property
+    def of_physics(self) -> "Limits":
+        """The same without the bounds of its size."""
+        return self._replace(least=0.0, greatest=math.inf)
+
+    def allow(self, value: float) -> bool:
+        return not (
+            not (value == 0.0 or self.least <= abs(value) <= self.greatest)
+            or (self.above is not None and value <= self.above)
+            or (self.below is not None and value >= self.below)
+            or (self.at_least is not None and value < self.at_least)
+            or (self.at_most is not None and value > self.at_most)
+        )
+
+    def text(self) -> str:
+        bounds = {word.replace("_", " "): bound for word, bound in list(self._asdict().items())[:4]}
+        words = [f"{word} {bound:g}" for word, bound in bounds.items() if bound is not None]
+        if self.greatest < math.inf:
+            words.append(f"of a size up to {self.greatest:g}")
+        return " and ".join(words)
+
+
+NO_LIMITS = Limits()
+
+
 class Unit(NamedTuple):
-    """A row of UNITS: `suffix` of keys ("" = none is used), `shown` to people, the `prefixes` it may take."""
+    """A row of UNITS: `suffix` of keys ("" = none is used), `shown` to people, the `prefixes` it may take.
+
+    `least` and `greatest` are the sizes between which a declared parameter must lie if it names no bounds of its own:
+    wider than any bearing, ball or beam, and far from where products of such numbers leave double precision.
+    """
 
     suffix: str
     shown: str
     prefixes: str = ""
+    least: float = 0.0
+    greatest: float = math.inf
 
 
 UNITS = {  # by the symbol that declarations use
-    "1": Unit("", ""),
-    "m": Unit("m", "m", ALL),
-    "s": Unit("s", "s", BELOW_ONE),
-    "kg": Unit("kg", "kg"),
-    "rad": Unit("rad", "rad"),
-    "Hz": Unit("hz", "Hz"),
+    "1": Unit("", "", greatest=1e12),
+    "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4),
+    "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
+    "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
+    "rad": Unit("rad", "rad", greatest=1e6),
+    "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
     "W": Unit("w", "W", ALL),
-    "N": Unit("n", "N", ALL),
+    "N": Unit("n", "N", ALL, greatest=1e12),
     "J": Unit("j", "J", ALL),
-    "Pa": Unit("pa", "Pa", ALL),
-    "B": Unit("bytes", "B"),
+    "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15),
+    "B": Unit("bytes", "B", least=1.0, greatest=1e15),
     "N m": Unit("nm", "N m", ALL),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),
     "kg m^2/s": Unit("", "kg m²/s"),
-    "N/m": Unit("n_per_m", "N/m"),
+    "N/m": Unit("n_per_m", "N/m", least=1e-9, greatest=1e15),
     "1/m": Unit("per_m", "1/m"),
-    "s/m": Unit("s_per_m", "s/m"),
-    "m/s": Unit("m_s", "m/s"),
-    "m/s^2": Unit("m_s2", "m/s²"),
-    "rad/s": Unit("rad_s", "rad/s"),
-    "rad/s^2": Unit("rad_s2", "rad/s²"),
-    "kg/m^3": Unit("kg_m3", "kg/m³"),
-    "s (m/s)^0.2": Unit("", "s (m/s)^0.2"),
-    "N s/m^1.25": Unit("", "N s/m^1.25"),
+    "s/m": Unit("s_per_m", "s/m", greatest=1e6),
+    "m/s": Unit("m_s", "m/s", least=1e-12, greatest=1e5),
+    "m/s^2": Unit("m_s2", "m/s²", greatest=1e6),
+    "rad/s": Unit("rad_s", "rad/s", least=1e-12, greatest=1e6),
+    "rad/s^2": Unit("rad_s2", "rad/s²", least=1e-12, greatest=1e9),
+    "kg/m^3": Unit("kg_m3", "kg/m³", least=1e-6, greatest=1e6),
+    "s (m/s)^0.2": Unit("", "s (m/s)^0.2", least=1e-12, greatest=1e6),
+    "N s/m^1.25": Unit("", "N s/m^1.25", greatest=1e15),
 }
 _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
 

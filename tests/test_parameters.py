@@ -1,5 +1,7 @@
 """Reading parameters: every mistake is told, with its key and what is legal; nothing wrong passes."""
 
+import math
+import re
 from dataclasses import FrozenInstanceError, make_dataclass
 
 import pytest
@@ -156,3 +158,41 @@ def test_describe_lists_every_key_with_its_default_and_limits():
     assert rows["speed"].type == "2 numbers"
     assert rows["slope"].unit == "1"
     assert rows["load"].options == ("hay", "coal")
+
+
+Sized = make_dataclass(
+    "Sized",
+    [
+        ("radius", float, quantity(1e-2, "m", "has a least size and a greatest", above=0.0)),
+        ("gap", float, quantity(0.0, "m", "0 or of such a size", at_least=0.0)),
+        ("offset", float, quantity(0.0, "m", "as small as it likes")),
+        ("share", float, quantity(1e-13, "m", "has its own", above=0.0, below=1e-12)),
+    ],
+    frozen=True,
+)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        (
+            "radius",
+            1e-10,
+            "radius = 1e-10 is too small, below 1e-09; must be a number in m, above 0 and of a size up to",
+        ),
+        ("radius", 1e5, "radius = 100000.0 is out of range; must be a number in m, above 0 and of a size up to 10000"),
+        ("gap", 1e-300, "gap = 1e-300 is too small"),
+        ("offset", -1e5, "offset = -100000.0 is out of range"),
+        ("share", 1e-9, "above 0 and below 1e-12"),
+    ],
+)
+def test_sizes_that_no_machine_has_are_refused(key, value, sentence):
+    with pytest.raises(SceneError, match=re.escape(sentence)):
+        read_strict(Sized, {key: value}, "it")
+
+
+def test_sizes_of_the_unit_do_not_forbid_what_physics_allows():
+    assert read_strict(Sized, {"gap": 0.0, "offset": -1e-15}, "it") == Sized(offset=-1e-15)
+    rows = {row.key: row.bounds for row in describe(Sized)}
+    assert rows["radius"].of_physics.allow(math.inf)
+    assert not rows["radius"].of_physics.allow(0.0)

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import yaml
 
 from bearing_twin.contact.materials import MATERIALS
 from bearing_twin.errors import SceneError
+from bearing_twin.parameters import describe
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import KINDS, load_scene, parse_scene, scene_names
 from bearing_twin.shelf import GREATEST_FILE
@@ -272,3 +274,20 @@ def test_an_unreadable_file_is_refused(tmp_path):
     path.write_text("kind: bearing")
     path.chmod(0)
     assert "cannot be read" in refusal(load_scene, path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_number_of_any_size_is_taken_or_refused_in_one_sentence(kind):
+    """Speeds of 1e200 m/s or a gravity of 1e308 m/s^2 overflow somewhere later; so do balls of 1e-300 m."""
+    for row in describe(KINDS[kind].parameters):
+        if row.options or row.type == "text":
+            continue
+        ends = {one for one in row.bounds if one is not None and math.isfinite(one)}
+        for size in ends | {-one for one in ends} | {1e300, -1e300, 1e-300}:
+            value = [size] * int(row.type[0]) if row.type.endswith("numbers") else size
+            section, _, key = row.key.rpartition(".")
+            mapping = {key: value}
+            for word in reversed(section.split(".") if section else []):
+                mapping = {word: mapping}
+            with suppress(SceneError):
+                parse_scene({"kind": kind, "name": "extreme", **mapping}, "extreme")

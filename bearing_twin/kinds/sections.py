@@ -9,9 +9,11 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.contact.names import friction_names, law_names
+from bearing_twin.errors import SceneError
 from bearing_twin.parameters import choice, quantity
 
 GREATEST_OUTPUT_COUNT = 1e9
+GREATEST_DURATION = 86400.0  # s
 WHOLE = 1e-6  # relative: a ratio of rates this near to a whole number is one
 
 
@@ -116,7 +118,7 @@ class Run:
     """How long, and how often something is given out; zeros are replaced by what suits the scene."""
 
     duration: float = quantity(
-        0.0, "s", "simulated time; 0 = the whole contact and some more", at_least=0.0, at_most=86400.0
+        0.0, "s", "simulated time; 0 = the whole contact and some more", at_least=0.0, at_most=GREATEST_DURATION
     )
     output_rate: float = quantity(
         0.0, "Hz", "solver outputs, every one of them in the log; 0 = chosen", at_least=0.0, at_most=1e9
@@ -133,8 +135,14 @@ class Run:
 def resolved_run(run: Run, whole: float = 0.0, outputs: int = 0) -> Run:
     """The run with its zeros replaced: `whole` [s] long, about `outputs` outputs, all of them published.
 
-    Where a publish rate alone is given, the outputs are a whole multiple of it.
+    Where a publish rate alone is given, the outputs are a whole multiple of it. Raises SceneError for a motion that
+    would last longer than any run.
     """
+    if not run.duration and not whole <= GREATEST_DURATION:
+        raise SceneError(
+            f"the whole contact would take {whole:.3g} s; give run.duration, up to {GREATEST_DURATION:g} s, "
+            "or a greater speed"
+        )
     duration = run.duration or float(f"{whole:.4g}")
     output_rate = run.output_rate or 1e9 / max(1, round(1e9 * duration / outputs))
     if run.publish_rate and not run.output_rate:

@@ -3,13 +3,14 @@
 It says what each key may hold alone. What keys must be together (`Kind.check`) only the reader knows.
 """
 
+import math
 from typing import Any
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.sections import ALIASES
-from bearing_twin.parameters import LONGEST_NUMBER, NO_LIMITS, NUMBER, Limits, Parameter, describe
+from bearing_twin.parameters import LONGEST_NUMBER, NUMBER, Parameter, describe
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME
-from bearing_twin.units import with_unit
+from bearing_twin.units import NO_LIMITS, Limits, with_unit
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 WORDS_OF_LIMITS = {
@@ -24,7 +25,12 @@ DESCRIPTION = {"type": "string", "maxLength": LONGEST_DESCRIPTION, "description"
 
 def number_schema(limits: Limits = NO_LIMITS, whole: bool = False) -> dict:
     """The schema of a number; text such as 1e-6 counts, as YAML 1.1 reads it, and then its limits are not checked."""
-    bounds = {WORDS_OF_LIMITS[word]: bound for word, bound in limits._asdict().items() if bound is not None}
+    given = limits._asdict()
+    bounds = {word: given[name] for name, word in WORDS_OF_LIMITS.items() if given[name] is not None}
+    if limits.greatest < math.inf:
+        bounds["maximum"] = limits.greatest
+        if not {"minimum", "exclusiveMinimum"} & bounds.keys():
+            bounds["minimum"] = -limits.greatest
     written = {"pattern": rf"^\s*{NUMBER.pattern}\s*$", "maxLength": LONGEST_NUMBER}
     return {"type": ["integer" if whole else "number", "string"], **bounds, **written}
 

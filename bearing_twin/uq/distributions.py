@@ -12,7 +12,7 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from bearing_twin.errors import StatisticError
-from bearing_twin.parameters import Limits
+from bearing_twin.units import Limits
 from bearing_twin.uq.knowledge import FARTHEST_CUT
 
 GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound than 1/500 of the range is refused

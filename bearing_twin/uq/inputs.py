@@ -11,7 +11,8 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from bearing_twin.errors import StudyError
-from bearing_twin.parameters import NO_LIMITS, Limits, echo, read_number, unknown
+from bearing_twin.parameters import echo, read_number, unknown
+from bearing_twin.units import NO_LIMITS, Limits
 from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, Values
 from bearing_twin.uq.knowledge import greatest_entropy
 

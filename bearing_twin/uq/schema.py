@@ -3,7 +3,6 @@
 from typing import Any
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.parameters import NO_LIMITS, Limits
 from bearing_twin.run.schema import (
     DESCRIPTION,
     DIALECT,
@@ -14,6 +13,7 @@ from bearing_twin.run.schema import (
     section_schema,
 )
 from bearing_twin.shelf import SCENES
+from bearing_twin.units import NO_LIMITS, Limits
 from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS
 from bearing_twin.uq.knowledge import FORMS
 from bearing_twin.uq.scene_keys import numeric_keys

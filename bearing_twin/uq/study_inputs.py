@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 
 from bearing_twin.errors import SceneError, StudyError
-from bearing_twin.parameters import Limits, echo
+from bearing_twin.parameters import echo
 from bearing_twin.run.scene import parse_scene
+from bearing_twin.units import Limits
 from bearing_twin.uq.inputs import Input, Joint, read_input
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys
 from bearing_twin.uq.study import placed
@@ -71,7 +72,7 @@ def check_support(kind: str, key: str, one: Input) -> None:
         raise StudyError(
             f"input {key} takes whole numbers; give it the distribution fixed or empirical with such values"
         )
-    limits, points = row.bounds, (one.low, one.high)
+    limits, points = row.bounds.of_physics, (one.low, one.high)
     if one.has_density:
         limits = Limits(at_least=_either(limits.above, limits.at_least), at_most=_either(limits.below, limits.at_most))
     if not all(limits.allow(point) for point in points):
