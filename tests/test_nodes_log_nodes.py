@@ -11,6 +11,7 @@ from made_up_run import a_choice, bits, made_up_block, made_up_run, made_up_scen
 from ros import (
     Clock,
     DiagnosticArray,
+    Float64,
     SetBool,
     call,
     heard,
@@ -28,7 +29,10 @@ from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.recording import RECORD
@@ -107,6 +111,42 @@ def test_lost_outputs_are_counted_and_said(tmp_path):
         )
     with pytest.raises(LogError, match="100 outputs are missing"):
         list(read_log(tmp_path / "out.mcap"))
+
+
+def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(tmp_path, monkeypatch):
+    """A recorder that is held up: its subscription keeps the last messages alone."""
+    monkeypatch.setattr(recorder_node, "DEPTH", 5)
+    path = tmp_path / "out.mcap"
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        publisher = talker.create_publisher(Float64, "/elsewhere", 100)
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"])
+        spin_until(executor, publisher.get_subscription_count, "discovery")
+        publisher.publish(Float64())
+        spin_until(executor, lambda: recorder.recording.messages == 1, "the first message")
+        for _ in range(30):
+            publisher.publish(Float64())
+        spin_until(executor, lambda: any("messages were lost" in status.message for status in seen), "a warning")
+        status = recorder.recording.status()
+        assert status["messages"] + status["messages_lost"] == 31
+        assert (status["messages"], status["uncounted"]) == (6, "")
+        recover(path, tmp_path / "saved.mcap")  # as a crash would leave it
+        with McapReader(tmp_path / "saved.mcap") as reader:
+            told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORD]
+        assert told[-1]["messages_lost"] == "25"
+        second = talker.create_publisher(Float64, "/elsewhere", 100)
+        second.publish(Float64())
+        spin_until(executor, lambda: recorder.recording.status()["uncounted"] == "/elsewhere", "a second publisher")
+
+
+def test_to_record_nothing_is_a_failure(tmp_path):
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "out.mcap"), topics=["/nobody/*"])
+        spin_until(executor, lambda: any("nothing to record" in status.message for status in seen), "a warning")
+    assert "no message of /nobody/* came" in str(recorder.failure)
 
 
 def test_a_replay_sends_the_bytes_of_the_log_and_ends(log):

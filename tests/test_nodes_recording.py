@@ -8,6 +8,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.stream import samples_message, topics
 from bearing_twin.nodes.recording import RECORD, Recording, Sequences, default_topics, sample_range
@@ -45,6 +46,24 @@ def test_losses_and_restarts_are_counted():
     stream = Sequences()
     assert [stream.saw(*block) for block in ((100, 50), (150, 50), (230, 50), (0, 50), (50, 10))] == [0, 0, 30, 0, 0]
     assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
+
+
+def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
+    recording = Recording(tmp_path / "out.mcap", ["*"])
+    for topic in ("/one", "/two", "/three", "/four"):
+        recording.add(topic, cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+    for topic, numbers in {"/one": (4, 5, 9), "/two": (1, 2), "/three": (7, 1), "/four": (None, None)}.items():
+        for number in numbers:
+            recording.receive(topic, 1, 1, b"", number)
+    status = recording.status()
+    assert (status["messages"], status["messages_lost"], status["messages_before"]) == (9, 3, 3)
+    assert status["uncounted"] == "/four /three"
+    recording.several("/one")
+    assert recording.status()["messages_lost"] == 0
+    recording.close()
+    with McapReader(tmp_path / "out.mcap") as reader:
+        [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORD]
+    assert told["uncounted"] == "/four /one /three"
 
 
 @pytest.mark.parametrize("frame", ["", "x", "bearing_link", "a_frame_of_any_length"])

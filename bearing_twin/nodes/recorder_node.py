@@ -8,7 +8,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import ERROR, OK, WARN, message_class, qos_profile, qos_words
 from bearing_twin.nodes.node_parameters import NodeParameter
@@ -37,6 +37,7 @@ class RecorderNode(Node):
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
         topics = [one for one in values["topics"] if one] or default_topics()
         self.recording = Recording(path, topics, definition_prefixes())
+        self._topics = topics
         self.get_logger().info(f"log: {path}")
         self._refused: set[str] = set()
         self._heartbeat = Heartbeat(self, "recording")
@@ -45,8 +46,11 @@ class RecorderNode(Node):
         self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
 
     def close(self) -> None:
-        """Completes the log; may be called twice."""
+        """Completes the log; may be called twice. To have recorded nothing is a failure."""
         self.recording.close()
+        if not self.recording.messages and self.failure is None:
+            sentence = f"nothing was recorded: no message of {', '.join(self._topics)} came; start what publishes it"
+            self.failure = LogError(sentence)
 
     @guarded
     def _on_discovery(self):
@@ -76,7 +80,8 @@ class RecorderNode(Node):
     def _on_message(self, topic: str, data: bytes, info: dict) -> None:
         try:
             received = info["received_timestamp"] or time.time_ns()
-            lost = self.recording.receive(topic, received, info["source_timestamp"] or received, data)
+            sent, number = info["source_timestamp"] or received, info.get("publication_sequence_number")
+            lost = self.recording.receive(topic, received, sent, data, number)
             if lost:
                 self.get_logger().error(f"{topic}: {lost} solver outputs were lost on the way")
         except Exception as error:  # a callback that raises would end the node without saying which message it was
@@ -93,8 +98,15 @@ class RecorderNode(Node):
             self.recording.flush()
         except BearingTwinError as error:
             self._fail(error)
+        for subscription in self.subscriptions:
+            if subscription.get_publisher_count() > 1:
+                self.recording.several(subscription.topic_name)
         status = self.recording.status()
         level, message = OK, "recording"
+        if not status["topics"]:
+            level, message = WARN, "no topic matches so far: there is nothing to record"
+        if status["messages_lost"]:
+            level, message = WARN, f"{status['messages_lost']} messages were lost"
         if status["samples_lost"]:
             level, message = WARN, f"{status['samples_lost']} solver outputs were lost"
         if self.failure is not None:

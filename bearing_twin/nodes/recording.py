@@ -18,18 +18,23 @@ DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for a
 
 
 class Sequences:
-    """Counts the outputs of one stream of SampleBlocks, and those that never arrived."""
+    """Counts what has numbers, messages of one publisher or solver outputs, and what of it never arrived.
+
+    `before` is the number of the first: so many were sent before anything was received.
+    """
 
     def __init__(self):
-        self.received = self.lost = self.restarts = 0
+        self.received = self.lost = self.restarts = self.before = 0
         self._expected: int | None = None
 
     def saw(self, first: int, count: int) -> int:
-        """Notes a block of `count` outputs from number `first` on; returns how many were lost just before it."""
+        """Notes `count` of them from number `first` on; returns how many were lost just before."""
         lost = 0
-        if self._expected is not None and first < self._expected:
+        if self._expected is None:
+            self.before = first
+        elif first < self._expected:
             self.restarts += 1
-        elif self._expected is not None:
+        else:
             lost = first - self._expected
         self._expected = first + count
         self.received += count
@@ -47,8 +52,11 @@ class Recording:
         self._lock = threading.Lock()
         self._numbers: dict[str, tuple[int, bool]] = {}
         self._closed = False
+        self._noted = 0  # losses that the log tells of
         self.messages = 0
         self.sequences: dict[str, Sequences] = {}
+        self._sent: dict[str, Sequences] = {}  # by the numbers that the middleware gives messages
+        self._uncounted: set[str] = set()
 
     def wants(self, topic: str) -> bool:
         """Whether `topic` matches a pattern and is not recorded yet; hidden ones, as of actions, are left out."""
@@ -66,29 +74,56 @@ class Recording:
                 self.sequences[topic] = Sequences()
             number = self._log.add_topic(topic, ros_type, text, cdr.type_hash(ros_type) if known else type_hash, qos)
             self._numbers[topic] = (number, has_samples)
+            self._sent[topic] = Sequences()
 
-    def receive(self, topic: str, received_ns: int, sent_ns: int, data: bytes) -> int:
-        """Logs one message as it came; returns how many solver outputs were lost just before it."""
+    def several(self, topic: str) -> None:
+        """Says that a topic has more than one publisher, so that its losses cannot be counted by number."""
+        self._uncounted.add(topic)
+
+    def receive(self, topic: str, received_ns: int, sent_ns: int, data: bytes, sent_number: int | None = None) -> int:
+        """Logs one message as it came; returns how many solver outputs were lost just before it.
+
+        `sent_number` counts the messages of its publisher from 1 on, None where the middleware does not tell.
+        """
         with self._lock:
             if self._closed:
                 return 0
             number, has_samples = self._numbers[topic]
             self._log.write(number, received_ns, sent_ns, data)
             self.messages += 1
+            if sent_number is None:
+                self._uncounted.add(topic)
+            else:
+                self._sent[topic].saw(sent_number - 1, 1)
             return self.sequences[topic].saw(*sample_range(data)) if has_samples else 0
 
     def flush(self) -> None:
-        """Puts everything so far on disk."""
+        """Puts everything so far on disk; what was lost too, so that a crash does not take the count along."""
+        status = self.status()
+        losses = status["messages_lost"] + status["samples_lost"]
         with self._lock:
-            if not self._closed:
-                self._log.flush()
+            if self._closed:
+                return
+            if losses > self._noted:
+                self._noted = losses
+                self._log.add_metadata(RECORD, self._told(status))
+            self._log.flush()
 
-    def status(self) -> dict[str, int]:
-        """Counts so far: topics, messages, bytes, and of the solver outputs those received and lost."""
+    def status(self) -> dict[str, int | str]:
+        """Counts so far: topics, messages, bytes, and what was lost, of messages and of solver outputs.
+
+        `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers.
+        """
         streams = self.sequences.values()
+        with self._lock:
+            uncounted = self._uncounted | {topic for topic, sent in self._sent.items() if sent.restarts}
+            counted = [sent for topic, sent in self._sent.items() if topic not in uncounted]
         return {
             "topics": len(self._numbers),
             "messages": self.messages,
+            "messages_lost": sum(sent.lost for sent in counted),
+            "messages_before": sum(sent.before for sent in counted),
+            "uncounted": " ".join(sorted(uncounted)),
             "bytes": self._log.bytes,
             "samples_received": sum(stream.received for stream in streams),
             "samples_lost": sum(stream.lost for stream in streams),
@@ -102,10 +137,13 @@ class Recording:
                 return
             self._closed = True
         try:
-            status = {key: value for key, value in self.status().items() if key != "bytes"}
-            self._log.add_metadata(RECORD, status)
+            self._log.add_metadata(RECORD, self._told(self.status()))
         finally:
             self._log.close()
+
+    @staticmethod
+    def _told(status: dict) -> dict:
+        return {key: value for key, value in status.items() if key != "bytes"}
 
 
 def default_topics() -> list[str]:
