@@ -26,7 +26,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log, recover, write_log
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.mcap_write import MAGIC
-from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.raw_log import RawLogWriter, Safety
 from bearing_twin.log.stream import MessageStream
 
 SCENE = made_up_scene(balls=1)
@@ -307,6 +307,60 @@ def test_writing_on_after_a_full_disk_fails_again(tmp_path, monkeypatch):
     assert list(raw_messages(tmp_path / "run.mcap")) == []
 
 
+def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
+    """What was flushed stays, what fits into memory waits, what does not is counted, and the rest follows."""
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 2000)
+    monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 5000)
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with RawLogWriter(tmp_path / "run.mcap", safety=Safety(patient=True)) as log:
+        number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+        for k in range(40):
+            log.write(number, k, k, bytes(100))
+        log.flush()
+        before = (tmp_path / "run.mcap").read_bytes()
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "pwrite", full)
+            for k in range(40, 140):
+                log.write(number, k, k, bytes(100))
+                log.flush()
+            assert "cannot grow (No space left on device): 40 messages" in log.problem
+            assert (tmp_path / "run.mcap").read_bytes() == before
+            assert 0 < log.dropped < 100
+        log.flush()
+        assert log.problem == ""
+        for k in range(140, 150):
+            log.write(number, k, k, bytes(100))
+        dropped = log.dropped
+    assert (tmp_path / "run.mcap").read_bytes().startswith(before)
+    times = [message.log_time for message in raw_messages(tmp_path / "run.mcap")]
+    assert times == [k for k in range(150) if k < 140 - dropped or k >= 140]
+
+
+def test_what_was_flushed_is_never_written_again(tmp_path):
+    """A write that a crash tears costs what it was to add, and nothing before it."""
+    path = tmp_path / "run.mcap"
+    sizes = []
+    with RawLogWriter(path) as log:
+        number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+        before = b""
+        for k in range(30):
+            log.write(number, k, k, bytes(12))
+            log.flush()
+            now = path.read_bytes()
+            assert now.startswith(before)
+            before = now
+            sizes.append(len(now))
+    whole = path.read_bytes()
+    for count in (1, 7, 29):
+        for torn in range(sizes[count - 1], sizes[count], 9):
+            (tmp_path / "torn.mcap").write_bytes(whole[:torn] + bytes(5))
+            saved = tmp_path / f"saved_{torn}.mcap"
+            assert recover(tmp_path / "torn.mcap", saved).messages in (count, count + 1)
+
+
 def test_disk_full_from_the_start(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -334,12 +388,13 @@ def test_killed_writer_leaves_a_recoverable_log(tmp_path):
 import sys, time
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.raw_log import RawLogWriter
-log = RawLogWriter(sys.argv[1])
+from bearing_twin.log.raw_log import RawLogWriter, Safety
+log = RawLogWriter(sys.argv[1], safety=Safety(max_loss=0.05))
 number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
 for k in range(1000):
     log.write(number, k, k, bytes(12))
-log.flush()
+while log.messages < 1000:
+    time.sleep(0.01)
 print("flushed", flush=True)
 time.sleep(60)
 """

@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 from bearing_twin.command import chart_command, compile_command, contact_command, study_command, topics_command
 from bearing_twin.command.outcome import Outcome, listed, new_log, picture_path
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.parameters import echo, read_number
+from bearing_twin.units import Limits
 
 
 class Command(NamedTuple):
@@ -22,7 +25,20 @@ def _simulate_arguments(parser):
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
+    parser.add_argument(
+        "--max-loss",
+        metavar="SECONDS",
+        default="0",
+        help="with --out: how much of the log a crash may take along; 0 = a chunk, and the same bytes for the same run",
+    )
     parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, the impact or the motion")
+
+
+def _max_loss(text: str) -> float:
+    seconds, problem = read_number(text, "s", Limits(at_least=0.0, at_most=60.0))
+    if problem:
+        raise BearingTwinError(f"--max-loss {echo(text)} {problem}")
+    return seconds
 
 
 def _simulate(arguments) -> Outcome:
@@ -32,6 +48,7 @@ def _simulate(arguments) -> Outcome:
     if arguments.duration is not None:
         overrides.append(f"run.duration={arguments.duration}")
     log = new_log(arguments.out) if arguments.out else None
+    max_loss = _max_loss(arguments.max_loss)
     picture = picture_path(arguments.plot) if arguments.plot else None
     scene = load_scene(arguments.scene, overrides)
 
@@ -46,7 +63,7 @@ def _simulate(arguments) -> Outcome:
         if log:
             from bearing_twin.log.mcap_log import write_log
 
-            write_log(drawing, log)
+            write_log(drawing, log, max_loss=max_loss)
         else:
             for _ in drawing.blocks():
                 pass

@@ -13,7 +13,15 @@ from mcap.opcode import Opcode
 import bearing_twin
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import RUN_RECORD, SCENE_RECORD, RawLogWriter, log_files, raw_messages, refuse_existing
+from bearing_twin.log.raw_log import (
+    RUN_RECORD,
+    SCENE_RECORD,
+    RawLogWriter,
+    Safety,
+    log_files,
+    raw_messages,
+    refuse_existing,
+)
 from bearing_twin.log.recover import Recovered, recover
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.stream import Channelled, MessageStream, topics
@@ -45,9 +53,16 @@ class LogWriter:
     Raises LogError if `path` exists. `run_record` False leaves out what differs from run to run (date, host, costs).
     """
 
-    def __init__(self, path, scene: Scene, metadata: Mapping[str, object] | None = None, run_record: bool = True):
+    def __init__(
+        self,
+        path,
+        scene: Scene,
+        metadata: Mapping[str, object] | None = None,
+        run_record: bool = True,
+        safety: Safety = Safety(),  # noqa: B008 - it cannot change
+    ):
         table = topics(scene)
-        self._log = RawLogWriter(path, run_record)
+        self._log = RawLogWriter(path, run_record, safety)
         record = {"scene": scene.text, **_versions(), **(metadata or {})}
         self._log.add_metadata(SCENE_RECORD, record)
         self._numbers = {}
@@ -80,9 +95,14 @@ class LogWriter:
         self._log.close()
 
     @property
-    def failed(self) -> bool:
-        """Whether the disk was full: only `close` is possible then."""
-        return self._log.failed
+    def problem(self) -> str:
+        """Why the log cannot grow at present and what was kept, empty while it can."""
+        return self._log.problem
+
+    @property
+    def dropped(self) -> int:
+        """Messages for which there was no room, neither on disk nor in memory."""
+        return self._log.dropped
 
     @property
     def messages(self) -> int:
@@ -95,14 +115,15 @@ class LogWriter:
         return self._log.bytes
 
 
-def write_log(run: Run, path, run_record: bool = True) -> LogSummary:
+def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) -> LogSummary:
     """Simulates `run` to its end into a new log at `path`, as far as it comes.
 
-    Raises LogError if `path` exists, before anything is computed; whatever the run raises passes through after the
-    log is completed with the outputs so far.
+    What was written more than `max_loss` [s] ago is on disk whatever happens; 0 = as chunks become full, which gives
+    the same bytes for the same run. Raises LogError if `path` exists, before anything is computed; whatever the run
+    raises passes through after the log is completed with the outputs so far.
     """
     samples = 0
-    with LogWriter(path, run.scene, choice_record(run.choice), run_record) as log:
+    with LogWriter(path, run.scene, choice_record(run.choice), run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
         try:
             for block in run.blocks():
@@ -110,7 +131,7 @@ def write_log(run: Run, path, run_record: bool = True) -> LogSummary:
                     log.write(topic, stamp_ns, stamp_ns, cdr_bytes)
                 samples += len(block)
         finally:
-            if not log.failed:
+            if not log.problem:
                 for topic, stamp_ns, cdr_bytes in stream.flush():
                     log.write(topic, stamp_ns, stamp_ns, cdr_bytes)
         log.note_report(run.report.record())

@@ -1,8 +1,8 @@
 """An MCAP file while it is written: what has been appended stays readable, whatever happens next.
 
-Every append is all or nothing. Chunks end by content alone, so that the same messages give the same bytes;
-`flush` puts the unfinished chunk on disk as well, where the finished one will later overwrite it. A little disk space
-is held back, so that the index can still be written when the disk is full.
+Every append is all or nothing, and nothing that was appended is written again. Chunks end by content, so that the same
+messages give the same bytes, and at each `flush`. A little disk space is held back, so that the index can still be
+written when the disk is full.
 """
 
 import contextlib
@@ -34,6 +34,7 @@ from bearing_twin.errors import LogError
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 512 * 1024
 RESERVE_BYTES = 256 * 1024
+HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
 COMPRESSION_LEVEL = 1  # half the time of the default level 3, for files 2 % larger
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIELDS = 22  # bytes of a message record besides its data
@@ -41,10 +42,15 @@ _FOOTER_START = struct.Struct("<BQQQ")
 
 
 class McapWriter:
-    """A new MCAP file at `path`, profile `ros2`; raises LogError if the path exists or cannot be written."""
+    """A new MCAP file at `path`, profile `ros2`; raises LogError if the path exists or cannot be written.
 
-    def __init__(self, path: Path, library: str):
+    With `fsync` a flush also outlives the machine. A `patient` file keeps messages in memory while the disk is full, as
+    many as fit, and goes on when there is room; `dropped` counts the others. Any other file has failed then for good.
+    """
+
+    def __init__(self, path: Path, library: str, fsync: bool = False, patient: bool = False):
         self.path = Path(path)
+        self._fsync, self._patient = fsync, patient
         try:
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         except FileExistsError as error:
@@ -52,7 +58,6 @@ class McapWriter:
         except OSError as error:
             raise LogError(f"{path} cannot be written ({error.strerror}); give another place for the log") from error
         self._end = 0  # what lies before is complete
-        self._size = 0  # of the file, the unfinished chunk included
         self._crc = 0
         self._failure: str | None = None
         self._closed = False
@@ -62,7 +67,7 @@ class McapWriter:
         self._chunk_index: dict[int, list[int]] = {}
         self._chunk_times = (0, 0)
         self._chunk_messages = 0
-        self._on_disk = 0  # messages of the unfinished chunk that `flush` has put on disk
+        self.dropped = 0
         self._waiting: list[Schema | Channel] = []  # described in the unfinished chunk
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._channels = 0
@@ -97,8 +102,15 @@ class McapWriter:
         return self._channels
 
     def write(self, channel: int, log_time: int, publish_time: int, data: bytes) -> None:
-        """Adds one message; raises LogError, saying what was kept, once the file cannot grow."""
-        self._check()
+        """Adds one message; raises LogError, saying what was kept, once the file cannot grow.
+
+        A patient file takes it all the same, and raises LogError when it has no room for it in memory either.
+        """
+        if not self._patient:
+            self._check()
+        elif self._failure is not None and len(self._chunk) + len(data) > HELD_BYTES:
+            self.dropped += 1
+            self._check()
         if self._chunk_messages:
             first, last = self._chunk_times
             self._chunk_times = (min(first, log_time), max(last, log_time))
@@ -108,7 +120,7 @@ class McapWriter:
         self._chunk_index.setdefault(channel, []).extend((log_time, len(self._chunk)))
         self._chunk += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_FIELDS + len(data), channel, 0, log_time, publish_time)
         self._chunk += data
-        if len(self._chunk) >= CHUNK_BYTES:
+        if len(self._chunk) >= CHUNK_BYTES and self._failure is None:
             self.end_chunk()
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
@@ -136,36 +148,41 @@ class McapWriter:
         self._waiting = []
         self._chunk = bytearray()
         self._chunk_index = {}
-        self._chunk_messages = self._on_disk = 0
+        self._chunk_messages = 0
         self._summary_bytes += len(_record(index))
         if 2 * self._summary_bytes > self._reserved:
             with contextlib.suppress(OSError):  # the next append will tell
                 self._reserve()
 
     def flush(self) -> None:
-        """Puts every message so far on disk, readable after a crash of this process."""
+        """Puts every message so far on disk for good, also what waited for room; raises LogError if there is none."""
+        if self._patient and not self._closed:
+            self._failure = None
         self._check()
-        if self._chunk_messages > self._on_disk:
-            self._put(self._sealed()[0])
-            self._on_disk = self._chunk_messages
+        self.end_chunk()
+        if self._fsync:
+            os.fsync(self._file)
 
     def close(self) -> None:
-        """Writes the index and closes the file, also after a failed `write`; raises LogError if that is impossible."""
+        """Writes what waits and the index, and closes the file; raises LogError if that is impossible.
+
+        Where there is no room for what waits, what is on disk gets its index all the same.
+        """
         if self._closed:
             return
         self._closed = True
+        self._release()
         try:
-            if self._failure is None:
-                self.end_chunk()
-        finally:
-            self._failure = None
-            self._release()
             try:
+                if self._patient or self._failure is None:
+                    self.end_chunk()
+            finally:
+                self._failure = None
                 self._put(self._tail())
                 with contextlib.suppress(OSError):
                     os.fsync(self._file)
-            finally:
-                os.close(self._file)
+        finally:
+            os.close(self._file)
 
     def discard(self) -> None:
         """Closes and removes the file."""
@@ -180,14 +197,14 @@ class McapWriter:
         return self._chunk_messages > 0 or self.first_ns is not None
 
     @property
-    def failed(self) -> bool:
-        """Whether the file could not grow; only `close` is possible then."""
-        return self._failure is not None
+    def problem(self) -> str:
+        """Why the file cannot grow and what was kept, empty while it can."""
+        return self._failure or ""
 
     @property
     def bytes(self) -> int:
         """Size of the file so far."""
-        return self._size
+        return self._end
 
     def _check(self) -> None:
         if self._failure is not None:
@@ -200,7 +217,7 @@ class McapWriter:
         self._waiting.append(record)
 
     def _sealed(self) -> tuple[bytes, ChunkIndex]:
-        """The chunk in progress with its message index, as it would stand at the end of the file."""
+        """The chunk in progress with its message index, as it will stand at the end of the file."""
         first, last = self._chunk_times
         content = bytes(self._chunk)
         packed = zstandard.compress(content, COMPRESSION_LEVEL)
@@ -263,23 +280,19 @@ class McapWriter:
         self._crc = zlib.crc32(data, self._crc)
 
     def _put(self, data: bytes) -> None:
-        """Makes `data` the end of the file, behind what is complete; on failure leaves only what is complete."""
+        """Writes `data` behind what is complete; on failure leaves only what is complete."""
         try:
             view, position = memoryview(data), self._end
             while view:
                 written = os.pwrite(self._file, view, position)
                 view, position = view[written:], position + written
-            if position < self._size:
-                os.ftruncate(self._file, position)
-            self._size = position
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, self._end)
-            self._size = self._end
             until = f"up to t = {self.last_ns * 1e-9:.6f} s" if self.first_ns is not None else "none"
             self._failure = (
                 f"{self.path} cannot grow ({error.strerror}): {sum(self.counts.values())} messages ({until}) are kept "
-                "in it; make room and write to a new log"
+                f"in it; make room{'' if self._patient else ' and write to a new log'}"
             )
             raise LogError(self._failure) from error
 

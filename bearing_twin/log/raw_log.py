@@ -8,10 +8,10 @@ import datetime
 import os
 import platform
 import threading
-import time
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path, PurePath
+from typing import NamedTuple
 
 import yaml
 
@@ -25,8 +25,20 @@ SUFFIX = ".mcap"
 BAG_RECORD = "rosbag2"
 SCENE_RECORD = "bearing_twin"
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
-FLUSH_SECONDS = 1.0
+RETRY = 1.0  # s between tries while the disk is full
 _LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml
+
+
+class Safety(NamedTuple):
+    """What a log does against loss: every `max_loss` seconds what there is goes to disk, with `fsync` past its caches.
+
+    0 = as chunks become full, so that the same messages give the same bytes. A `patient` log raises no error while the
+    disk is full: it keeps what fits into memory, counts the rest, says `problem`, and goes on when there is room.
+    """
+
+    max_loss: float = 0.0
+    fsync: bool = False
+    patient: bool = False
 
 
 class RawLogWriter:
@@ -36,7 +48,7 @@ class RawLogWriter:
     was kept. `run_record` False leaves out date and host.
     """
 
-    def __init__(self, path, run_record: bool = True):
+    def __init__(self, path, run_record: bool = True, safety: Safety = Safety()):  # noqa: B008 - it cannot change
         path = Path(path)
         refuse_existing(path)
         self._folder = None if path.suffix == SUFFIX else path
@@ -51,9 +63,12 @@ class RawLogWriter:
         self._rows: dict[int, LoggedTopic] = {}
         self._closed = False
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
-        self._writer = McapWriter(self.file, f"bearing_twin {bearing_twin.__version__}")
-        self._next_flush = time.monotonic() + FLUSH_SECONDS
+        self._safety = safety
+        self._writer = McapWriter(self.file, f"bearing_twin {bearing_twin.__version__}", safety.fsync, safety.patient)
         self._write_bag_file()
+        self._ended = threading.Event()
+        if safety.max_loss:
+            threading.Thread(target=self._flush_often, name="log flush", daemon=True).start()
 
     def __enter__(self):
         return self
@@ -75,22 +90,21 @@ class RawLogWriter:
         return number
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
-        """Adds one message of the topic with that number; once a second everything so far goes to disk."""
-        with self._lock:
+        """Adds one message of the topic with that number."""
+        with self._lock, self._patience():
             if self._stale:
                 self._write_bag_file()
             self._writer.write(topic, log_time_ns, publish_time_ns, cdr)
-            if time.monotonic() >= self._next_flush:
-                self._flush()
 
     def flush(self) -> None:
-        """Puts everything so far on disk; call it on a timer where messages may be seldom."""
-        with self._lock:
-            self._flush()
+        """Puts everything so far on disk."""
+        with self._lock, self._patience():
+            if not self._closed:
+                self._writer.flush()
 
     def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
         """Adds a metadata record of texts."""
-        with self._lock:
+        with self._lock, self._patience():
             self._writer.add_metadata(name, {key: str(value) for key, value in values.items()})
 
     def note_run(self, **values) -> None:
@@ -104,9 +118,10 @@ class RawLogWriter:
             if self._closed:
                 return
             self._closed = True
+            self._ended.set()
             try:
-                if not self._writer.failed:
-                    self._writer.end_chunk()
+                with suppress(LogError):  # what cannot be written now is tried once more with the index
+                    self._writer.flush()
                     self._writer.add_metadata(BAG_RECORD, {"serialized_metadata": as_yaml(self._information(None))})
                     if self._run is not None:
                         self._writer.add_metadata(RUN_RECORD, self._run)
@@ -120,18 +135,28 @@ class RawLogWriter:
         return self._writer.bytes
 
     @property
-    def failed(self) -> bool:
-        """Whether the disk was full: only `close` is possible then."""
-        return self._writer.failed
+    def problem(self) -> str:
+        """Why the log cannot grow at present and what was kept, empty while it can."""
+        return self._writer.problem
+
+    @property
+    def dropped(self) -> int:
+        """Messages for which there was no room, neither on disk nor in memory."""
+        return self._writer.dropped
 
     @property
     def messages(self) -> int:
         """Messages on disk for good."""
         return sum(self._writer.counts.values())
 
-    def _flush(self) -> None:
-        self._writer.flush()
-        self._next_flush = time.monotonic() + FLUSH_SECONDS
+    def _patience(self):
+        return suppress(LogError) if self._safety.patient and not self._closed else nullcontext()
+
+    def _flush_often(self) -> None:
+        """In a thread of its own: messages may be seldom, and whoever writes them busy."""
+        while not self._ended.wait(max(RETRY if self.problem else 0.0, self._safety.max_loss)):
+            with suppress(LogError):  # whoever writes next is told
+                self.flush()
 
     def _information(self, file_name: str | None) -> dict:
         rows = [row._replace(messages=self._writer.counts[number]) for number, row in self._rows.items()]

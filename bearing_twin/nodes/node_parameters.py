@@ -75,3 +75,9 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
         limits = f"between {low:g} and {high:g}{with_unit(parameter.unit)}"
         return f"parameter {parameter.name} = {value} must lie {limits}"
     return None
+
+
+LOG_SAFETY = (
+    NodeParameter("max_loss", 0.1, "how much of the log a crash of the node may take along", "s", 0.01, 60.0),
+    NodeParameter("fsync", False, "whether that holds for a crash of the machine too; slow on some disks"),
+)

@@ -10,8 +10,9 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.raw_log import Safety
 from bearing_twin.nodes.messages import ERROR, OK, WARN, message_class, qos_profile, qos_words
-from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 
@@ -20,9 +21,10 @@ PARAMETERS = (
     NodeParameter(
         "topics", [], "topics to log, as full names or patterns with *; empty = those of every kind of scene, and /tf"
     ),
+    *LOG_SAFETY,
 )
 DISCOVERY_PERIOD = 0.1  # s
-FLUSH_PERIOD = 1.0  # s
+DIAGNOSTICS_PERIOD = 1.0  # s
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 
 
@@ -36,14 +38,16 @@ class RecorderNode(Node):
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
         topics = [one for one in values["topics"] if one] or default_topics()
-        self.recording = Recording(path, topics, definition_prefixes())
+        safety = Safety(values["max_loss"], values["fsync"], patient=True)
+        self.recording = Recording(path, topics, definition_prefixes(), safety)
         self._topics = topics
         self.get_logger().info(f"log: {path}")
         self._refused: set[str] = set()
+        self._problem = ""
         self._heartbeat = Heartbeat(self, "recording")
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DISCOVERY_PERIOD, self._on_discovery, clock=steady)
-        self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
+        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=steady)
 
     def close(self) -> None:
         """Completes the log; may be called twice. To have recorded nothing is a failure."""
@@ -92,12 +96,20 @@ class RecorderNode(Node):
             self.failure = error
             self.done.set()
 
+    def _say_problem(self) -> None:
+        """Once when the log cannot grow, and once when it can again."""
+        problem = self.recording.problem
+        if problem and not self._problem:
+            self.get_logger().error(f"{problem}; messages wait in memory, as many as fit")
+        elif self._problem and not problem:
+            dropped = self.recording.status()["messages_dropped"]
+            self.get_logger().info(f"there is room again: recording goes on, {dropped} messages were dropped")
+        self._problem = problem
+
     @guarded
-    def _on_flush(self):
-        try:
-            self.recording.flush()
-        except BearingTwinError as error:
-            self._fail(error)
+    def _on_diagnostics(self):
+        self.recording.note_losses()
+        self._say_problem()
         for subscription in self.subscriptions:
             if subscription.get_publisher_count() > 1:
                 self.recording.several(subscription.topic_name)
@@ -109,8 +121,8 @@ class RecorderNode(Node):
             level, message = WARN, f"{status['messages_lost']} messages were lost"
         if status["samples_lost"]:
             level, message = WARN, f"{status['samples_lost']} solver outputs were lost"
-        if self.failure is not None:
-            level, message = ERROR, str(self.failure)
+        if self.recording.problem or self.failure is not None:
+            level, message = ERROR, self.recording.problem or str(self.failure)
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
         status["least_publishers"] = min((one.get_publisher_count() for one in self.subscriptions), default=0)
         self._heartbeat.say(level, message, status)

@@ -11,7 +11,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.raw_log import RawLogWriter, Safety
 
 RECORD = "bearing_twin_recording"
 DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
@@ -45,10 +45,16 @@ class Sequences:
 class Recording:
     """A log of whatever arrives; from any thread. `prefixes` are where .msg files of other packages are looked for."""
 
-    def __init__(self, path, patterns: Iterable[str], prefixes: Iterable[Path] = ()):
+    def __init__(
+        self,
+        path,
+        patterns: Iterable[str],
+        prefixes: Iterable[Path] = (),
+        safety: Safety = Safety(),  # noqa: B008 - it cannot change
+    ):
         self._patterns = tuple(patterns)
         self._folder_definition = cdr.definition_in_folders(prefixes)
-        self._log = RawLogWriter(path)
+        self._log = RawLogWriter(path, safety=safety)
         self._lock = threading.Lock()
         self._numbers: dict[str, tuple[int, bool]] = {}
         self._closed = False
@@ -97,22 +103,27 @@ class Recording:
                 self._sent[topic].saw(sent_number - 1, 1)
             return self.sequences[topic].saw(*sample_range(data)) if has_samples else 0
 
-    def flush(self) -> None:
-        """Puts everything so far on disk; what was lost too, so that a crash does not take the count along."""
+    @property
+    def problem(self) -> str:
+        """Why the log cannot grow at present and what was kept, empty while it can."""
+        return self._log.problem
+
+    def note_losses(self) -> None:
+        """Writes what was lost so far into the log, so that a crash does not take the count along."""
         status = self.status()
-        losses = status["messages_lost"] + status["samples_lost"]
+        losses = status["messages_lost"] + status["samples_lost"] + status["messages_dropped"]
         with self._lock:
             if self._closed:
                 return
             if losses > self._noted:
                 self._noted = losses
                 self._log.add_metadata(RECORD, self._told(status))
-            self._log.flush()
 
     def status(self) -> dict[str, int | str]:
         """Counts so far: topics, messages, bytes, and what was lost, of messages and of solver outputs.
 
-        `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers.
+        `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers. Messages
+        are dropped while the disk is full.
         """
         streams = self.sequences.values()
         with self._lock:
@@ -123,6 +134,7 @@ class Recording:
             "messages": self.messages,
             "messages_lost": sum(sent.lost for sent in counted),
             "messages_before": sum(sent.before for sent in counted),
+            "messages_dropped": self._log.dropped,
             "uncounted": " ".join(sorted(uncounted)),
             "bytes": self._log.bytes,
             "samples_received": sum(stream.received for stream in streams),

@@ -5,7 +5,7 @@ from typing import Any
 from rclpy.node import Node
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
 from bearing_twin.nodes.running import given_parameters, values_of
 from bearing_twin.run.scene import Scene, load_scene
 
@@ -43,6 +43,7 @@ PARAMETERS = (
     NodeParameter("publish_clock", False, "publish simulation time on /clock"),
     NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/"),
     NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
+    *LOG_SAFETY,
 )
 
 

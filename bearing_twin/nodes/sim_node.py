@@ -18,7 +18,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
-from bearing_twin.log.raw_log import refuse_existing
+from bearing_twin.log.raw_log import Safety, refuse_existing
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, qos_profile
 from bearing_twin.nodes.outlet import Outlet
@@ -50,6 +50,7 @@ class SimNode(Node):
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._log_path = values["log"]
+        self._safety = Safety(values["max_loss"], values["fsync"], patient=True)
         self._discovery = values["discovery"]
         self._paused_at_start = values["start_paused"]
         self._description = {"scene": scene.name}
@@ -59,7 +60,7 @@ class SimNode(Node):
         self.ready = threading.Event()
         self._doing = "compiling"
         self._started, self._looks = time.monotonic(), 0
-        self._warned = False
+        self._warned = self._log_failed = False
         self._serve(kind.takes_speed)
         duration_ns = round(values["duration"] * 1e9)
         if kind.brief and not duration_ns:
@@ -97,7 +98,7 @@ class SimNode(Node):
         path = log_path(self._log_path, number)
         self.get_logger().info(f"log: {path}")
         run = self.simulation
-        return LogWriter(path, run.scene, choice_record(run.choice))
+        return LogWriter(path, run.scene, choice_record(run.choice), safety=self._safety)
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("compiling the kernels of this scene (once on a machine)")
@@ -233,7 +234,13 @@ class SimNode(Node):
             "messages": self._outlet.published,
             "least_subscribers": min(publisher.get_subscription_count() for publisher in self._outlet.publishers),
         }
-        self._publish_status(WARN if slow else OK, message, numbers | counts)
+        level, problem = WARN if slow else OK, self.loop.log_problem
+        if problem:
+            level, message = ERROR, problem
+            if not self._log_failed:
+                self.get_logger().error(f"{problem}; messages wait in memory, as many as fit")
+        self._log_failed = bool(problem)
+        self._publish_status(level, message, numbers | counts)
 
     def _report_start(self) -> None:
         """Diagnostics, and now and then a line, while there is no simulation yet."""

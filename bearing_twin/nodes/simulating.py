@@ -72,6 +72,12 @@ class SimulationLoop:
         self._begin_again(None)
         return now
 
+    @property
+    def log_problem(self) -> str:
+        """Why the log cannot grow at present, empty while it can or there is none."""
+        log = self._log
+        return log.problem if log is not None else ""
+
     def look(self) -> tuple[bool, str, dict[str, float]]:
         """Whether it cannot keep up, what it does, and its numbers since the last look."""
         pace, wanted = self.paced.pacer.pace(), float(self.paced.pacer.factor)
