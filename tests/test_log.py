@@ -21,6 +21,7 @@ from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, content_digest, raw_messages, read_log, write_log
+from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene
@@ -423,3 +424,51 @@ def test_blocks_of_a_log_are_blocks(tmp_path):
     blocks = list(read_log(tmp_path / "run.mcap").blocks())
     assert all(isinstance(block, Block) for block in blocks)
     assert [block.first_sequence for block in blocks] == [0, 50, 100, 150, 200]
+
+
+def split_run(path, **limits):
+    """A log of the made-up run that is split, with what it holds in one piece."""
+    with LogWriter(path, SCENE, safety=Safety(**limits)) as log:
+        for topic, stamp, data in stream():
+            log.write(topic, stamp, stamp, data)
+    return sorted(path.glob("*.mcap"), key=lambda file: int(file.stem.rpartition("_")[2]))
+
+
+@pytest.mark.parametrize("limits", [{"split_seconds": 0.02}, {"split_bytes": 20_000}])
+def test_a_log_in_several_files_is_one_log_and_each_can_be_read_alone(tmp_path, monkeypatch, limits):
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 10_000)
+    files = split_run(tmp_path / "bag", **limits)
+    assert len(files) > 3
+    assert bits(read_log(tmp_path / "bag")) == bits(BLOCK)
+    described = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert described["relative_file_paths"] == [file.name for file in files]
+    assert sum(one["message_count"] for one in described["files"]) == described["message_count"]
+    assert described["message_count"] == len(list(raw_messages(tmp_path / "bag")))
+    ends = [
+        (one["starting_time"]["nanoseconds_since_epoch"], one["duration"]["nanoseconds"]) for one in described["files"]
+    ]
+    assert ends == sorted(ends)
+    with AnyReader([tmp_path / "bag"]) as reader:
+        assert reader.message_count == described["message_count"]
+    found = []
+    for file in files:
+        part = read_log(file)
+        assert part.scene == SCENE
+        found += bits(part)
+        assert [message.topic.name for message in raw_messages(file)].count("/bearing/scene") == 1
+    assert found == bits(BLOCK)
+
+
+def test_the_newest_files_of_a_split_log_stay(tmp_path):
+    files = split_run(tmp_path / "bag", split_seconds=0.02, keep=2)
+    assert len(files) == 2
+    assert files[0].name != "bag_0.mcap"
+    kept = bits(read_log(tmp_path / "bag"))
+    assert kept == bits(BLOCK)[-len(kept) :]
+    assert len(kept) < len(bits(BLOCK))
+
+
+def test_one_file_cannot_be_split(tmp_path):
+    with pytest.raises(LogError, match="must be a folder"):
+        LogWriter(tmp_path / "run.mcap", SCENE, safety=Safety(split_seconds=1.0))
+    assert list(tmp_path.iterdir()) == []

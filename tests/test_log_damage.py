@@ -26,7 +26,8 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log, recover, write_log
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.mcap_write import MAGIC
-from bearing_twin.log.raw_log import RawLogWriter, Safety
+from bearing_twin.log.parts import Safety
+from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.stream import MessageStream
 
 SCENE = made_up_scene(balls=1)
@@ -388,7 +389,8 @@ def test_killed_writer_leaves_a_recoverable_log(tmp_path):
 import sys, time
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.raw_log import RawLogWriter, Safety
+from bearing_twin.log.parts import Safety
+from bearing_twin.log.raw_log import RawLogWriter
 log = RawLogWriter(sys.argv[1], safety=Safety(max_loss=0.05))
 number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
 for k in range(1000):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from bearing_twin.nodes.node_parameters import NodeParameter, ParameterError, checked
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, ParameterError, checked, safety_of
 
 TABLE = (
     NodeParameter("scene", "bearing_6203", "scene to run"),
@@ -48,3 +48,11 @@ def test_all_mistakes_are_named_at_once():
     with pytest.raises(ParameterError) as refused:
         checked(TABLE, {"rate": -1.0, "loop": 1, "sceen": ""})
     assert all(word in str(refused.value) for word in ("rate", "loop", "sceen"))
+
+
+def test_to_keep_some_files_they_must_be_several():
+    values = {parameter.name: parameter.default for parameter in LOG_SAFETY}
+    with pytest.raises(ParameterError, match="needs split_size or split_duration"):
+        safety_of(values | {"keep_files": 3})
+    assert safety_of(values | {"keep_files": 3, "split_size": 1e6}).split_bytes == 1_000_000
+    assert safety_of(values).patient

@@ -1,5 +1,9 @@
 """What recorder_node and replay_node think: losses, definitions, and the way from a log back to messages. No ROS."""
 
+import math
+import os
+from types import SimpleNamespace
+
 import pytest
 from made_up_run import made_up_block, made_up_run, made_up_scene
 
@@ -127,6 +131,22 @@ def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
     assert message.topic.definition.startswith("# a pair")
     assert message.topic.definition.endswith("MSG: others/One\nfloat64 value # [1]\n")
     assert message.topic.metadata["topic_type_hash"] == "RIHS01_" + "0" * 64
+
+
+def test_the_forecast_says_when_the_disk_will_be_full(tmp_path, monkeypatch):
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
+    recording = Recording(tmp_path / "out.mcap", ["*"])
+    recording.add("/one", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+    first = recording.forecast(100.0)
+    assert recording.forecast(102.0) == {"disk_free_bytes": 1e7, "log_bytes_per_s": 0.0, "disk_full_in_s": math.inf}
+    recording.receive("/one", 1, 1, os.urandom(600_000), 1)
+    grown = recording.status()["bytes"]
+    later = recording.forecast(104.0)
+    assert grown > 600_000
+    assert first["disk_free_bytes"] == 1e7
+    assert later["log_bytes_per_s"] == pytest.approx(0.5 * grown, rel=0.01)
+    assert later["disk_full_in_s"] == pytest.approx(1e7 / later["log_bytes_per_s"])
+    recording.close()
 
 
 def test_an_existing_file_is_not_overwritten(log):

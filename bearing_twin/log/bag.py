@@ -26,6 +26,16 @@ class LoggedTopic(NamedTuple):
     messages: int
 
 
+class Span(NamedTuple):
+    """One file of a log: its name, times of its first and last message [ns] (None without any), messages, bytes."""
+
+    path: str
+    first_ns: int | None
+    last_ns: int
+    messages: int
+    bytes: int
+
+
 def qos_profiles(profiles: tuple[Qos, ...]) -> list[dict]:
     """Quality of service as rosbag2 lists it (its version 9: policies in words, unlimited durations as 2^63 - 1 ns)."""
     return [
@@ -49,21 +59,24 @@ def as_yaml(value) -> str:
     return yaml.dump(value, Dumper=_PlainDumper, sort_keys=False, default_flow_style=False)
 
 
-def bag_information(topics: list[LoggedTopic], first_ns: int | None, last_ns: int, file_name: str | None) -> dict:
-    """The `rosbag2_bagfile_information` of a log with one file; `first_ns` is None without messages.
+def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> dict:
+    """The `rosbag2_bagfile_information` of a log with these files.
 
-    `file_name` None leaves out the file, for the copy inside the file itself (rosbag2 fills in the name on reading).
+    A file without a name is left out, for the copy inside the file itself (rosbag2 fills in the name on reading).
     """
-    messages = sum(topic.messages for topic in topics)
-    start = {"nanoseconds_since_epoch": NOTHING_YET if first_ns is None else first_ns}
-    duration = {"nanoseconds": 0 if first_ns is None else last_ns - first_ns}
-    names = [] if file_name is None else [file_name]
+    told = [span for span in spans if span.first_ns is not None]
+    whole = Span(
+        "",
+        min((span.first_ns for span in told), default=None),
+        max((span.last_ns for span in told), default=0),
+        sum(topic.messages for topic in topics),
+        0,
+    )
+    named = [span for span in spans if span.path]
     return {
         "version": 9,
         "storage_identifier": "mcap",
-        "duration": duration,
-        "starting_time": start,
-        "message_count": messages,
+        **_when(whole),
         "topics_with_message_count": [
             {
                 "topic_metadata": {
@@ -79,12 +92,19 @@ def bag_information(topics: list[LoggedTopic], first_ns: int | None, last_ns: in
         ],
         "compression_format": "",
         "compression_mode": "",
-        "relative_file_paths": names,
-        "files": [
-            {"path": name, "starting_time": start, "duration": duration, "message_count": messages} for name in names
-        ],
+        "relative_file_paths": [span.path for span in named],
+        "files": [{"path": span.path, **_when(span)} for span in named],
         "custom_data": None,
         "ros_distro": "jazzy",
+    }
+
+
+def _when(span: Span) -> dict:
+    empty = span.first_ns is None
+    return {
+        "duration": {"nanoseconds": 0 if empty else span.last_ns - span.first_ns},
+        "starting_time": {"nanoseconds_since_epoch": NOTHING_YET if empty else span.first_ns},
+        "message_count": span.messages,
     }
 
 

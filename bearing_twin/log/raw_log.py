@@ -11,34 +11,18 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext, suppress
 from pathlib import Path, PurePath
-from typing import NamedTuple
 
 import yaml
 
-import bearing_twin
 from bearing_twin.errors import LogError
-from bearing_twin.log.bag import LoggedTopic, Qos, as_yaml, bag_information, qos_profiles
+from bearing_twin.log.bag import LoggedTopic, Qos, as_yaml
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
-from bearing_twin.log.mcap_write import McapWriter
+from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
 
-SUFFIX = ".mcap"
-BAG_RECORD = "rosbag2"
 SCENE_RECORD = "bearing_twin"
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 RETRY = 1.0  # s between tries while the disk is full
 _LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml
-
-
-class Safety(NamedTuple):
-    """What a log does against loss: every `max_loss` seconds what there is goes to disk, with `fsync` past its caches.
-
-    0 = as chunks become full, so that the same messages give the same bytes. A `patient` log raises no error while the
-    disk is full: it keeps what fits into memory, counts the rest, says `problem`, and goes on when there is room.
-    """
-
-    max_loss: float = 0.0
-    fsync: bool = False
-    patient: bool = False
 
 
 class RawLogWriter:
@@ -51,6 +35,7 @@ class RawLogWriter:
     def __init__(self, path, run_record: bool = True, safety: Safety = Safety()):  # noqa: B008 - it cannot change
         path = Path(path)
         refuse_existing(path)
+        names = part_names(path, safety)
         self._folder = None if path.suffix == SUFFIX else path
         if self._folder is not None:
             try:
@@ -58,13 +43,11 @@ class RawLogWriter:
             except OSError as error:
                 raise LogError(f"{path} cannot be made ({error.strerror}); give another place for the log") from error
         self.path = path
-        self.file = path if self._folder is None else path / f"{path.name}_0{SUFFIX}"
         self._lock = threading.Lock()
-        self._rows: dict[int, LoggedTopic] = {}
         self._closed = False
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._safety = safety
-        self._writer = McapWriter(self.file, f"bearing_twin {bearing_twin.__version__}", safety.fsync, safety.patient)
+        self._writer = Parts(names, safety)
         self._write_bag_file()
         self._ended = threading.Event()
         if safety.max_loss:
@@ -82,19 +65,16 @@ class RawLogWriter:
     def add_topic(self, name: str, ros_type: str, definition: str, type_hash: str, qos: tuple[Qos, ...]) -> int:
         """Describes a topic (full name, type, `ros2msg` text with dependencies, RIHS01 hash) and returns its number."""
         with self._lock:
-            profiles = as_yaml(qos_profiles(tuple(qos)))
-            metadata = {"offered_qos_profiles": profiles, "topic_type_hash": type_hash}
-            number = self._writer.register(name, ros_type, definition, metadata)
-            self._rows[number] = LoggedTopic(name, ros_type, type_hash, tuple(qos), 0)
+            number = self._writer.register(LoggedTopic(name, ros_type, type_hash, tuple(qos), 0), definition)
             self._stale = True
         return number
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
         """Adds one message of the topic with that number."""
         with self._lock, self._patience():
-            if self._stale:
+            new = self._writer.write(topic, log_time_ns, publish_time_ns, cdr)
+            if new or self._stale:
                 self._write_bag_file()
-            self._writer.write(topic, log_time_ns, publish_time_ns, cdr)
 
     def flush(self) -> None:
         """Puts everything so far on disk."""
@@ -121,8 +101,7 @@ class RawLogWriter:
             self._ended.set()
             try:
                 with suppress(LogError):  # what cannot be written now is tried once more with the index
-                    self._writer.flush()
-                    self._writer.add_metadata(BAG_RECORD, {"serialized_metadata": as_yaml(self._information(None))})
+                    self._writer.finish()
                     if self._run is not None:
                         self._writer.add_metadata(RUN_RECORD, self._run)
             finally:
@@ -147,7 +126,7 @@ class RawLogWriter:
     @property
     def messages(self) -> int:
         """Messages on disk for good."""
-        return sum(self._writer.counts.values())
+        return self._writer.messages
 
     def _patience(self):
         return suppress(LogError) if self._safety.patient and not self._closed else nullcontext()
@@ -158,10 +137,6 @@ class RawLogWriter:
             with suppress(LogError):  # whoever writes next is told
                 self.flush()
 
-    def _information(self, file_name: str | None) -> dict:
-        rows = [row._replace(messages=self._writer.counts[number]) for number, row in self._rows.items()]
-        return bag_information(rows, self._writer.first_ns, self._writer.last_ns, file_name)
-
     def _write_bag_file(self) -> None:
         self._stale = False
         if self._folder is None:
@@ -169,11 +144,13 @@ class RawLogWriter:
         target = self._folder / "metadata.yaml"
         draft = target.with_suffix(".yaml.tmp")
         try:
-            information = {"rosbag2_bagfile_information": self._information(self.file.name)}
+            information = {"rosbag2_bagfile_information": self._writer.information()}
             draft.write_text(as_yaml(information), encoding="utf-8")
             os.replace(draft, target)
         except OSError as error:
-            raise LogError(f"{target} cannot be written ({error.strerror}); the messages are in {self.file}") from error
+            raise LogError(
+                f"{target} cannot be written ({error.strerror}); the messages are in {self._writer.path}"
+            ) from error
 
     def _discard(self) -> None:
         """Removes a log that never got a message."""

@@ -10,7 +10,8 @@ from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, Topic
-from bearing_twin.log.raw_log import BAG_RECORD, RawLogWriter, log_files
+from bearing_twin.log.parts import BAG_RECORD
+from bearing_twin.log.raw_log import RawLogWriter, log_files
 
 RECOVERY_RECORD = "bearing_twin_recovered"
 

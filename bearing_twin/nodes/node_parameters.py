@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.parts import Safety
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.units import labelled, with_unit
 
@@ -80,4 +81,21 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
 LOG_SAFETY = (
     NodeParameter("max_loss", 0.1, "how much of the log a crash of the node may take along", "s", 0.01, 60.0),
     NodeParameter("fsync", False, "whether that holds for a crash of the machine too; slow on some disks"),
+    NodeParameter("split_size", 0.0, "size after which a new file of the log begins; 0 = never", "B", 0.0, 1e15),
+    NodeParameter("split_duration", 0.0, "time after which a new file begins; 0 = never", "s", 0.0, 1e9),
+    NodeParameter("keep_files", 0, "how many files of a split log stay, the newest; 0 = all", "", 0, 100_000),
 )
+
+
+def safety_of(values: Mapping[str, Any]) -> Safety:
+    """What the values of LOG_SAFETY ask of a log; raises ParameterError where one needs another."""
+    if values["keep_files"] and not (values["split_size"] or values["split_duration"]):
+        raise ParameterError("keep_files says how many files stay, so it needs split_size or split_duration")
+    return Safety(
+        max_loss=values["max_loss"],
+        fsync=values["fsync"],
+        patient=True,
+        split_bytes=round(values["split_size"]),
+        split_seconds=values["split_duration"],
+        keep=values["keep_files"],
+    )

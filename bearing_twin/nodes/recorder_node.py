@@ -10,9 +10,8 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.raw_log import Safety
 from bearing_twin.nodes.messages import ERROR, OK, WARN, message_class, qos_profile, qos_words
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, safety_of
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 
@@ -25,6 +24,7 @@ PARAMETERS = (
 )
 DISCOVERY_PERIOD = 0.1  # s
 DIAGNOSTICS_PERIOD = 1.0  # s
+SOON = 3600.0  # s: a disk that will be full before is told of
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 
 
@@ -38,8 +38,7 @@ class RecorderNode(Node):
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
         topics = [one for one in values["topics"] if one] or default_topics()
-        safety = Safety(values["max_loss"], values["fsync"], patient=True)
-        self.recording = Recording(path, topics, definition_prefixes(), safety)
+        self.recording = Recording(path, topics, definition_prefixes(), safety_of(values))
         self._topics = topics
         self.get_logger().info(f"log: {path}")
         self._refused: set[str] = set()
@@ -121,11 +120,14 @@ class RecorderNode(Node):
             level, message = WARN, f"{status['messages_lost']} messages were lost"
         if status["samples_lost"]:
             level, message = WARN, f"{status['samples_lost']} solver outputs were lost"
+        forecast = self.recording.forecast(time.monotonic())
+        if forecast["disk_full_in_s"] < SOON:
+            level, message = WARN, f"the disk will be full in {forecast['disk_full_in_s'] / 60.0:.0f} min at this rate"
         if self.recording.problem or self.failure is not None:
             level, message = ERROR, self.recording.problem or str(self.failure)
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
         status["least_publishers"] = min((one.get_publisher_count() for one in self.subscriptions), default=0)
-        self._heartbeat.say(level, message, status)
+        self._heartbeat.say(level, message, status | forecast)
 
 
 def main(args: list[str] | None = None) -> int:

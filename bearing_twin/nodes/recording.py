@@ -1,6 +1,8 @@
 """What recorder_node thinks, without ROS: which topics to log, how they are described, and what was lost on the way."""
 
+import math
 import os
+import shutil
 import struct
 import threading
 from collections.abc import Iterable
@@ -11,7 +13,8 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.raw_log import RawLogWriter, Safety
+from bearing_twin.log.parts import Safety
+from bearing_twin.log.raw_log import RawLogWriter
 
 RECORD = "bearing_twin_recording"
 DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
@@ -58,6 +61,7 @@ class Recording:
         self._lock = threading.Lock()
         self._numbers: dict[str, tuple[int, bool]] = {}
         self._closed = False
+        self._looked = 0, 0.0  # size of the log, and when [s]
         self._noted = 0  # losses that the log tells of
         self.messages = 0
         self.sequences: dict[str, Sequences] = {}
@@ -141,6 +145,18 @@ class Recording:
             "samples_lost": sum(stream.lost for stream in streams),
             "restarts": sum(stream.restarts for stream in streams),
         }
+
+    def forecast(self, now: float) -> dict[str, float]:
+        """Room on the disk [B], growth of the log since the last call [B/s], and when the disk is full [s], may be inf.
+
+        `now` is monotonic [s]. A log whose oldest files are removed grows no more, but for its first round.
+        """
+        size = self._log.bytes
+        earlier, since = self._looked
+        self._looked = size, now
+        free = float(shutil.disk_usage(self._log.path.parent).free)
+        rate = max(0.0, (size - earlier) / (now - since)) if now > since else 0.0
+        return {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": free / rate if rate else math.inf}
 
     def close(self) -> None:
         """Writes the counts into the log and completes it; may be called twice."""

@@ -18,9 +18,10 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
-from bearing_twin.log.raw_log import Safety, refuse_existing
+from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, qos_profile
+from bearing_twin.nodes.node_parameters import safety_of
 from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
@@ -50,7 +51,7 @@ class SimNode(Node):
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._log_path = values["log"]
-        self._safety = Safety(values["max_loss"], values["fsync"], patient=True)
+        self._safety = safety_of(values)
         self._discovery = values["discovery"]
         self._paused_at_start = values["start_paused"]
         self._description = {"scene": scene.name}

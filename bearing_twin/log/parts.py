@@ -1,0 +1,187 @@
+"""The files of a log, one after the other: a new one when the last has become large or long, the oldest removed.
+
+Each file can be read alone: topics, metadata and the last latched messages are repeated in it.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import bearing_twin
+from bearing_twin.errors import LogError
+from bearing_twin.log.bag import LoggedTopic, Span, as_yaml, bag_information, qos_profiles
+from bearing_twin.log.mcap_write import McapWriter
+
+SUFFIX = ".mcap"
+BAG_RECORD = "rosbag2"
+
+
+class Safety(NamedTuple):
+    """What a log does against loss, and how much room it takes.
+
+    Every `max_loss` seconds what there is goes to disk, with `fsync` past its caches; 0 = as chunks become full, so
+    that the same messages give the same bytes. A `patient` log raises no error while the disk is full: it keeps what
+    fits into memory, counts the rest, says `problem`, and goes on when there is room. A new file begins after
+    `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all.
+    """
+
+    max_loss: float = 0.0
+    fsync: bool = False
+    patient: bool = False
+    split_bytes: int = 0
+    split_seconds: float = 0.0
+    keep: int = 0
+
+
+class _Described(NamedTuple):
+    row: LoggedTopic
+    definition: str
+
+    @property
+    def latched(self) -> bool:
+        """Whether whoever comes late gets the last message too."""
+        return any(qos.durability == "transient_local" for qos in self.row.qos)
+
+
+class Parts:
+    """The files of a log at `name(0)`, `name(1)`, ..., written as one; see `Safety`. Errors are `McapWriter`'s."""
+
+    def __init__(self, name: Callable[[int], Path], safety: Safety):
+        self._name, self._safety = name, safety
+        self._number = 0
+        self._topics: dict[int, _Described] = {}
+        self._metadata: dict[str, dict[str, str]] = {}
+        self._latched: dict[int, tuple[int, bytes]] = {}
+        self._done: list[Span] = []  # files that are complete and still there
+        self._totals: dict[int, int] = {}  # messages of complete files, by topic
+        self._dropped = 0
+        self._began: int | None = None  # time of the first message of the file [ns]
+        self._writer = self._open()
+
+    @property
+    def path(self) -> Path:
+        """The file that is written now."""
+        return self._name(self._number)
+
+    @property
+    def begun(self) -> bool:
+        """Whether a message has been written."""
+        return self._number > 0 or self._writer.begun
+
+    @property
+    def messages(self) -> int:
+        """Messages on disk for good."""
+        return sum(self._totals.values()) + sum(self._writer.counts.values())
+
+    @property
+    def bytes(self) -> int:
+        """Size of all files."""
+        return sum(one.bytes for one in self._done) + self._writer.bytes
+
+    @property
+    def dropped(self) -> int:
+        """Messages for which there was no room."""
+        return self._dropped + self._writer.dropped
+
+    @property
+    def problem(self) -> str:
+        """Why the log cannot grow at present, empty while it can."""
+        return self._writer.problem
+
+    def register(self, row: LoggedTopic, definition: str) -> int:
+        """Describes a topic and returns its number, which is the same in all files."""
+        number = self._describe(_Described(row, definition))
+        self._topics[number] = _Described(row, definition)
+        self._totals[number] = 0
+        return number
+
+    def write(self, topic: int, log_time: int, publish_time: int, data: bytes) -> bool:
+        """Adds one message; True if a new file was begun for it."""
+        new = self._due(log_time)
+        if new:
+            self._next(log_time)
+        if self._began is None:
+            self._began = log_time
+        if self._topics[topic].latched:
+            self._latched[topic] = (publish_time, bytes(data))
+        self._writer.write(topic, log_time, publish_time, data)
+        return new
+
+    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """Adds a record of texts, which the following files repeat as it was last."""
+        self._metadata[name] = dict(values)
+        self._writer.add_metadata(name, values)
+
+    def flush(self) -> None:
+        """Puts everything so far on disk for good."""
+        self._writer.flush()
+
+    def finish(self) -> None:
+        """Ends the data of the last file with what rosbag2 wants to know of it."""
+        self._writer.flush()
+        information = as_yaml(bag_information(self._rows(self._writer.counts), [self._span(None)]))
+        self._writer.add_metadata(BAG_RECORD, {"serialized_metadata": information})
+
+    def close(self) -> None:
+        """Writes the index of the last file and closes it."""
+        self._writer.close()
+
+    def discard(self) -> None:
+        """Closes and removes a log that never got a message."""
+        self._writer.discard()
+
+    def information(self) -> dict:
+        """The `rosbag2_bagfile_information` of all files."""
+        counts = {number: self._totals[number] + self._writer.counts[number] for number in self._topics}
+        return bag_information(self._rows(counts), [*self._done, self._span(self.path.name)])
+
+    def _open(self) -> McapWriter:
+        library = f"bearing_twin {bearing_twin.__version__}"
+        return McapWriter(self.path, library, self._safety.fsync, self._safety.patient)
+
+    def _describe(self, described: _Described) -> int:
+        row = described.row
+        metadata = {"offered_qos_profiles": as_yaml(qos_profiles(row.qos)), "topic_type_hash": row.type_hash}
+        return self._writer.register(row.name, row.ros_type, described.definition, metadata)
+
+    def _due(self, log_time: int) -> bool:
+        limit, seconds = self._safety.split_bytes, self._safety.split_seconds
+        if self._began is None or self._writer.problem:
+            return False
+        return bool((limit and self._writer.bytes >= limit) or (seconds and log_time >= self._began + seconds * 1e9))
+
+    def _next(self, log_time: int) -> None:
+        """Completes the file and begins the next, with everything that is needed to read it alone."""
+        self.finish()
+        self._writer.close()
+        self._done.append(self._span(self.path.name))
+        for number, count in self._writer.counts.items():
+            self._totals[number] += count
+        self._dropped += self._writer.dropped
+        self._number, self._began = self._number + 1, log_time
+        self._writer = self._open()
+        for name, values in self._metadata.items():
+            self._writer.add_metadata(name, values)
+        for described in self._topics.values():
+            self._describe(described)
+        for topic, (publish_time, data) in self._latched.items():
+            self._writer.write(topic, log_time, publish_time, data)
+        while self._safety.keep and len(self._done) >= self._safety.keep:
+            gone = self._done.pop(0)
+            self._name(0).with_name(gone.path).unlink(missing_ok=True)
+
+    def _rows(self, counts: Mapping[int, int]) -> list[LoggedTopic]:
+        return [one.row._replace(messages=counts[number]) for number, one in self._topics.items()]
+
+    def _span(self, name: str | None) -> Span:
+        messages = sum(self._writer.counts.values())
+        return Span(name or "", self._writer.first_ns, self._writer.last_ns, messages, self._writer.bytes)
+
+
+def part_names(path: Path, safety: Safety) -> Callable[[int], Path]:
+    """Where the files of a log at `path` lie; raises LogError for one file that is to be split."""
+    if path.suffix != SUFFIX:
+        return lambda number: path / f"{path.name}_{number}{SUFFIX}"
+    if safety.split_bytes or safety.split_seconds:
+        raise LogError(f"{path} is to be split into several files, so it must be a folder: leave out {SUFFIX}")
+    return lambda number: path
