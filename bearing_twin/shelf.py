@@ -15,7 +15,7 @@ from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.paths import share_path
 
-GREATEST_FILE = 1_000_000  # bytes
+GREATEST_FILE = 128_000  # bytes: about a second to read, whatever is in it
 GREATEST_DEPTH = 20
 LONGEST_NAME = 100
 LONGEST_DESCRIPTION = 10_000

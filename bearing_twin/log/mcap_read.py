@@ -32,7 +32,7 @@ from mcap.records import (
 from bearing_twin.errors import LogError
 from bearing_twin.log.mcap_write import MAGIC
 
-LARGEST_RECORD = 1 << 28  # bytes, packed or unpacked
+LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
 FREE_BYTES = 1 << 26  # unpacked bytes any file may have
 GREATEST_RATIO = 5000  # unpacked / packed bytes beyond that
 FREE_RECORDS = 200_000  # records any file may have

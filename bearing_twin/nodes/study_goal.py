@@ -10,7 +10,7 @@ from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
-LONGEST_TEXT = 100_000  # characters of a study in a goal
+LONGEST_TEXT = 60_000  # characters of a study in a goal: under a second to read, whatever is in it
 MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
 SUCCEEDED, ABORTED, CANCELLED = "succeeded", "aborted", "cancelled"
 
