@@ -113,6 +113,8 @@ def test_wrong_overrides_are_refused_with_the_reason(override, words):
         (["geometry.balls=14"], "at most 13 do"),
         (["geometry.ball_diameter=0.03", "geometry.balls=1"], "leaves no inner raceway"),
         (["geometry.outer_conformity=3.0"], "must be below 2.61"),
+        (["solver.tolerance=1e-11"], "is less than double precision gives in a bearing"),
+        (["wanted.tolerance=1e-14"], "at least 1e-13"),
         (["geometry.radial_clearance=-2e-4"], "between -0.00013492 and 0.0006746"),
         (["geometry.radial_clearance=1e-3"], "geometry.radial_clearance"),
         (["drive.offset=[1e-4, 1e-4, 0]"], "its length must be below 0.00013192"),

@@ -130,6 +130,7 @@ class BearingScene:
     run: Run = section(Run, default=Run(1.0, 1000.0, 100.0))
 
 
+LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken
 GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
 GREATEST_CLEARANCE = 0.1  # of the ball diameter: beyond it the grooves no longer hold the balls
 GREATEST_SQUEEZE = 0.02  # of the ball diameter: approaches of a ball's two contacts together, as of an interference
@@ -156,6 +157,11 @@ def check(parameters: BearingScene) -> list[str]:
     geometry, run = parameters.geometry, parameters.run
     ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
     problems = []
+    if parameters.wanted.tolerance < LEAST_TOLERANCE:
+        problems.append(
+            f"wanted.tolerance = {parameters.wanted.tolerance:g} is less than double precision gives in a "
+            f"bearing, whose approaches are small differences of positions; use {LEAST_TOLERANCE:g} or more"
+        )
     if pitch <= ball:
         problems.append(
             f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "
