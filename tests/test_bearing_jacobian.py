@@ -1,4 +1,4 @@
-"""The exact Jacobian of the raceways' answer against differences, and the block solver against a dense one."""
+"""Exact Jacobians, of raceways' answers and of balls that touch, against differences; linear systems against dense."""
 
 import numpy as np
 import pytest
@@ -6,21 +6,36 @@ from bearings import asking, motion
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.names import law_names
+from bearing_twin.kinds.bearing.equations import RingDrive
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
+    AHEAD_BY_OWN,
     AXIS_DISTANCE,
     COLUMNS,
+    DISSIPATED,
+    GAIN,
     JACOBIAN,
     JACOBIAN_END,
     LANE_RATES,
     LANES,
     MOTION,
+    OWN_BY_AHEAD,
+    RIGHT,
     RING_SPEED,
+    ROSENBROCK_ROWS,
+    SOLUTION,
+    VELOCITY,
+    from_blocks,
+    into_blocks,
     into_lane,
+    new_blocks,
     put,
 )
+from bearing_twin.kinds.bearing.linear_system import factorise, new_coupling, solve
+from bearing_twin.kinds.bearing.pairs import add_answers, add_pairs
 from bearing_twin.kinds.bearing.parameters import GIVES
-from bearing_twin.kinds.bearing.rates import lane_rates
+from bearing_twin.kinds.bearing.rates import bearing_rates, lane_rates
+from bearing_twin.numerics import chain_solve
 from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
 
 TILTED = ("drive.offset=[4.0e-6, -9.0e-6, 5.0e-6]", "gravity=[3.0, -9.8, 1.0]", "contact.damping=0.3")
@@ -104,3 +119,120 @@ def test_the_block_solver_agrees_with_a_dense_one():
         expected = np.linalg.solve(np.eye(9) / g - jacobian, right)
         parts = [tuple(right[i : i + 3]) for i in (0, 3, 6)]
         assert np.ravel(solve_body(linear, factorise_body(linear, g), g, *parts)) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize(("bodies", "border"), [(1, 0), (5, 0), (12, 1), (3, 3), (8, 2)])
+def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, border):
+    rng = np.random.default_rng(5)
+    chain, side, size = chain_solve.new_chain(bodies, border), chain_solve.SIDE, bodies + border
+    dense, right = np.zeros((size * side,) * 2), rng.normal(size=(size, side))
+
+    def fill(tile, i, j):
+        block = rng.normal(size=(side, side)) + (
+            12.0 * np.eye(side) * (bodies if i >= bodies else 1) if i == j else 0.0
+        )
+        dense[i * side : (i + 1) * side, j * side : (j + 1) * side] = block
+        chain.tiles[tile] = block.T.ravel()
+
+    for i in range(bodies):
+        fill(chain_solve.own_tile(i), i, i)
+        if i + 1 < bodies:
+            fill(chain_solve.ahead_tile(i), i, i + 1)
+            fill(chain_solve.behind_tile(i), i + 1, i)
+        for b in range(border):
+            fill(chain_solve.column_tile(chain, i, b), i, bodies + b)
+            fill(chain_solve.row_tile(chain, b, i), bodies + b, i)
+    for a in range(border):
+        for b in range(border):
+            fill(chain_solve.corner_tile(chain, a, b), bodies + a, bodies + b)
+    expected = np.linalg.solve(dense, right.ravel())
+    chain.right[:] = right
+    chain_solve.factorise_chain(chain)
+    chain_solve.solve_chain(chain)
+    assert np.abs(chain.right.ravel() - expected).max() < 1e-14 * np.linalg.cond(dense) * np.abs(expected).max()
+
+
+def touching(count, closed):
+    """Balls that touch their neighbours, sliding and spinning, all around the circle or in a row; and who may touch."""
+    pitch = float(6.746e-3 / np.sin(np.pi / count) * (1.0 + 1e-9))
+    moving = motion(*TILTED, f"geometry.balls={count}", f"geometry.pitch_diameter={pitch!r}")
+    rng = np.random.default_rng(8)
+    state = moving.state.copy()
+    state[:, AXIS_DISTANCE] = 0.5 * pitch - 4e-6
+    state[:, :MOTION] += UNITS * rng.uniform(-0.3, 0.3, (count, MOTION))
+    near = np.full(count, True)
+    near[count - 1] = closed
+    return moving.bearing, state, near
+
+
+def coupled(bearing, state, near, drive):
+    """Balls in blocks of lanes with their rates and Jacobians, coupled."""
+    balls = np.arange(len(state))
+    coupling, blocks = new_coupling(near, balls), new_blocks(len(state), ROSENBROCK_ROWS)
+    into_blocks(state, blocks, AXIS_DISTANCE)
+    for lanes in blocks:
+        for k in range(LANES):
+            put(lanes, RING_SPEED, k, drive.speed)
+        lane_rates(bearing, lanes)
+        lane_jacobian(bearing.spot, bearing, lanes)
+    add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
+    add_answers(bearing, coupling.pairs, blocks)
+    return coupling, blocks
+
+
+def whole(coupling, blocks, count):
+    """The Jacobian of all rates by all motions, (balls, COLUMNS, balls, MOTION)."""
+
+    def matrix(array, row, rows):
+        return array[row * LANES : (row + rows * MOTION) * LANES].reshape(rows, MOTION, LANES)
+
+    jacobian = np.zeros((count, COLUMNS, count, MOTION))
+    for i in range(count):
+        lanes, pair, k, j = blocks[i // LANES], coupling.pairs.blocks[i // LANES], i % LANES, (i + 1) % count
+        jacobian[i, :, i] += matrix(lanes, JACOBIAN, COLUMNS)[..., k]
+        jacobian[i, VELOCITY : DISSIPATED + 1, j] += matrix(pair, OWN_BY_AHEAD, 8)[..., k]
+        jacobian[j, VELOCITY:MOTION, i] += matrix(pair, AHEAD_BY_OWN, 6)[..., k]
+    return jacobian
+
+
+@pytest.mark.parametrize(("count", "closed"), [(13, True), (8, True), (13, False), (9, False)])
+def test_what_touching_balls_answer_is_the_derivative_and_solved_as_a_dense_system(count, closed):
+    """Every entry against central differences of the rates of all balls, and (1/g - J) x = right against LU factors."""
+    bearing, state, near = touching(count, closed)
+    drive = RingDrive(0.0, 300.0, 0.0)
+    coupling, blocks = coupled(bearing, state, near, drive)
+    found = whole(coupling, blocks, count)
+    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    neighbours = (apart == 1) | (closed & (apart == count - 1))
+    assert np.array_equal(np.abs(found).max(axis=(1, 3)) > 0.0, neighbours | (apart == 0))
+    size = np.abs(found * UNITS).max(axis=(2, 3))  # of a row's answers, each in its unit
+    for ball in range(count):
+        for column in range(MOTION):
+            rates = []
+            for sign in (1.0, -1.0):
+                moved, out = state.copy(), np.zeros_like(state)
+                moved[ball, column] += sign * 1e-4 * UNITS[column]
+                bearing_rates(bearing, drive, near, 0.0, moved, out)
+                rates.append(out)
+            slope = (rates[0] - rates[1]) / 2e-4
+            assert np.all(np.abs(slope - found[:, :, ball, column] * UNITS[column]) <= 3e-6 * size), (ball, column)
+
+    rng, g = np.random.default_rng(2), 2e-6
+    right = rng.uniform(-1.0, 1.0, (count, COLUMNS)) * np.array([*UNITS, 1.0, 1.0, 1.0])
+    into_blocks(right, blocks, RIGHT)
+    for lanes in blocks:
+        lanes[GAIN * LANES : (GAIN + 1) * LANES] = g
+    factorise(coupling, blocks)
+    solve(coupling, blocks)
+    solved = np.zeros((count, COLUMNS))
+    from_blocks(blocks, SOLUTION, solved)
+    size, wanted = count * MOTION, right[:, :MOTION].ravel()
+    matrix = np.eye(size) / g - found[:, :MOTION].reshape(size, size)
+    expected = np.linalg.solve(matrix, wanted)
+    for _ in range(3):  # the units differ so much that a dense solution wants residuals of more digits
+        expected += np.linalg.solve(matrix, (wanted - matrix.astype(np.longdouble) @ expected).astype(float))
+    expected = expected.reshape(count, MOTION)
+    off = np.abs(solved[:, :MOTION] - expected).max(axis=0)
+    assert np.all(off < 1e-11 * np.abs(expected).max(axis=0))
+    listening = g * (right[:, MOTION:] + np.einsum("irjc,jc->ir", found[:, MOTION:], expected))
+    assert solved[:, MOTION:] == pytest.approx(listening, rel=1e-6)

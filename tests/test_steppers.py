@@ -15,7 +15,6 @@ from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import raceway_rates
 from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.numerics.banded import factorise, substitute
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
     ROSENBROCK,
@@ -189,25 +188,6 @@ def test_a_state_that_is_not_finite_is_an_error_with_the_ball(stepper, value):
     moving.state[3, 4] = value
     with pytest.raises(IntegrationError, match="ball 3"):
         moving.advance(np.array([1e-3]), 1e-3)
-
-
-@pytest.mark.parametrize("band", [2, 17, 40])
-def test_the_band_solver_agrees_with_a_dense_one(band):
-    """Random band matrices need pivoting; a singular one is refused."""
-    rng = np.random.default_rng(5)
-    size = 40
-    dense, right = np.triu(np.tril(rng.normal(size=(size, size)), band), -band), rng.normal(size=size)
-    matrix = np.zeros((size, 3 * band + 1))
-    for i in range(size):
-        for j in range(max(0, i - band), min(size, i + band + 1)):
-            matrix[i, j - i + band] = dense[i, j]
-    expected = np.linalg.solve(dense, right)
-    pivots = np.zeros(size, np.int64)
-    assert factorise(matrix, pivots, size, band)
-    assert np.any(pivots != np.arange(size))
-    substitute(matrix, pivots, size, band, right)
-    assert right == pytest.approx(expected, rel=1e-9)
-    assert not factorise(np.zeros((size, 3 * band + 1)), pivots, size, band)
 
 
 def test_step_control_stays_in_its_bounds():

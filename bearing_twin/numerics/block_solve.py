@@ -8,7 +8,7 @@ instructions. No pivoting between blocks: I/g and what resists motion make the d
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
-from bearing_twin.numerics.rotation import add, cross, dot, scaled
+from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
 
 
 class Linear(NamedTuple):
@@ -62,6 +62,18 @@ def plus(a, b):
 
 
 @inlined
+def minus_block(a, b):
+    """Difference of two 3 x 3 matrices."""
+    return (minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2]))
+
+
+@inlined
+def negative(matrix):
+    """-matrix, 3 x 3."""
+    return (scaled(-1.0, matrix[0]), scaled(-1.0, matrix[1]), scaled(-1.0, matrix[2]))
+
+
+@inlined
 def inverse(rows):
     """Inverse of a 3 x 3 matrix by its adjugate; not finite when it is singular."""
     first, second, third = cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])
@@ -74,7 +86,7 @@ def inverse(rows):
 
 
 @inlined
-def _behind(block, g, turning):
+def behind(block, g, turning):
     """A block of position columns as columns of velocity: g of the velocity's own, and the orbit angle's detour."""
     return (
         (block[0][0] * g + block[0][1] * turning[0], block[0][1] * turning[1], block[0][2] * g),
@@ -97,9 +109,9 @@ def _less(diagonal, block):
 def factorise_body(linear, g):
     """Factors of W for one body; `g` = h gamma [s]."""
     turning = (g * g * linear.angle_by_radius, g * linear.angle_by_velocity)
-    velocities = inverse(_less(1.0 / g, plus(linear.vv, _behind(linear.vp, g, turning))))
+    velocities = inverse(_less(1.0 / g, plus(linear.vv, behind(linear.vp, g, turning))))
     coupling = product(velocities, linear.vs)  # of the sign that adds
-    below = plus(linear.sv, _behind(linear.sp, g, turning))
+    below = plus(linear.sv, behind(linear.sp, g, turning))
     schur = inverse(_less(1.0 / g, plus(linear.ss, product(below, coupling))))
     return Factors(turning=turning, inverse=velocities, coupling=coupling, below=below, schur=schur)
 

@@ -114,19 +114,23 @@ class RacewayContact(NamedTuple):
 
 
 class PairContact(NamedTuple):
-    """Contact with a neighbouring ball: loads on this ball in its own frame, and this ball's half of the energies.
+    """Contact of a ball with the next ahead, loads on the ball in its own frame; balls that are apart have none.
 
-    `normal` points from this ball's centre to the other's, `arm` from its centre to the contact; friction acts at a
-    point, so there is no drilling. Balls that are apart give zeros.
+    `normal` points from the ball's centre to the other's, `arm` from its centre to the contact; on the other ball the
+    force is the opposite, the torque the same. Friction acts at a point, so there is no drilling. `energy` is the
+    ball's half, `dissipation` that of both.
     """
 
+    approach: float
+    approach_rate: float
     normal_load: float
+    energy: float
     normal: tuple[float, float, float]
     arm: tuple[float, float, float]
+    slip: tuple[float, float, float]
     friction: tuple[float, float, float]
     force: tuple[float, float, float]
     torque: tuple[float, float, float]
-    energy: float
     dissipation: float
 
 
@@ -249,29 +253,18 @@ def neighbour_angle(bearing, state, k, side):
     return angle
 
 
-@kernel
-def pair_contact(bearing, state, k, side):
-    """Contact of ball k with its neighbour ahead (side = 1) or behind (side = -1); there is no cage to keep them apart.
+@inlined
+def ball_on_ball(bearing, may_touch, between, velocity, spin):
+    """Contact of a ball with another, sphere on sphere with the raceways' damping and friction; see `PairContact`.
 
-    Sphere on sphere with the raceways' damping and friction. Balls never pass each other in the groove, so
-    neighbours stay neighbours.
+    In the ball's frame: `between` from its centre to the other's, `velocity` [m/s] against the other's centre, `spin`
+    [rad/s] the sum of both. Without a branch, for lanes.
     """
-    nothing = (0.0, 0.0, 0.0)
-    radius = bearing.ball_radius
-    angle = neighbour_angle(bearing, state, k, side)
-    j = (k + side) % bearing.balls
-    cosine, sine = math.cos(angle), math.sin(angle)
-    between = minus(about_z(cosine, sine, ball_position(state, j)), ball_position(state, k))
-    distance = math.sqrt(dot(between, between))
-    approach = 2.0 * radius - distance
-    if approach <= 0.0:
-        return PairContact(0.0, nothing, nothing, nothing, nothing, nothing, 0.0, 0.0)
+    distance = math.sqrt(dot(between, between) + 1e-300)
+    approach = 2.0 * bearing.ball_radius - distance if may_touch else -bearing.ball_radius
     normal = scaled(1.0 / distance, between)
-    arm = scaled(0.5 * distance, normal)
-    own = add(ball_vector(state, k, VELOCITY), cross(ball_vector(state, k, SPIN), arm))
-    other_spin = about_z(cosine, sine, ball_vector(state, j, SPIN))
-    other = minus(about_z(cosine, sine, ball_vector(state, j, VELOCITY)), cross(other_spin, arm))
-    relative = minus(own, other)
+    arm = scaled(0.5, between)
+    relative = add(velocity, cross(spin, arm))
     approach_rate = dot(relative, normal)
     slip = minus(relative, scaled(approach_rate, normal))
     spring = elastic(bearing.pair_coefficient, HERTZIAN, approach)
@@ -281,15 +274,36 @@ def pair_contact(bearing, state, k, side):
     )
     friction = scaled(-resistance, slip)
     return PairContact(
-        normal_load,
-        normal,
-        arm,
-        friction,
-        add(scaled(-normal_load, normal), friction),
-        cross(arm, friction),
-        0.5 * spring.energy,
-        0.5 * (resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate),
+        approach=approach,
+        approach_rate=approach_rate,
+        normal_load=normal_load,
+        energy=0.5 * spring.energy,
+        normal=normal,
+        arm=arm,
+        slip=slip,
+        friction=friction,
+        force=add(scaled(-normal_load, normal), friction),
+        torque=cross(arm, friction),
+        dissipation=resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate,
     )
+
+
+@kernel
+def pair_contact(bearing, state, k, side):
+    """Contact of ball k with its neighbour ahead (side = 1) or behind (side = -1); there is no cage to keep them apart.
+
+    Balls never pass each other in the groove, so neighbours stay neighbours. All zeros when they are apart.
+    """
+    angle = neighbour_angle(bearing, state, k, side)
+    j = (k + side) % bearing.balls
+    cosine, sine = math.cos(angle), math.sin(angle)
+    between = minus(about_z(cosine, sine, ball_position(state, j)), ball_position(state, k))
+    velocity = minus(ball_vector(state, k, VELOCITY), about_z(cosine, sine, ball_vector(state, j, VELOCITY)))
+    spin = add(ball_vector(state, k, SPIN), about_z(cosine, sine, ball_vector(state, j, SPIN)))
+    if dot(between, between) >= 4.0 * bearing.ball_radius * bearing.ball_radius:
+        nothing = (0.0, 0.0, 0.0)
+        return PairContact(0.0, 0.0, 0.0, 0.0, nothing, nothing, nothing, nothing, nothing, nothing, 0.0)
+    return ball_on_ball(bearing, True, between, velocity, spin)
 
 
 @kernel
@@ -363,24 +377,6 @@ def give_coefficients(bearing, lanes):
         centre = about_z(cosine, -sine, bearing.offset)
         put(lanes, GIVEN_INNER, k, given_coefficient(bearing, bearing.inner, centre, position))
         put(lanes, GIVEN_OUTER, k, given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position))
-
-
-@kernel
-def add_pair(bearing, state, k, side, rates):
-    """Adds what the neighbour ahead (side = 1) or behind (side = -1) does to the rates (COLUMNS,) of ball k."""
-    pair = pair_contact(bearing, state, k, side)
-    for axis in range(3):
-        rates[VELOCITY + axis] += pair.force[axis] / bearing.ball_mass
-        rates[SPIN + axis] += pair.torque[axis] / bearing.ball_inertia
-    rates[DISSIPATED] += pair.dissipation
-
-
-@kernel
-def add_pair_rates(bearing, near, state, k, rates):
-    """Adds what neighbours that ball k may touch do to `rates[k]`."""
-    for side in (1, -1):
-        if touchable(bearing, near, k, side):
-            add_pair(bearing, state, k, side, rates[k])
 
 
 @kernel

@@ -6,24 +6,21 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import add_pair_rates
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
-    LANE_RATES,
     LANE_ROWS,
     LANES,
     MOTION,
-    MOTION_SPAN,
     STATE_SPAN,
     from_blocks,
     get,
     into_blocks,
     new_blocks,
     new_lanes,
-    put,
 )
-from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
+from bearing_twin.kinds.bearing.pairs import Pairs, new_pairs
+from bearing_twin.kinds.bearing.rates import block_rates
 from bearing_twin.kinds.bearing.steps import (
     LEAST_STEP,
     OK,
@@ -43,7 +40,7 @@ TURN_EVERY, CHECK_EVERY = 8, 64
 
 
 class LaneRoom(NamedTuple):
-    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, STATE_SPAN); `rows` one row a ball."""
+    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, STATE_SPAN)."""
 
     y: np.ndarray
     trial: np.ndarray
@@ -51,12 +48,11 @@ class LaneRoom(NamedTuple):
     turned_from: np.ndarray
     turned_rates: np.ndarray
     lanes: np.ndarray
-    rows: np.ndarray
-    row_rates: np.ndarray
+    pairs: Pairs
 
 
 @kernel
-def lane_room(state, slopes):
+def lane_room(state, near, slopes):
     """Room for a method with so many slopes, holding `state`."""
     y = new_blocks(len(state), COLUMNS)
     into_blocks(state, y, AXIS_DISTANCE)
@@ -67,28 +63,8 @@ def lane_room(state, slopes):
         turned_from=np.zeros_like(y),
         turned_rates=np.zeros_like(y),
         lanes=new_lanes(LANE_ROWS),
-        rows=state.copy(),
-        row_rates=np.zeros_like(state),
+        pairs=new_pairs(near, np.arange(len(state))),
     )
-
-
-@inlined
-def _all_rates(bearing, drive, near, time, values, rates, room):
-    """Rates of all balls from `values`, both (blocks, STATE_SPAN)."""
-    lanes, rows, row_rates = room.lanes, room.rows, room.row_rates
-    for block in range(len(values)):
-        for i in range(MOTION_SPAN):
-            put(lanes, AXIS_DISTANCE, i, values[block, i])
-        put_ring_speed(drive, time, lanes)
-        lane_rates(bearing, lanes)
-        for i in range(STATE_SPAN):
-            rates[block, i] = get(lanes, LANE_RATES, i)
-    if np.any(near):
-        from_blocks(values, AXIS_DISTANCE, rows)
-        from_blocks(rates, AXIS_DISTANCE, row_rates)
-        for k in range(bearing.balls):
-            add_pair_rates(bearing, near, rows, k, row_rates)
-        into_blocks(row_rates, rates, AXIS_DISTANCE)
 
 
 @inlined
@@ -150,14 +126,15 @@ def _turn_since(span, room, rates, orientation):
 
 
 @inlined
-def _explicit_step(method, bearing, drive, near, time, h, scales, room):
+def _explicit_step(method, bearing, drive, time, h, scales, room):
     """One step from `room.y`, whose rates are the first slope, to `room.trial`, whose rates are the last; its error."""
     stages = len(method.nodes)
     for stage in range(1, stages):
         _combine(room.y, h, method.a[stage], stage, room.k, room.trial)
-        _all_rates(bearing, drive, near, time + method.nodes[stage] * h, room.trial, room.k[stage], room)
+        moment = time + method.nodes[stage] * h
+        block_rates(bearing, drive, room.pairs, moment, room.trial, room.k[stage], room.lanes)
     _combine(room.y, h, method.weights, stages, room.k, room.trial)
-    _all_rates(bearing, drive, near, time + h, room.trial, room.k[stages], room)
+    block_rates(bearing, drive, room.pairs, time + h, room.trial, room.k[stages], room.lanes)
     return _greatest_error(method, h, bearing.balls, scales, room.k)
 
 
@@ -172,9 +149,9 @@ def explicit_chunk(
     [rad/s] or friction rate mu N / (m v_regularisation).
     """
     adaptive, stages, balls = np.any(method.error != 0.0), len(method.nodes), bearing.balls
-    room, counts = lane_room(state, stages + 1), results.counts
+    room, counts = lane_room(state, near, stages + 1), results.counts
     time, wanted = 0.0, steps[0] if adaptive else greatest_step
-    _all_rates(bearing, drive, near, time, room.y, room.k[0], room)
+    block_rates(bearing, drive, room.pairs, time, room.y, room.k[0], room.lanes)
     for instant in range(len(times) + 1):
         goal = times[instant] if instant < len(times) else duration
         room.turned_from[:] = room.y
@@ -182,7 +159,7 @@ def explicit_chunk(
         turned_at, done = time, 0
         while goal - time > 1e-12 * duration:
             h = (goal - time) / max(1.0, math.ceil((goal - time) / wanted - 1e-9))
-            error = _explicit_step(method, bearing, drive, near, time, h, scales, room)
+            error = _explicit_step(method, bearing, drive, time, h, scales, room)
             counts[RATES] += stages * balls
             if not error <= 1.0:
                 if not adaptive:

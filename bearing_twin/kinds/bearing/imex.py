@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.equations import add_pair_rates
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_jacobian, lane_resistance
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -41,6 +40,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_quaternion,
     put_vector,
 )
+from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
 from bearing_twin.kinds.bearing.steps import JACOBIANS, OK, RATES, STEPS, check_all, spin_in_frame
 from bearing_twin.numerics.block_solve import factorise_body, solve_body
@@ -90,25 +90,16 @@ def _turn_lanes(h, lanes):
 
 
 @kernel
-def _push_pairs(bearing, near, blocks, state, rates):
-    """Adds what touching neighbours do to the rates in the lanes, explicitly."""
-    from_blocks(blocks, AXIS_DISTANCE, state)
-    from_blocks(blocks, LANE_RATES, rates)
-    for ball in range(bearing.balls):
-        add_pair_rates(bearing, near, state, ball, rates)
-    into_blocks(rates, blocks, LANE_RATES)
-
-
-@kernel
-def _step(bearing, drive, near, time, h, blocks, state, rates):
+def _step(bearing, drive, pairs, time, h, blocks):
+    """One step; what balls do to each other is taken explicitly."""
     for block in range(len(blocks)):
         lanes = blocks[block]
         _drift(0.5 * h, True, lanes)
         put_ring_speed(drive, time + 0.5 * h, lanes)
         lane_rates(bearing, lanes)
         lane_jacobian(bearing.spot, bearing, lanes)
-    if np.any(near):
-        _push_pairs(bearing, near, blocks, state, rates)
+    if pairs.touching:
+        add_pairs(bearing, pairs, blocks, blocks, LANE_RATES)
     for block in range(len(blocks)):
         lanes = blocks[block]
         _kick(h, lanes)
@@ -120,7 +111,7 @@ def _step(bearing, drive, near, time, h, blocks, state, rates):
 def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orientation, results):
     """Equal steps between two instants, none longer than `greatest_step` [s]; see the module."""
     balls, counts = bearing.balls, results.counts
-    blocks, rates = new_blocks(balls, IMEX_ROWS), np.zeros_like(state)
+    blocks, pairs = new_blocks(balls, IMEX_ROWS), new_pairs(near, np.arange(balls))
     into_blocks(state, blocks, AXIS_DISTANCE)
     into_blocks(orientation, blocks, ORIENTATION)
     time = 0.0
@@ -129,7 +120,7 @@ def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orie
         begin, span = time, goal - time
         steps = math.ceil(span / greatest_step - 1e-9) if span > 0.0 else 0
         for step in range(steps):
-            _step(bearing, drive, near, time, span / steps, blocks, state, rates)
+            _step(bearing, drive, pairs, time, span / steps, blocks)
             time = begin + (step + 1) * (span / steps)
             counts[STEPS] += balls
             counts[RATES] += balls

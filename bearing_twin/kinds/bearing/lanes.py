@@ -1,20 +1,18 @@
-"""One Rosenbrock step of many balls side by side, each with its own step size, and its dense output."""
+"""One Rosenbrock step of many balls side by side, alone or coupled, and its dense output.
+
+Balls stand in blocks of lanes. Balls alone have a step size each and are solved one by one; coupled ones, which
+`linear_system` says more about, have one step size for all and are solved together. All else is the same.
+"""
 
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_jacobian, lane_linear
+from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     END,
     ERROR,
-    FACTOR_BELOW,
-    FACTOR_COUPLING,
-    FACTOR_INVERSE,
-    FACTOR_RADIUS,
-    FACTOR_SCHUR,
-    FACTOR_VELOCITY,
     FIFTH_STAGE,
     FIRST_STAGE,
     FOURTH_STAGE,
@@ -39,21 +37,18 @@ from bearing_twin.kinds.bearing.layout import (
     THIRD_STAGE,
     TIME,
     TURNED,
-    VELOCITY,
     from_lane,
     get,
-    get_block,
     get_quaternion,
     get_vector,
     increase,
     put,
-    put_block,
     put_quaternion,
-    put_vector,
 )
+from bearing_twin.kinds.bearing.linear_system import factorise, solve
+from bearing_twin.kinds.bearing.pairs import add_answers, add_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.kinds.bearing.steps import spin_in_frame
-from bearing_twin.numerics.block_solve import Factors, factorise_body, solve_body
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import rosenbrock_dense
 
@@ -80,49 +75,21 @@ def _mixed(weights, lanes, i):
 
 
 @kernel
-def _factorise(lanes):
-    """Factors of every lane's Jacobian, each with its own step."""
-    for k in range(LANES):
-        found = factorise_body(lane_linear(lanes, k), get(lanes, GAIN, k))
-        put(lanes, FACTOR_RADIUS, k, found.turning[0])
-        put(lanes, FACTOR_VELOCITY, k, found.turning[1])
-        put_block(lanes, FACTOR_INVERSE, k, found.inverse)
-        put_block(lanes, FACTOR_COUPLING, k, found.coupling)
-        put_block(lanes, FACTOR_BELOW, k, found.below)
-        put_block(lanes, FACTOR_SCHUR, k, found.schur)
+def _couple(coupling, bearing, blocks):
+    """Adds what balls do to each other to the rates of their motion."""
+    if len(coupling) > 0:
+        add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
 
 
 @kernel
-def _solve(lanes):
-    """Solves W k = right for one stage of all lanes: the motion, then the integrals that only listen."""
-    for k in range(LANES):
-        g = get(lanes, GAIN, k)
-        factors = Factors(
-            turning=(get(lanes, FACTOR_RADIUS, k), get(lanes, FACTOR_VELOCITY, k)),
-            inverse=get_block(lanes, FACTOR_INVERSE, k),
-            coupling=get_block(lanes, FACTOR_COUPLING, k),
-            below=get_block(lanes, FACTOR_BELOW, k),
-            schur=get_block(lanes, FACTOR_SCHUR, k),
-        )
-        position, velocity, spin = solve_body(
-            lane_linear(lanes, k),
-            factors,
-            g,
-            get_vector(lanes, RIGHT + AXIS_DISTANCE, k),
-            get_vector(lanes, RIGHT + VELOCITY, k),
-            get_vector(lanes, RIGHT + SPIN, k),
-        )
-        put_vector(lanes, SOLUTION + AXIS_DISTANCE, k, position)
-        put_vector(lanes, SOLUTION + VELOCITY, k, velocity)
-        put_vector(lanes, SOLUTION + SPIN, k, spin)
-        for integral in range(MOTION, COLUMNS):
-            answer = lane_answer(lanes, integral, k, position, velocity, spin)
-            put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + answer))
+def _couple_jacobians(coupling, bearing, blocks):
+    if len(coupling) > 0:
+        add_answers(bearing, coupling.pairs, blocks)
 
 
 @kernel
-def _rates_at(bearing, drive, source, alpha, lanes):
-    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead."""
+def _lane_rates_at(bearing, drive, source, alpha, lanes):
+    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead, of balls alone."""
     for i in range(MOTION_SPAN):
         put(lanes, AXIS_DISTANCE, i, get(lanes, source, i))
     for k in range(LANES):
@@ -132,25 +99,52 @@ def _rates_at(bearing, drive, source, alpha, lanes):
 
 
 @inlined
-def _linearise(bearing, drive, gamma, lanes):
-    """Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes."""
+def _rates_at(coupling, bearing, drive, source, alpha, blocks):
+    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead."""
+    for block in range(len(blocks)):
+        _lane_rates_at(bearing, drive, source, alpha, blocks[block])
+    _couple(coupling, bearing, blocks)
+
+
+@kernel
+def _prepare(gamma, lanes):
+    """What follows from the step sizes."""
     for k in range(LANES):
         put(lanes, GAIN, k, gamma * get(lanes, STEP, k))
         put(lanes, INVERSE_STEP, k, 1.0 / get(lanes, STEP, k))
     for i in range(LANES, STATE_SPAN):
         put(lanes, INVERSE_STEP, i, get(lanes, INVERSE_STEP, i - LANES))
+
+
+@kernel
+def _keep_rates(lanes):
+    for i in range(STATE_SPAN):
+        put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
+
+
+@kernel
+def _take_slope(lanes):
+    for i in range(STATE_SPAN):
+        put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
+
+
+@inlined
+def _linearise(coupling, bearing, drive, gamma, blocks):
+    """Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes."""
+    for block in range(len(blocks)):
+        _prepare(gamma, blocks[block])
     if drive.acceleration != 0.0:
         # Times h, as the method wants it; at constant speed these rows stay zero.
-        _rates_at(bearing, drive, START, SLOPE_STEP, lanes)
-        for i in range(STATE_SPAN):
-            put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
-        _rates_at(bearing, drive, START, 0.0, lanes)
-        for i in range(STATE_SPAN):
-            put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
-    else:
-        _rates_at(bearing, drive, START, 0.0, lanes)
-    lane_jacobian(bearing.spot, bearing, lanes)
-    _factorise(lanes)
+        _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
+        for block in range(len(blocks)):
+            _keep_rates(blocks[block])
+    _rates_at(coupling, bearing, drive, START, 0.0, blocks)
+    for block in range(len(blocks)):
+        if drive.acceleration != 0.0:
+            _take_slope(blocks[block])
+        lane_jacobian(bearing.spot, bearing, blocks[block])
+    _couple_jacobians(coupling, bearing, blocks)
+    factorise(coupling, blocks)
 
 
 @kernel
@@ -180,18 +174,28 @@ def _keep_stage(stage, lanes):
 
 
 @inlined
-def rosenbrock_step(bearing, drive, method, scales, lanes):
-    """One step of every lane from START to END, with its error estimate."""
+def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
+    """One step of every lane from START to END, with its error estimate; `coupling` is empty for balls alone."""
     a, c, alpha, d = method.a, method.c, method.alpha, method.d
     stages = len(alpha)
-    _linearise(bearing, drive, method.gamma, lanes)
+    _linearise(coupling, bearing, drive, method.gamma, blocks)
     for stage in range(stages):
-        _stage_state(a[stage], lanes)
+        for block in range(len(blocks)):
+            _stage_state(a[stage], blocks[block])
         if stage > 0:
-            _rates_at(bearing, drive, END, alpha[stage], lanes)
-        _stage_right(c[stage], d[stage], lanes)
-        _solve(lanes)
-        _keep_stage(stage, lanes)
+            _rates_at(coupling, bearing, drive, END, alpha[stage], blocks)
+        for block in range(len(blocks)):
+            _stage_right(c[stage], d[stage], blocks[block])
+        solve(coupling, blocks)
+        for block in range(len(blocks)):
+            _keep_stage(stage, blocks[block])
+    for block in range(len(blocks)):
+        _finish(scales, blocks[block])
+
+
+@kernel
+def _finish(scales, lanes):
+    """The end of the steps and their errors."""
     for i in range(STATE_SPAN):
         increase(lanes, END, i, get(lanes, SOLUTION, i))
     _estimate(scales, lanes)

@@ -52,7 +52,7 @@ TANGENTIAL_VELOCITY_BEFORE = VELOCITY_BEFORE + TANGENTIAL_VELOCITY - VELOCITY
 
 # Rosenbrock methods. What `factorise_body` leaves; a stage's right-hand side and what it solves to; a step's start,
 # middle and end; h times the explicit change of the rates with time; 1 / h in every row; the stages; and of each lane:
-# time, step, h gamma, the error estimated, and the step before its cut.
+# time, step, h gamma, the error estimated, the share of the step to its first landing, and the step before its cut.
 FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, RIGHT = _rows(
     _SHARED, 1, 1, 9, 9, 9, 9
 )
@@ -60,7 +60,16 @@ SOLUTION, START, MIDDLE, END, SLOPE, INVERSE_STEP, _STAGES, TIME = _rows(
     RIGHT + COLUMNS, *(COLUMNS,) * 6, MOST_STAGES * COLUMNS
 )
 FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
-STEP, GAIN, ERROR, WANTED, ROSENBROCK_ROWS = _rows(TIME + 1, 1, 1, 1, 1)
+STEP, GAIN, ERROR, SHARE, WANTED, ROSENBROCK_ROWS = _rows(TIME + 1, 1, 1, 1, 1, 1)
+SYSTEM = FACTOR_INVERSE  # coupled balls: what is left of 1/g - J without positions, column after column
+
+# Balls that may touch, in an array of their own: nine numbers of a ball and of the next ahead, whether they may touch,
+# what to add to the angle between them; what they do to the rates of either (velocity, spin, the integrals) and how
+# that answers to either's motion; and two tiles of the linear system without positions, column after column.
+OWN, AHEAD, MAY_TOUCH, ROUND, OWN_PUSH, AHEAD_PUSH, _ANSWERS = _rows(0, MOTION, MOTION, 1, 1, 8, 6)
+OWN_BY_OWN, OWN_BY_AHEAD, AHEAD_BY_OWN, AHEAD_BY_AHEAD, UPPER, LOWER, PAIR_ROWS = _rows(
+    _ANSWERS, *(8 * MOTION,) * 2, *(6 * MOTION,) * 2, 36, 36
+)
 
 
 @inlined
@@ -138,9 +147,8 @@ def entry(rate, column):
 
 
 @inlined
-def get_jacobian_block(lanes, rate, column, k):
-    """The 3 x 3 block of lane k's Jacobian whose first entry is (rate, column)."""
-    first = entry(rate, column)
+def get_part(lanes, first, k):
+    """The 3 x 3 part of a matrix of MOTION columns of lane k whose first entry stands in row `first`."""
     return (
         get_vector(lanes, first, k),
         get_vector(lanes, first + MOTION, k),
@@ -149,12 +157,31 @@ def get_jacobian_block(lanes, rate, column, k):
 
 
 @inlined
-def put_jacobian_block(lanes, rate, column, k, block):
-    """Writes the 3 x 3 block of lane k's Jacobian whose first entry is (rate, column)."""
-    first = entry(rate, column)
+def put_part(lanes, first, k, block):
+    """Writes the 3 x 3 part of a matrix of MOTION columns of lane k whose first entry stands in row `first`."""
     put_vector(lanes, first, k, block[0])
     put_vector(lanes, first + MOTION, k, block[1])
     put_vector(lanes, first + 2 * MOTION, k, block[2])
+
+
+@inlined
+def get_jacobian_block(lanes, rate, column, k):
+    """The 3 x 3 block of lane k's Jacobian whose first entry is (rate, column)."""
+    return get_part(lanes, entry(rate, column), k)
+
+
+@inlined
+def put_jacobian_block(lanes, rate, column, k, block):
+    """Writes the 3 x 3 block of lane k's Jacobian whose first entry is (rate, column)."""
+    put_part(lanes, entry(rate, column), k, block)
+
+
+@inlined
+def put_tile_part(lanes, first, row, column, k, block):
+    """Writes the 3 x 3 part that begins at (row, column) of a 6 x 6 tile of lane k, column after column."""
+    for c in range(3):
+        at = first + (column + c) * 6 + row
+        put_vector(lanes, at, k, (block[0][c], block[1][c], block[2][c]))
 
 
 @kernel

@@ -10,14 +10,13 @@ from bearing_twin.kinds.bearing.equations import (
     time_apart,
 )
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
-from bearing_twin.kinds.bearing.groups import group_chunk, groups_of
 from bearing_twin.kinds.bearing.imex import imex_chunk
-from bearing_twin.kinds.bearing.jacobian import nudges
-from bearing_twin.kinds.bearing.layout import COLUMNS, DRIVE_WORK, GROSS_WORK, LANE_ROWS, MOTION, ORBIT_ANGLE, new_lanes
+from bearing_twin.kinds.bearing.layout import COLUMNS, DRIVE_WORK, GROSS_WORK, MOTION, ORBIT_ANGLE
+from bearing_twin.kinds.bearing.linear_system import new_coupling
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, lone_chunk
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
@@ -51,6 +50,7 @@ FAILURES = {
 }
 FIXED_STEP = ("rk4", "imex")
 TOGETHER = 0.05  # share of what is left of a chunk: balls that may meet sooner are integrated together
+EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 SCIPY = {"dop853": DOP853, "radau": Radau}
 
@@ -74,7 +74,6 @@ class BearingMotion:
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
-        self.nudges = np.array(nudges(self.bearing))
         self.reset()
 
     def _refuse_long_steps(self):
@@ -196,7 +195,7 @@ class BearingMotion:
         if np.any(after & ~near):
             # Balls came together that were integrated apart: once more, all together.
             self.state[:], self.orientation[:], self.steps[:] = before
-            near[:] = True
+            mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
             self._integrate(drive, near, times, duration, states, orientations)
         write_outputs(self.bearing, drive, times, states, orientations, out, first)
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
@@ -215,13 +214,11 @@ class BearingMotion:
                 method=ROSENBROCK[self.stepper],
                 bearing=self.bearing,
                 drive=drive,
-                near=near,
                 times=times,
                 duration=duration,
                 scales=self.scales,
-                nudges=self.nudges,
             )
-            status = self._rosenbrock(task, results)
+            status = self._rosenbrock(task, near, results)
         elif self.stepper in EXPLICIT:
             method = EXPLICIT[self.stepper]
             status = explicit_chunk(method, *chunk, self.step, self.scales, *moving, self.steps, results)
@@ -234,27 +231,27 @@ class BearingMotion:
             seconds, body = self.elapsed + failure[0], f"ball {int(failure[1])}"
             raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
 
-    def _rosenbrock(self, task, results):
+    def _rosenbrock(self, task, near, results):
         """One chunk: balls that touch no other side by side, then each group of balls that may touch.
 
         The rings' motion is prescribed, so a ball acts on another only where they touch.
         """
         moving = self.state, self.orientation, self.steps
-        groups = groups_of(task.near)
-        alone = np.array([group[0] for group in groups if len(group) == 1], np.int64)
-        status = lone_chunk(task, alone, *moving, results) if len(alone) else OK
+        groups = [np.array(group, np.int64) for group in groups_of(near)]
+        alone = [group for group in groups if len(group) == 1]
+        status = rosenbrock_chunk(task, (), np.concatenate(alone), *moving, results) if alone else OK
         for group in groups:
             if status == OK and len(group) > 1:
-                status = group_chunk(task, np.array(group, np.int64), *moving, results)
+                status = rosenbrock_chunk(task, new_coupling(near, group), group, *moving, results)
         return status
 
     def _scipy(self, drive, near, times, duration, states, orientations):
         """One chunk by a SciPy method: the same equations, for reference."""
         shape = self.state.shape
-        rates, balls, lanes = np.zeros(shape), np.arange(len(self.state)), new_lanes(LANE_ROWS)
+        rates = np.zeros(shape)
 
         def right_hand_side(time, flat):
-            bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), balls, rates, lanes)
+            bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), rates)
             return rates.ravel().copy()
 
         scales = np.concatenate([REFERENCE_SHARE * self.scales, [1e-12] * (COLUMNS - MOTION)])

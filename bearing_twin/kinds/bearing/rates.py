@@ -1,17 +1,26 @@
 """The right-hand side of a bearing, put together: raceways by whatever law and friction, and balls that touch."""
 
+import numpy as np
+
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import add_pair_rates, give_coefficients, raceway_rates
+from bearing_twin.kinds.bearing.equations import give_coefficients, raceway_rates
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
+    COLUMNS,
     LANE_RATES,
+    LANE_ROWS,
     LANES,
-    MOTION,
+    MOTION_SPAN,
     RING_SPEED,
-    from_lane,
-    into_lane,
+    STATE_SPAN,
+    from_blocks,
+    get,
+    into_blocks,
+    new_blocks,
+    new_lanes,
     put,
 )
+from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
 from bearing_twin.kinds.bearing.spot import add_spots
 
 
@@ -32,25 +41,25 @@ def put_ring_speed(drive, time, lanes):
 
 
 @kernel
-def fill_lanes(drive, time, state, balls, first, lanes):
-    """Puts the motion of up to LANES of the balls numbered in `balls`, from place `first` on, into lanes; how many.
-
-    Lanes left over repeat the last ball. The ring's speed is that at `time` [s].
-    """
-    count = min(LANES, len(balls) - first)
-    for k in range(LANES):
-        into_lane(state[balls[first + min(k, count - 1)], :MOTION], lanes, AXIS_DISTANCE, k)
-    put_ring_speed(drive, time, lanes)
-    return count
+def block_rates(bearing, drive, pairs, time, values, rates, lanes):
+    """Rates of all balls at `time` [s] from `values`, both (blocks, STATE_SPAN or more); `lanes` is room to work in."""
+    for block in range(len(values)):
+        for i in range(MOTION_SPAN):
+            put(lanes, AXIS_DISTANCE, i, values[block, i])
+        put_ring_speed(drive, time, lanes)
+        lane_rates(bearing, lanes)
+        for i in range(STATE_SPAN):
+            rates[block, i] = get(lanes, LANE_RATES, i)
+    if pairs.touching:
+        add_pairs(bearing, pairs, values, rates, AXIS_DISTANCE)
 
 
 @kernel
-def bearing_rates(bearing, drive, near, time, state, balls, rates, lanes):
-    """d(state)/dt at `time` [s] of the balls numbered in `balls`; `lanes` is room to work in."""
-    for first in range(0, len(balls), LANES):
-        count = fill_lanes(drive, time, state, balls, first, lanes)
-        lane_rates(bearing, lanes)
-        for k in range(count):
-            from_lane(lanes, LANE_RATES, k, rates[balls[first + k]])
-    for ball in balls:
-        add_pair_rates(bearing, near, state, ball, rates)
+def bearing_rates(bearing, drive, near, time, state, rates):
+    """d(state)/dt of all balls at `time` [s], one row a ball; `near` as for `new_pairs`."""
+    values = new_blocks(len(state), COLUMNS)
+    found = np.zeros_like(values)
+    into_blocks(state, values, AXIS_DISTANCE)
+    pairs = new_pairs(near, np.arange(len(state)))
+    block_rates(bearing, drive, pairs, time, values, found, new_lanes(LANE_ROWS))
+    from_blocks(found, AXIS_DISTANCE, rates)

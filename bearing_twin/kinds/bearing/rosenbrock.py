@@ -1,8 +1,8 @@
-"""Balls that touch no other ball, by an adaptive Rosenbrock method: side by side in lanes, each with its own steps.
+"""The bearing by an adaptive Rosenbrock method: balls side by side in lanes, alone or coupled.
 
-The rings' motion is prescribed, so such balls do not act on each other. Every lane holds one ball with its own time and
-step size; all lanes take one step together, each accepts or repeats its own, and a lane whose ball has reached the end
-of the chunk takes the next ball.
+The rings' motion is prescribed, so balls that touch no other do not act on each other: every lane holds one ball with
+its own time and step size, all lanes take one step together, each accepts or repeats its own, and a lane whose ball
+has reached the end of the chunk takes the next ball. Balls that may touch take all their steps together.
 """
 
 import math
@@ -20,6 +20,7 @@ from bearing_twin.kinds.bearing.layout import (
     LANES,
     ORIENTATION,
     ROSENBROCK_ROWS,
+    SHARE,
     START,
     STEP,
     TIME,
@@ -29,7 +30,7 @@ from bearing_twin.kinds.bearing.layout import (
     get,
     get_quaternion,
     into_lane,
-    new_lanes,
+    new_blocks,
     put,
     put_quaternion,
 )
@@ -56,16 +57,14 @@ NOTHING = 1e-12  # share of a chunk that is too short for a step
 
 
 class ChunkTask(NamedTuple):
-    """A chunk to integrate: `scales` (MOTION,) are the errors a step may make, `nudges` the Jacobian's increments."""
+    """A chunk to integrate: `scales` (MOTION,) are the errors a step may make."""
 
     method: Rosenbrock
     bearing: Bearing
     drive: RingDrive
-    near: np.ndarray
     times: np.ndarray
     duration: float
     scales: np.ndarray
-    nudges: np.ndarray
 
 
 @kernel
@@ -126,29 +125,76 @@ def _lane_landing(bearing, weights, lanes, k, dense):
 
 
 @kernel
-def lone_chunk(task, balls, state, orientation, steps, results):
-    """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along."""
-    method, counts = task.method, results.counts
-    lanes, dense = new_lanes(ROSENBROCK_ROWS), new_dense_step()
-    ball, cursor = np.full(LANES, IDLE), np.zeros(LANES, np.int64)
-    running = min(LANES, len(balls))
-    waiting = running
+def _judge(task, ball, lanes, first, dense, counts):
+    """What each lane's step is worth: its error stands there, its share to the first landing is found."""
     for k in range(LANES):
+        put(lanes, SHARE, k, 1.0)
+        if ball[first + k] == IDLE:
+            continue
+        counts[JACOBIANS] += 1
+        counts[RATES] += len(task.method.alpha)
+        if task.method.lands and get(lanes, ERROR, k) <= 1.0:
+            put(lanes, SHARE, k, _lane_landing(task.bearing, task.method.dense, lanes, k, dense))
+
+
+@kernel
+def _agree(coupling, row, least, balls, blocks):
+    """Gives all coupled balls the least or the greatest number in a row; one that is not finite is the greatest."""
+    if len(coupling) > 0:
+        agreed = get(blocks[0], row, 0)
+        for place in range(balls):
+            value = get(blocks[place // LANES], row, place % LANES)
+            if (value < agreed) if least else not value <= agreed:
+                agreed = value
+        for place in range(len(blocks) * LANES):
+            put(blocks[place // LANES], row, place % LANES, agreed)
+
+
+@kernel
+def _blocks_of(coupling, balls):
+    """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
+    return new_blocks(balls if len(coupling) > 0 else 1, ROSENBROCK_ROWS)
+
+
+@kernel
+def _take_step(task, coupling, count, ball, dense, counts, blocks):
+    """One step of all lanes, judged."""
+    for block in range(len(blocks)):
+        _cut_steps(task.duration, blocks[block])
+    rosenbrock_step(coupling, task.bearing, task.drive, task.method, task.scales, blocks)
+    for block in range(len(blocks)):
+        turn_lanes(task.method.dense, blocks[block])
+    _agree(coupling, ERROR, False, count, blocks)
+    for block in range(len(blocks)):
+        _judge(task, ball, blocks[block], block * LANES, dense, counts)
+    _agree(coupling, SHARE, True, count, blocks)
+
+
+@kernel
+def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
+    """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along.
+
+    `coupling` is empty for balls alone, else a `linear_system.Coupling`.
+    """
+    method, counts = task.method, results.counts
+    blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
+    places = len(blocks) * LANES
+    ball, cursor = np.full(places, IDLE), np.zeros(places, np.int64)
+    running = min(places, len(balls))
+    waiting = running
+    for place in range(places):
         # A lane without a ball repeats the last one's start, as good as any.
-        number = balls[min(k, running - 1)]
-        _next_ball(number, state, orientation, steps, task.duration, lanes, k)
-        ball[k] = number if k < running else IDLE
+        number = balls[min(place, running - 1)]
+        _next_ball(number, state, orientation, steps, task.duration, blocks[place // LANES], place % LANES)
+        ball[place] = number if place < running else IDLE
+    _agree(coupling, STEP, True, running, blocks)
     while running > 0:
-        _cut_steps(task.duration, lanes)
-        rosenbrock_step(task.bearing, task.drive, method, task.scales, lanes)
-        turn_lanes(method.dense, lanes)
-        for k in range(LANES):
-            number = ball[k]
+        _take_step(task, coupling, len(balls), ball, dense, counts, blocks)
+        for place in range(places):
+            number, lanes, k = ball[place], blocks[place // LANES], place % LANES
             if number == IDLE:
                 continue
-            counts[JACOBIANS] += 1
-            counts[RATES] += len(method.alpha)
-            error, step = get(lanes, ERROR, k), get(lanes, STEP, k)
+            error, step, share = get(lanes, ERROR, k), get(lanes, STEP, k), get(lanes, SHARE, k)
             if not error <= 1.0:
                 counts[REJECTIONS] += 1
                 shorter = next_step(step, error, method.order)
@@ -157,23 +203,36 @@ def lone_chunk(task, balls, state, orientation, steps, results):
                     results.failure[0], results.failure[1] = get(lanes, TIME, k), number
                     return STALLED
                 continue
-            if method.lands:
-                share = _lane_landing(task.bearing, method.dense, lanes, k, dense)
-                if share < LANDED:
-                    counts[REJECTIONS] += 1
-                    put(lanes, STEP, k, step * share)
-                    continue
+            if share < LANDED:
+                counts[REJECTIONS] += 1
+                put(lanes, STEP, k, step * share)
+                continue
             counts[STEPS] += 1
-            status, cursor[k] = _accept(task, number, cursor[k], state, orientation, steps, results, lanes, k, dense)
+            status, cursor[place] = _accept(
+                task, number, cursor[place], state, orientation, steps, results, lanes, k, dense
+            )
             if status == RUNNING:
                 continue
             if status != OK:
                 return status
             if waiting < len(balls):
-                ball[k] = balls[waiting]
+                ball[place] = balls[waiting]
                 waiting += 1
-                _next_ball(ball[k], state, orientation, steps, task.duration, lanes, k)
+                _next_ball(ball[place], state, orientation, steps, task.duration, lanes, k)
             else:
-                ball[k] = IDLE
+                ball[place] = IDLE
                 running -= 1
     return OK
+
+
+def groups_of(near) -> list[list[int]]:
+    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
+    balls = len(near)
+    first = next((k for k in range(balls) if not near[k - 1]), 0)
+    groups = [[first]]
+    for k in range(first + 1, first + balls):
+        if near[(k - 1) % balls]:
+            groups[-1].append(k % balls)
+        else:
+            groups.append([k % balls])
+    return groups
