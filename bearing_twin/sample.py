@@ -6,8 +6,9 @@ where the numbers came from, so a stream read from a log and a stream from the i
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +50,59 @@ class Wrench(NamedTuple):
     torque: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where each channel stands in a row of all channels side by side: `places` maps names to (slice, shape)."""
+
+    def __init__(self, channels: tuple[Channel, ...]):
+        self.channels = channels
+        self.places, low = {}, 0
+        for channel in channels:
+            self.places[channel.name] = slice(low, low + channel.width), channel.shape
+            low += channel.width
+        self.width = low
+
+
+@lru_cache(maxsize=64)
+def layout_of(channels: tuple[Channel, ...]) -> Layout:
+    """The layout of these channels, made once."""
+    return Layout(channels)
+
+
+class Columns(Mapping):
+    """Numbers of all channels by name, (*outer, *channel.shape), as views of `numbers` (*outer, total width).
+
+    Views are made when they are asked for: most readers look at few channels.
+    """
+
+    __slots__ = ("layout", "numbers")
+
+    def __init__(self, layout: Layout, numbers: np.ndarray):
+        self.layout = layout
+        self.numbers = numbers
+
+    def rows(self, rows) -> "Columns":
+        """One row, or those of a slice."""
+        return Columns(self.layout, self.numbers[rows])
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        columns, shape = self.layout.places[name]
+        numbers = self.numbers
+        if not shape:
+            return numbers[columns.start] if numbers.ndim == 1 else numbers[..., columns.start]
+        part = numbers[..., columns]
+        return part if len(shape) == 1 else part.reshape(numbers.shape[:-1] + shape)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.layout.places)
+
+    def __len__(self) -> int:
+        return len(self.layout.places)
+
+    def __contains__(self, name) -> bool:
+        return name in self.layout.places
+
+
+@dataclass(eq=False, slots=True)
 class Sample:
     """One solver output: `sample["normal_load"]` is that channel's array; `time_ns` counts from the start."""
 
@@ -65,7 +118,9 @@ class Sample:
 class Block:
     """Consecutive solver outputs: `values[name]` has shape (count, *channel.shape); `time_ns` is int64 (count,).
 
-    `records[name]` (n, columns) holds what was recorded after the last output before this block and up to its last.
+    `values` are given as arrays by name or as one matrix (count, total width), channels side by side in declared order;
+    they are kept as that matrix, by name as views of it. `records[name]` (n, columns) holds what was recorded after
+    the last output before this block and up to its last.
     """
 
     channels: tuple[Channel, ...]
@@ -74,46 +129,62 @@ class Block:
     values: Mapping[str, np.ndarray]
     records: Mapping[str, np.ndarray] = field(default_factory=dict)
 
+    def __post_init__(self):
+        values = self.values
+        if not isinstance(values, Columns):
+            layout = layout_of(tuple(self.channels))
+            if not isinstance(values, np.ndarray):
+                values = side_by_side(layout, [values[name] for name in layout.places], len(self.time_ns))
+            object.__setattr__(self, "values", Columns(layout, values))
+
     def __len__(self) -> int:
         return len(self.time_ns)
 
     def __getitem__(self, row: int) -> Sample:
         row = range(len(self))[row]
-        return Sample(
-            self.first_sequence + row,
-            int(self.time_ns[row]),
-            {channel.name: self.values[channel.name][row] for channel in self.channels},
-        )
+        values = self.values.rows(row)
+        return Sample(self.first_sequence + row, int(self.time_ns[row]), values)
 
     def __iter__(self) -> Iterator[Sample]:
-        return (self[row] for row in range(len(self)))
+        layout, sequence = self.values.layout, self.first_sequence
+        for time_ns, numbers in zip(self.time_ns.tolist(), self.values.numbers, strict=True):
+            yield Sample(sequence, time_ns, Columns(layout, numbers))
+            sequence += 1
+
+    def sampled(self, rows: range) -> Sample:
+        """These rows as one sample: its arrays, number and time have one row an output in front."""
+        part = slice(rows.start, rows.stop, rows.step)
+        sequence = self.first_sequence + np.arange(rows.start, rows.stop, rows.step, dtype=np.uint64)
+        return Sample(sequence, self.time_ns[part], self.values.rows(part))
 
     def part(self, low: int, high: int) -> "Block":
-        """Rows `low` to `high` - 1, with the records that belong to them."""
+        """Rows `low` to `high` - 1, with the records that belong to them; views, nothing is copied."""
         if low == 0 and high == len(self):
             return self
         after = -math.inf if low == 0 else self.time_ns[low - 1]
-        until = math.inf if high == len(self) else self.time_ns[high - 1]
+        until = math.inf if high == len(self) else self.time_ns[high - 1] if high else -math.inf
         records = {name: between(rows, after, until) for name, rows in self.records.items()}
-        values = {name: array[low:high] for name, array in self.values.items()}
+        values = self.values.rows(slice(low, high))
         return Block(self.channels, self.first_sequence + low, self.time_ns[low:high], values, records)
 
     def matrix(self) -> np.ndarray:
         """All values as one float64 matrix (count, total width), channels side by side in declared order."""
-        count = len(self)
-        return np.concatenate([self.values[c.name].reshape(count, c.width) for c in self.channels], axis=1)
+        return self.values.numbers
 
-    @staticmethod
-    def from_matrix(
-        channels: tuple[Channel, ...], first_sequence: int, time_ns: np.ndarray, matrix: np.ndarray
-    ) -> "Block":
-        """The inverse of `matrix()`; without records."""
-        edges = np.cumsum([0] + [c.width for c in channels])
-        parts = {
-            c.name: matrix[:, low:high].reshape((len(time_ns), *c.shape))
-            for c, low, high in zip(channels, edges[:-1], edges[1:], strict=True)
-        }
-        return Block(tuple(channels), first_sequence, time_ns, parts)
+
+def side_by_side(layout: Layout, arrays: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """One matrix (count, total width) of one array (count, *shape) a channel, in order.
+
+    Arrays that are the channels of one such matrix already, as views of it, give that matrix without a copy.
+    """
+    matrix = arrays[0].base
+    fits = isinstance(matrix, np.ndarray) and matrix.shape == (count, layout.width) and matrix.dtype == float
+    if fits and matrix.flags.c_contiguous and all(array.base is matrix for array in arrays):
+        return matrix
+    matrix = np.empty((count, layout.width))
+    for array, (columns, _) in zip(arrays, layout.places.values(), strict=True):
+        matrix[:, columns] = np.reshape(array, (count, columns.stop - columns.start))
+    return matrix
 
 
 def between(rows: np.ndarray, after: float, until: float) -> np.ndarray:
@@ -126,13 +197,13 @@ def joined(blocks: list[Block]) -> Block:
     """Consecutive blocks of the same channels as one."""
     if len(blocks) == 1:
         return blocks[0]
-    values = {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
     names = dict.fromkeys(name for block in blocks for name in block.records)
     records = {
         name: np.concatenate([block.records[name] for block in blocks if name in block.records]) for name in names
     }
     time_ns = np.concatenate([block.time_ns for block in blocks])
-    return Block(blocks[0].channels, blocks[0].first_sequence, time_ns, values, records)
+    numbers = np.concatenate([block.matrix() for block in blocks])
+    return Block(blocks[0].channels, blocks[0].first_sequence, time_ns, numbers, records)
 
 
 class Aligned:

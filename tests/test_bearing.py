@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from bearing_twin.kinds.bearing.equations import ball_position, ball_vector, meeting, pair_contact
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, LANE_ROWS, LANES, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.loads import wrenches
 from bearing_twin.kinds.bearing.outputs import channels, contact_details
 from bearing_twin.kinds.bearing.rates import bearing_rates
@@ -261,9 +261,7 @@ def test_the_state_is_constant_in_steady_rolling():
     moving.advance(np.array([5e-3]), 5e-3)
     rates = np.zeros_like(moving.state)
     near = np.zeros(8, np.bool_)
-    bearing_rates(
-        moving.bearing, moving.drive, near, 0.0, moving.state, np.arange(8), rates, np.zeros(LANE_ROWS * LANES)
-    )
+    bearing_rates(moving.bearing, moving.drive, near, 0.0, moving.state, rates)
     velocity = ball_vector(moving.state, 0, VELOCITY)
     centrifugal = velocity[1] ** 2 / ball_position(moving.state, 0)[0]
     assert np.abs(rates[0, VELOCITY:SPIN]).max() < 1e-3 * centrifugal

@@ -11,7 +11,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.equations import ball_position, in_ball_frame, inner_contact, outer_contact
-from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, MOTION, VELOCITY
+from bearing_twin.kinds.bearing.layout import MOTION, VELOCITY
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.kinds.bearing.spot import with_spot
@@ -95,8 +95,8 @@ def test_lanes_rub_as_single_contacts_do(friction):
     moving = motion(*TURNED_REST, "gravity=[0.0, 0.0, 0.0]", f"contact.friction={friction}")
     bearing, speed, state = moving.bearing, moving.drive.speed, moving.state
     state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
-    rates, lanes = np.zeros_like(state), np.zeros(LANE_ROWS * LANES)
-    bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, np.arange(8), rates, lanes)
+    rates = np.zeros_like(state)
+    bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, rates)
     for k in range(8):
         position, centre = ball_position(state, k), in_ball_frame(state, k, bearing.offset)
         inner = inner_contact(bearing, centre, speed, state, k)

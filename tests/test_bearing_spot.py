@@ -110,8 +110,7 @@ def test_the_rates_of_all_lanes_are_the_forces_of_single_contacts():
     state = moving.state
     state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
     rates = np.zeros_like(state)
-    lanes, apart = np.zeros(LANE_ROWS * LANES), np.zeros(8, np.bool_)
-    bearing_rates(bearing, moving.drive, apart, 0.0, state, np.arange(8), rates, lanes)
+    bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, rates)
     for k in range(8):
         position, centre = ball_position(state, k), in_ball_frame(state, k, bearing.offset)
         inner = inner_contact(bearing, centre, speed, state, k)

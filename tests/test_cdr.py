@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from by_rosbags import message_class, serialise
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
+from bearing_twin.log.encoding import Encoder, encoded
 from bearing_twin.paths import share_path
 
 COMMON_HASHES = {  # from the type descriptions in the Jazzy packages
@@ -28,14 +30,14 @@ needs_ros = pytest.mark.skipif(
 
 
 def wrench(x=1.5, frame="bearing_link"):
-    vector, header = cdr.message_class("geometry_msgs/msg/Vector3"), cdr.message_class("std_msgs/msg/Header")
-    stamp = cdr.message_class("builtin_interfaces/msg/Time")(3, 7)
-    both = cdr.message_class("geometry_msgs/msg/Wrench")(vector(x, 2.0, 3.0), vector(4.0, 5.0, 6.0))
-    return cdr.message_class(cdr.WRENCH)(header(stamp, frame), both)
+    vector, header = message_class("geometry_msgs/msg/Vector3"), message_class("std_msgs/msg/Header")
+    stamp = message_class("builtin_interfaces/msg/Time")(3, 7)
+    both = message_class("geometry_msgs/msg/Wrench")(vector(x, 2.0, 3.0), vector(4.0, 5.0, 6.0))
+    return message_class(cdr.WRENCH)(header(stamp, frame), both)
 
 
 def test_bytes_of_a_wrench():
-    data = cdr.serialise(cdr.WRENCH, wrench())
+    data = serialise(cdr.WRENCH, wrench())
     expected = b"\x00\x01\x00\x00" + b"\x03\0\0\0" + b"\x07\0\0\0" + b"\x0d\0\0\0bearing_link\0" + b"\0" * 7
     assert type(data) is bytes
     assert data == expected + np.array([1.5, 2, 3, 4, 5, 6], dtype="<f8").tobytes()
@@ -45,14 +47,14 @@ def test_bytes_of_a_wrench():
 def test_messages_are_filled_up_to_whole_words(frame):
     """Four bytes at a time, as the middleware hands them over; what is filled up is zero and changes nothing."""
     header = wrench(frame=frame).header
-    data = cdr.serialise("std_msgs/msg/Header", header)
+    data = serialise("std_msgs/msg/Header", header)
     body = b"\x03\0\0\0\x07\0\0\0" + np.uint32(len(frame) + 1).tobytes() + frame.encode() + b"\0"
     assert data == b"\x00\x01\x00\x00" + body + bytes(-len(body) % 4)
     assert cdr.deserialise("std_msgs/msg/Header", data) == header
 
 
 def test_round_trip():
-    again = cdr.deserialise(cdr.WRENCH, cdr.serialise(cdr.WRENCH, wrench(x=-0.1)))
+    again = cdr.deserialise(cdr.WRENCH, serialise(cdr.WRENCH, wrench(x=-0.1)))
     assert (again.wrench.force.x, again.header.stamp.nanosec, again.header.frame_id) == (-0.1, 7, "bearing_link")
 
 
@@ -128,11 +130,11 @@ def test_unknown_type_names_its_package():
 
 def test_large_arrays_go_through_whole():
     values = np.random.default_rng(3).normal(size=25_000)
-    message = cdr.message_class(cdr.SAMPLE_BLOCK)(
+    message = message_class(cdr.SAMPLE_BLOCK)(
         header=wrench().header, first_sequence=2**40, count=50, channel_name=["a", "bb"], channel_unit=["m", ""],
         channel_width=np.array([1, 499], dtype=np.uint32), time_ns=np.arange(50) * 10**9, values=values,
     )  # fmt: skip
-    data = cdr.serialise(cdr.SAMPLE_BLOCK, message)
+    data = serialise(cdr.SAMPLE_BLOCK, message)
     again = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
     assert again.values.tobytes() == values.tobytes()
     assert (again.first_sequence, again.channel_name, again.time_ns[-1]) == (2**40, ["a", "bb"], 49 * 10**9)
@@ -147,3 +149,35 @@ def fields(text):
         if words:
             lines.append((words[0].rpartition("/")[2], *words[1:2]))
     return lines
+
+
+def test_what_is_left_out_is_zero_or_empty():
+    """Against rosbags: nested messages, empty sequences of everything, texts, and vectors as mappings."""
+    for fields in (
+        {},
+        {"ns": "a", "id": -3, "points": np.arange(6.0).reshape(2, 3), "text": "b"},
+        {"points": [{"x": 1.0}, (1, 2, 3)], "colors": [(0, 1, 0.5, 1)], "scale": {"y": 2.0}, "frame_locked": True},
+    ):
+        data = encoded("visualization_msgs/msg/Marker", fields, 3_000_000_007, "bearing_link")
+        again = cdr.deserialise("visualization_msgs/msg/Marker", data)
+        assert serialise("visualization_msgs/msg/Marker", again) == data
+        assert (again.header.stamp.sec, again.header.stamp.nanosec) == (3, 7)
+        assert (again.ns, again.id, again.text) == (fields.get("ns", ""), fields.get("id", 0), fields.get("text", ""))
+        assert len(again.points) == len(fields.get("points", ()))
+        assert len(again.colors) == len(fields.get("colors", ()))
+    assert [(p.x, p.y, p.z) for p in again.points] == [(1.0, 0.0, 0.0), (1.0, 2.0, 3.0)]
+    assert (again.scale.x, again.scale.y, again.colors[0].b, again.frame_locked) == (0.0, 2.0, 0.5, True)
+    with pytest.raises(LogError, match=r"has no field 'colour'; it has"):
+        encoded("visualization_msgs/msg/Marker", {"colour": 1}, 0, "")
+
+
+def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
+    encoder, stamps = Encoder(cdr.JOINT_STATE, "bearing_link"), np.arange(3) * 10**9
+    with pytest.raises(LogError, match="has 2 rows for 3 messages"):
+        encoder.encoded({"position": np.zeros((2, 4))}, stamps)
+    for size in (4, 0, 2):
+        data = encoder.encoded({"name": ["a", "bcd"], "position": np.arange(3.0 * size).reshape(3, size)}, stamps)
+        found = [cdr.deserialise(cdr.JOINT_STATE, one) for one in data]
+        assert [one.position.tolist() for one in found] == np.arange(3.0 * size).reshape(3, size).tolist()
+        assert [(one.header.stamp.sec, one.header.frame_id) for one in found] == [(k, "bearing_link") for k in range(3)]
+        assert [serialise(cdr.JOINT_STATE, one) for one in found] == data

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from made_up_run import a_choice, cut, made_up_block, made_up_scene
 
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.loads import contacts as contacts_of
 from bearing_twin.kinds.bearing.loads import origins, wrenches
 from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.kinds.contract import Output
 from bearing_twin.log import cdr
+from bearing_twin.log.encoding import Encoder, encoded
 from bearing_twin.log.stream import LARGEST_BLOCK, MessageStream, topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -235,3 +238,22 @@ def test_nothing_in_contact_can_be_drawn():
     block.values["normal_load"][:] = 0.0
     [(_, array)] = named(stream_of(scene, [block]), "markers")
     assert [len(m.points) for m in array.markers if m.ns in ("loads", "contact_ellipses")] == [0, 0]
+
+
+@pytest.mark.parametrize("name", ["bearing_6203", "bearing_6203_loose", "bearing_6203_sudden"])
+def test_many_messages_at_once_are_those_one_by_one(name):
+    scene = load_scene(name, ["geometry.balls=11"])
+    block = Simulation(scene).advance(40)
+    rows, made = range(3, 40, 4), 0
+    for topic in KINDS[scene.kind].topics(scene.parameters):
+        if topic.together:
+            outputs = [Output(scene.parameters, "hertz", block[row]) for row in rows]
+            several = Output(scene.parameters, "hertz", block.sampled(rows))
+            encoder = Encoder(topic.ros_type, topic.frame)
+            for _ in range(2):  # laid out, then by the layout kept
+                found = encoder.encoded(topic.fields(several), 5 + several.sample.time_ns)
+                assert found == [
+                    encoded(topic.ros_type, topic.fields(one), 5 + one.sample.time_ns, topic.frame) for one in outputs
+                ]
+            made += 1
+    assert made == 11 + 2 + 4

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 import zstandard
+from by_rosbags import message_class, serialise
 from made_up_run import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
@@ -77,7 +78,7 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
     found = verify(log)
     assert found.greatest == 0.0
     assert set(found.deviations) == {channel.name for channel in kept} | {"contact"}
-    blocks[1].values["approach"][3] += 1e-9
+    blocks[0].values["approach"][3] += 1e-9
     assert verify(log).deviations["approach"] == pytest.approx(1e-9)
     log.channels = (*kept, run.channels[0]._replace(name="temperature"))
     with pytest.raises(LogError, match="its channels differ"):
@@ -235,10 +236,12 @@ def test_run_that_fails_at_once_leaves_no_file(tmp_path, name):
 def test_samples_are_arrays_as_a_simulation_gives_them(tmp_path):
     write(tmp_path / "run.mcap")
     [first, *_] = read_log(tmp_path / "run.mcap").blocks()
-    for array in first.values.values():
+    assert first.matrix().flags.c_contiguous
+    for name, array in first.values.items():
         assert array.dtype == np.float64
-        assert array.flags.c_contiguous
         assert array.flags.writeable
+        assert np.shares_memory(array, first.matrix())
+        assert np.asarray(first[1][name]).flags.c_contiguous
 
 
 def record(path, blocks=(BLOCK,), name="/bearing/samples", keep=lambda index: True):
@@ -290,13 +293,13 @@ def test_unknown_channels_are_read_flat(tmp_path):
     header = cdr.deserialise(
         cdr.WRENCH, next(data for topic, _, data in stream() if topic.ros_type == cdr.WRENCH)
     ).header
-    message = cdr.message_class(cdr.SAMPLE_BLOCK)(
+    message = message_class(cdr.SAMPLE_BLOCK)(
         header=header, first_sequence=0, count=2, channel_name=names,
         channel_unit=["m", "deg"], channel_width=width, time_ns=np.arange(2), values=np.arange(10.0),
     )  # fmt: skip
     with RawLogWriter(tmp_path / "run.mcap") as log:
         number = log.add_topic("/beam/samples", cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), "", (Qos(),))
-        log.write(number, 0, 0, cdr.serialise(cdr.SAMPLE_BLOCK, message))
+        log.write(number, 0, 0, serialise(cdr.SAMPLE_BLOCK, message))
     log = read_log(tmp_path / "run.mcap")
     assert [(c.name, c.unit, c.shape) for c in log.channels] == [
         ("beam_deflection", "m", (2,)),

@@ -26,6 +26,7 @@ class Motion(Protocol):
     1. `advance` does not depend on how a run is cut into chunks: twice 10 ms give what 20 ms give.
     2. `take_records` gives each record once, in order of time, those up to the end of the last chunk.
     3. Whatever cannot go on raises IntegrationError with reason, seconds and body.
+    4. Outputs that are views of one matrix (count, total width), channels side by side in order, are never copied.
     """
 
     def reset(self) -> None:
@@ -83,6 +84,8 @@ class Topic(NamedTuple):
 
     `fields(output)` gives the message's fields by name, nested messages as mappings, arrays as arrays; every header,
     with `frame`, is filled in by who sends it. None: the stream itself builds the topic (samples, records, scene).
+    `together`: `fields` takes many outputs at once, as one `Output` whose sample has one row an output in front of all
+    its arrays; so have the arrays it gives. What is no array is then the same in every message of the topic.
     """
 
     name: str
@@ -91,11 +94,12 @@ class Topic(NamedTuple):
     fields: Callable[["Output"], Mapping[str, Any]] | None
     meaning: str
     frame: str = ""
+    together: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """One solver output on its way out: what several topics need of it is computed once."""
+    """One solver output, or several together, on its way out: what several topics need of it is computed once."""
 
     parameters: Any
     law: str
@@ -218,7 +222,8 @@ class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
-    `brief`: a run ends by itself; `takes_speed`: its motion has a `goal_speed` [rad/s] that may be set under way.
+    `brief`: a run ends by itself; `takes_speed`: its motion has a `goal_speed` [rad/s] that may be set under way, and
+    `take_back()`, which puts it back to before the last `advance`.
     `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
     data of a scene in a log of an earlier version.
     """

@@ -28,6 +28,15 @@ def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=
     }  # fmt: skip
 
 
+def crossed(a, b) -> np.ndarray:
+    """The vector products of (..., 3) and (..., 3): as `numpy.cross`, which takes five times as long for a few rows."""
+    found = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for axis in range(3):
+        one, other = (axis + 1) % 3, (axis + 2) % 3
+        found[..., axis] = a[..., one] * b[..., other] - a[..., other] * b[..., one]
+    return found
+
+
 def outlines(centres, major, minor) -> np.ndarray:
     """Both ends of every side of polygons around the ellipses with these centres and semi-axes (n, 3) [m]."""
     return centres[:, None] + _COSINES * major[:, None] + _SINES * minor[:, None]

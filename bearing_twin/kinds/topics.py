@@ -29,17 +29,20 @@ WrenchesOf = Callable[[Any, Sample], list[Wrench]]
 OriginsOf = Callable[[Any, Sample], Mapping[str, Iterable[float]]]
 
 
-def body_topics(link: str, wrenches: WrenchesOf, origins: OriginsOf, texts: Mapping[str, str]) -> tuple[Topic, ...]:
+def body_topics(
+    link: str, wrenches: WrenchesOf, origins: OriginsOf, texts: Mapping[str, str], together: bool = False
+) -> tuple[Topic, ...]:
     """One `<body>/wrench` for each key of `texts`, which say what acts, and the frames of the bodies on `/tf`.
 
     `wrenches(parameters, sample)` are in the order of `texts`; `origins(parameters, sample)` are in the frame `link`.
+    `together`: both take many outputs at once.
     """
     rows = [
-        Topic(f"{body}/wrench", WRENCH, PUBLISH, partial(_wrench, wrenches, row), text, body)
+        Topic(f"{body}/wrench", WRENCH, PUBLISH, partial(_wrench, wrenches, row), text, body, together)
         for row, (body, text) in enumerate(texts.items())
     ]
     text = f"frames of the bodies: origins where their wrenches are taken, axes parallel to {link}"
-    return (*rows, Topic("/tf", TRANSFORMS, PUBLISH, partial(_transforms, origins), text, link))
+    return (*rows, Topic("/tf", TRANSFORMS, PUBLISH, partial(_transforms, origins), text, link, together))
 
 
 def _wrench(wrenches: WrenchesOf, row: int, output: Output) -> dict:
@@ -57,9 +60,9 @@ def _transforms(origins: OriginsOf, output: Output) -> dict:
     }
 
 
-def contacts_topic(link: str, contacts: Callable[[Any, Sample], dict], text: str) -> Topic:
+def contacts_topic(link: str, contacts: Callable[[Any, Sample], dict], text: str, together: bool = False) -> Topic:
     """`contacts`, made from the rows that `contacts(parameters, sample)` gives in the frame `link`."""
-    return Topic("contacts", CONTACTS, PUBLISH, partial(_contacts, contacts), text, link)
+    return Topic("contacts", CONTACTS, PUBLISH, partial(_contacts, contacts), text, link, together)
 
 
 def _contacts(contacts: Callable[[Any, Sample], dict], output: Output) -> dict:

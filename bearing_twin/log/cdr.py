@@ -1,7 +1,6 @@
-"""Messages as bytes: the types used here, their CDR encoding, their definitions as text and their hashes.
+"""The types of messages used here: their fields, definitions as text and hashes, and how their bytes are read.
 
-Everything comes from the .msg files and `rosbags`; no ROS is needed. Field classes are `message_class(ros_type)`,
-built with keywords; arrays are one-dimensional numpy arrays of exactly the field's type.
+Everything comes from the .msg files and `rosbags`; no ROS is needed. `encoding` writes what is read here.
 """
 
 import functools
@@ -37,11 +36,6 @@ _PRIMITIVE = frozenset(
 _FIELD = re.compile(r"^[ \t]*([a-zA-Z0-9_/]+)(?:<=\d+)?(?:\[[^\]]*\])?[ \t]+[a-zA-Z]", re.MULTILINE)
 
 
-def message_class(ros_type: str) -> type:
-    """The dataclass of a message type such as `geometry_msgs/msg/WrenchStamped`."""
-    return _typestore().types[ros_type]
-
-
 def fields_of(ros_type: str) -> list[tuple]:
     """(name, description) of each field of a message type, in order, as `rosbags` describes them."""
     return _typestore().fielddefs[ros_type][1]
@@ -50,15 +44,6 @@ def fields_of(ros_type: str) -> list[tuple]:
 def is_known(ros_type: str) -> bool:
     """Whether `ros_type` is one of Jazzy's common messages or our own."""
     return ros_type in _typestore().types
-
-
-def serialise(ros_type: str, message) -> bytes:
-    """The message in little-endian CDR behind the four-byte header, as rclpy sends it and rosbag2 stores it.
-
-    Filled up to whole words of four bytes, as the middleware does before it hands a message over.
-    """
-    data = bytes(_typestore().serialize_cdr(message, ros_type, little_endian=True))
-    return data + bytes(-len(data) % 4)
 
 
 def deserialise(ros_type: str, cdr: bytes):

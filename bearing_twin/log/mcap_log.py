@@ -3,7 +3,7 @@
 import hashlib
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
@@ -82,6 +82,11 @@ class LogWriter:
         """Adds one message as `MessageStream` made it; raises LogError, saying what was kept, when the disk is full."""
         self._log.write(self._numbers[topic.name], log_time_ns, publish_time_ns, cdr_bytes)
 
+    def write_all(self, messages: Iterable[tuple[Channelled, int, bytes]]) -> None:
+        """Adds messages as `MessageStream` gives them: their stamps are both log and publish time."""
+        numbers = self._numbers
+        self._log.write_all((numbers[topic.row.name], stamp_ns, stamp_ns, data) for topic, stamp_ns, data in messages)
+
     def flush(self) -> None:
         """Puts everything so far on disk."""
         self._log.flush()
@@ -127,13 +132,11 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
         stream = MessageStream(run.scene, choice=run.choice)
         try:
             for block in run.blocks():
-                for topic, stamp_ns, cdr_bytes in stream.messages(block):
-                    log.write(topic, stamp_ns, stamp_ns, cdr_bytes)
+                log.write_all(stream.messages(block))
                 samples += len(block)
         finally:
             if not log.problem:
-                for topic, stamp_ns, cdr_bytes in stream.flush():
-                    log.write(topic, stamp_ns, stamp_ns, cdr_bytes)
+                log.write_all(stream.flush())
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
 

@@ -18,7 +18,6 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
-    Chunk,
     ChunkIndex,
     DataEnd,
     Footer,
@@ -35,8 +34,11 @@ MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 512 * 1024
 RESERVE_BYTES = 256 * 1024
 HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
-COMPRESSION_LEVEL = 1  # half the time of the default level 3, for files 2 % larger
+COMPRESSION = b"zstd"
+COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
 _MESSAGE = struct.Struct("<BQHIQQ")
+_OPCODE = int(Opcode.MESSAGE)
+_CHUNK = struct.Struct("<BQQQQII4sQ")  # a chunk record up to its data
 _MESSAGE_FIELDS = 22  # bytes of a message record besides its data
 _FOOTER_START = struct.Struct("<BQQQ")
 
@@ -63,7 +65,9 @@ class McapWriter:
         self._closed = False
         self._reserved = 0
         self._reserve_file = None
-        self._chunk = bytearray()
+        self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
+        self._room = memoryview(bytearray(CHUNK_BYTES))  # the chunk in progress; made once, and longer where it must be
+        self._used = 0
         self._chunk_index: dict[int, list[int]] = {}
         self._chunk_times = (0, 0)
         self._chunk_messages = 0
@@ -108,19 +112,29 @@ class McapWriter:
         """
         if not self._patient:
             self._check()
-        elif self._failure is not None and len(self._chunk) + len(data) > HELD_BYTES:
+        elif self._failure is not None and self._used + len(data) > HELD_BYTES:
             self.dropped += 1
             self._check()
         if self._chunk_messages:
             first, last = self._chunk_times
-            self._chunk_times = (min(first, log_time), max(last, log_time))
+            if not first <= log_time <= last:
+                self._chunk_times = (min(first, log_time), max(last, log_time))
         else:
             self._chunk_times = (log_time, log_time)
         self._chunk_messages += 1
-        self._chunk_index.setdefault(channel, []).extend((log_time, len(self._chunk)))
-        self._chunk += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_FIELDS + len(data), channel, 0, log_time, publish_time)
-        self._chunk += data
-        if len(self._chunk) >= CHUNK_BYTES and self._failure is None:
+        entries = self._chunk_index.get(channel)
+        if entries is None:
+            entries = self._chunk_index[channel] = []
+        begin = self._used
+        middle = begin + _MESSAGE.size
+        end = middle + len(data)
+        if end > len(self._room):
+            self._widen(end)
+        entries += (log_time, begin)
+        _MESSAGE.pack_into(self._room, begin, _OPCODE, _MESSAGE_FIELDS + len(data), channel, 0, log_time, publish_time)
+        self._room[middle:end] = data
+        self._used = end
+        if end >= CHUNK_BYTES and self._failure is None:
             self.end_chunk()
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
@@ -146,7 +160,7 @@ class McapWriter:
         self.last_ns = max(self.last_ns, last)
         self._described += self._waiting
         self._waiting = []
-        self._chunk = bytearray()
+        self._used = 0
         self._chunk_index = {}
         self._chunk_messages = 0
         self._summary_bytes += len(_record(index))
@@ -213,39 +227,39 @@ class McapWriter:
             raise LogError(f"{self.path} is closed; write to a new log")
 
     def _describe(self, record: Schema | Channel) -> None:
-        self._chunk += _record(record)
+        data = _record(record)
+        begin, self._used = self._used, self._used + len(data)
+        if self._used > len(self._room):
+            self._widen(self._used)
+        self._room[begin : self._used] = data
         self._waiting.append(record)
+
+    def _widen(self, size: int) -> None:
+        room = memoryview(bytearray(2 * size))
+        room[: len(self._room)] = self._room
+        self._room = room
 
     def _sealed(self) -> tuple[bytes, ChunkIndex]:
         """The chunk in progress with its message index, as it will stand at the end of the file."""
         first, last = self._chunk_times
-        content = bytes(self._chunk)
-        packed = zstandard.compress(content, COMPRESSION_LEVEL)
-        chunk = _record(
-            Chunk(
-                compression="zstd",
-                data=packed,
-                message_start_time=first,
-                message_end_time=last,
-                uncompressed_crc=zlib.crc32(content),
-                uncompressed_size=len(content),
-            )
-        )
-        parts = [chunk]
-        offsets = {}
-        position = self._end + len(chunk)
+        content = self._room[: self._used]
+        packed = self._compressor.compress(content)
+        sizes = _CHUNK.size - 9 + len(packed), first, last, len(content)
+        head = _CHUNK.pack(Opcode.CHUNK, *sizes, zlib.crc32(content), len(COMPRESSION), COMPRESSION, len(packed))
+        parts, offsets = [head, packed], {}
+        end_of_chunk = position = self._end + len(head) + len(packed)
         for channel, entries in self._chunk_index.items():
             offsets[channel] = position
-            head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries))
-            parts.append(head + struct.pack(f"<{len(entries)}Q", *entries))
-            position += len(parts[-1])
+            parts.append(struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries)))
+            parts.append(struct.pack(f"<{len(entries)}Q", *entries))
+            position += len(parts[-2]) + len(parts[-1])
         index = ChunkIndex(
-            chunk_length=len(chunk),
+            chunk_length=end_of_chunk - self._end,
             chunk_start_offset=self._end,
-            compression="zstd",
+            compression=COMPRESSION.decode(),
             compressed_size=len(packed),
             message_end_time=last,
-            message_index_length=position - self._end - len(chunk),
+            message_index_length=position - end_of_chunk,
             message_index_offsets=offsets,
             message_start_time=first,
             uncompressed_size=len(content),

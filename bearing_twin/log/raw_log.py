@@ -8,7 +8,7 @@ import datetime
 import os
 import platform
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext, suppress
 from pathlib import Path, PurePath
 
@@ -71,10 +71,17 @@ class RawLogWriter:
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
         """Adds one message of the topic with that number."""
-        with self._lock, self._patience():
-            new = self._writer.write(topic, log_time_ns, publish_time_ns, cdr)
-            if new or self._stale:
-                self._write_bag_file()
+        self.write_all(((topic, log_time_ns, publish_time_ns, cdr),))
+
+    def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
+        """`write` for many: (topic, log time, publish time, CDR) each."""
+        with self._lock:
+            patience = self._patience()
+            for message in messages:
+                with patience:
+                    new = self._writer.write(*message)
+                    if new or self._stale:
+                        self._write_bag_file()
 
     def flush(self) -> None:
         """Puts everything so far on disk."""

@@ -216,8 +216,6 @@ def _channels(scene: Scene | None, message) -> tuple[Channel, ...]:
 
 
 def _block(channels: tuple[Channel, ...], message) -> Block:
-    matrix = message.values.reshape(message.count, -1)
-    views = Block.from_matrix(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
-    # Copies: compiled code is made for arrays that lie in one piece, as they come from a simulation.
-    values = {name: np.array(view, order="C") for name, view in views.values.items()}
-    return Block(channels, views.first_sequence, views.time_ns, values)
+    # A copy: what a message holds can only be read.
+    matrix = np.array(message.values).reshape(message.count, -1)
+    return Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)

@@ -5,7 +5,7 @@ scene itself. Nodes and logs take their bytes from `MessageStream`, so what is o
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -16,10 +16,10 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output, Topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.filling import message
+from bearing_twin.log.encoding import Encoder, encoded, stamps_of
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
-from bearing_twin.sample import Block, Channel, Table
+from bearing_twin.sample import Block, Channel, Sample, Table
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
@@ -86,7 +86,7 @@ def samples_message(
     values: np.ndarray,
     start_time_ns: int = 0,
     frame: str = "",
-):
+) -> bytes:
     """bearing_twin_msgs/SampleBlock of outputs at `time_ns` (count,) with `values` (count, total width)."""
     names, units, widths = _columns(channels)
     fields = {
@@ -98,7 +98,7 @@ def samples_message(
         "time_ns": time_ns,
         "values": values,
     }
-    return message(cdr.SAMPLE_BLOCK, fields, start_time_ns + int(time_ns[0]), frame)
+    return encoded(cdr.SAMPLE_BLOCK, fields, start_time_ns + int(time_ns[0]), frame)
 
 
 class MessageStream:
@@ -117,6 +117,7 @@ class MessageStream:
         self.start_time_ns = start_time_ns
         self.publish_every = max(1, round(run.output_rate / run.publish_rate))
         self.markers_every = max(1, round(run.output_rate / SLOW_RATE))
+        self._every = {PUBLISH: self.publish_every, MARKERS: self.markers_every}
         channels = scene.channels
         row_bytes = 8 * sum(channel.width for channel in channels)
         self.block_outputs = max(1, min(self.markers_every, LARGEST_BLOCK // row_bytes))
@@ -125,6 +126,9 @@ class MessageStream:
         self._frame = f"{frame_prefix}{KINDS[scene.kind].frame}"
         self._channels = channels
         self._by_name = {topic.name: topic for topic in self.topics}
+        self._encoders = {
+            topic.name: Encoder(topic.ros_type, f"{frame_prefix}{topic.row.frame}") for topic in self.topics
+        }
         self._tables: dict[str, Table] = {table.name: table for table in KINDS[scene.kind].records(scene.parameters)}
         self._times: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
@@ -145,30 +149,29 @@ class MessageStream:
             yield from self.flush()
             self._first = block.first_sequence
         self._next = block.first_sequence + len(block)
-        values = block.matrix()
-        done = 0
+        instants, done = self._instants(block), 0
         for row in self._rows_due(block.first_sequence, len(block)):
-            yield from self._instant(block, row)
+            yield from instants(row)
             if (block.first_sequence + row + 1) % self.block_outputs == 0:
-                self._collect(block.part(done, row + 1), values[done : row + 1])
+                self._collect(block.part(done, row + 1))
                 done = row + 1
                 yield from self.flush()
         if done < len(block):
-            self._collect(block.part(done, len(block)), values[done:])
+            self._collect(block.part(done, len(block)))
 
     def scene_message(self, time_ns: int = 0) -> tuple[Channelled, int, bytes]:
         """The message of the topic `scene`."""
         stamp_ns = self.start_time_ns + time_ns
-        text = message(cdr.STRING, {"data": scene_text(self._scene, self._choice)}, stamp_ns, "")
-        return self._by_name["scene"], stamp_ns, cdr.serialise(cdr.STRING, text)
+        text = {"data": scene_text(self._scene, self._choice)}
+        return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
 
     def flush(self) -> Iterator[tuple[Channelled, int, bytes]]:
         """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
         count = sum(len(times) for times in self._times)
         if not count:
             return
-        times, values = np.concatenate(self._times), np.concatenate(self._values)
-        block = samples_message(self._channels, self._first, times, values, self.start_time_ns, self._frame)
+        times, values = _whole(self._times), _whole(self._values)
+        samples = samples_message(self._channels, self._first, times, values, self.start_time_ns, self._frame)
         self._first += count
         self._times, self._values = [], []
         stamp_ns = self.start_time_ns + int(times[-1])
@@ -176,40 +179,65 @@ class MessageStream:
             if parts:
                 yield self._by_name[f"records/{name}"], stamp_ns, self._records(name, np.concatenate(parts))
         self._rows = {name: [] for name in self._tables}
-        yield self._by_name["samples"], stamp_ns, cdr.serialise(cdr.SAMPLE_BLOCK, block)
+        yield self._by_name["samples"], stamp_ns, samples
 
     def _records(self, name: str, rows: np.ndarray) -> bytes:
         """A SampleBlock of records, which are counted from the start."""
         time_ns = np.rint(1e9 * rows[:, 0]).astype(np.int64)
         first, self._recorded[name] = self._recorded[name], self._recorded[name] + len(rows)
         columns = self._tables[name].columns
-        found = samples_message(columns, first, time_ns, rows, self.start_time_ns, self._frame)
-        return cdr.serialise(cdr.SAMPLE_BLOCK, found)
+        return samples_message(columns, first, time_ns, rows, self.start_time_ns, self._frame)
 
-    def _collect(self, block: Block, values: np.ndarray) -> None:
-        self._times.append(np.array(block.time_ns))
-        self._values.append(values)
+    def _collect(self, block: Block) -> None:
+        self._times.append(block.time_ns)
+        self._values.append(block.matrix())
         for name, rows in block.records.items():
             if len(rows):
                 self._rows[name].append(rows)
 
     def _rows_due(self, first: int, count: int) -> list[int]:
-        due = set(range(-first % self.publish_every, count, self.publish_every))
-        due.update(range(-first % self.markers_every, count, self.markers_every))
+        due = {row for every in self._every.values() for row in range(-first % every, count, every)}
         due.update(range((-first - 1) % self.block_outputs, count, self.block_outputs))
         return sorted(due)
 
-    def _instant(self, block: Block, row: int) -> Iterator[tuple[Channelled, int, bytes]]:
-        sequence = block.first_sequence + row
-        due = {PUBLISH: sequence % self.publish_every == 0, MARKERS: sequence % self.markers_every == 0}
-        if not any(due.values()):
-            return
-        stamp_ns = self.start_time_ns + int(block.time_ns[row])
-        output = Output(self._scene.parameters, self._choice.law, block[row], self._frame_prefix)
+    def _instants(self, block: Block) -> Callable[[int], Iterator[tuple[Channelled, int, bytes]]]:
+        """The function row -> messages due at that row of `block`."""
+        rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
+        several = {}
+        for rate, due in rows.items():
+            if due:
+                sample = block.sampled(due)
+                stamps_ns = self.start_time_ns + sample.time_ns
+                several[rate] = self._output(sample), stamps_ns, stamps_of(stamps_ns)
+        entries = []
         for topic in self.topics:
-            if due.get(topic.rate):
-                found = message(topic.ros_type, topic.row.fields(output), stamp_ns, output.frame(topic.row.frame))
-                yield topic, stamp_ns, cdr.serialise(topic.ros_type, found)
+            due, ready = rows.get(topic.rate, ()), None
+            if topic.row.together and due:
+                output, stamps_ns, stamps = several[topic.rate]
+                ready = self._encoders[topic.name].encoded(topic.row.fields(output), stamps_ns, stamps)
+            if due:
+                entries.append((topic, due, ready))
+
+        def instant(row: int) -> Iterator[tuple[Channelled, int, bytes]]:
+            output, stamp_ns = None, self.start_time_ns + int(block.time_ns[row])
+            for topic, due, ready in entries:
+                if row not in due:
+                    continue
+                if ready is not None:
+                    yield topic, stamp_ns, ready[due.index(row)]
+                    continue
+                output = output or self._output(block[row])
+                frame = output.frame(topic.row.frame)
+                yield topic, stamp_ns, encoded(topic.ros_type, topic.row.fields(output), stamp_ns, frame)
+
+        return instant
+
+    def _output(self, sample: Sample) -> Output:
+        return Output(self._scene.parameters, self._choice.law, sample, self._frame_prefix)
+
+
+def _whole(parts: list[np.ndarray]) -> np.ndarray:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 @lru_cache(maxsize=8)

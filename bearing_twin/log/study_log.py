@@ -16,6 +16,7 @@ import numpy as np
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files
 from bearing_twin.log.recover import advice
@@ -52,11 +53,10 @@ def write_study(result: StudyResult, path, run_record: bool = True) -> Path:
         for name, ros_type, qos in ((SAMPLES_TOPIC, cdr.SAMPLE_BLOCK, Qos()), (SUMMARY_TOPIC, STRING, latched)):
             topics[name] = log.add_topic(name, ros_type, cdr.schema_text(ros_type), cdr.type_hash(ros_type), (qos,))
         last = 0
-        for first, message in _blocks(result):
-            last = first + message.count
-            log.write(topics[SAMPLES_TOPIC], last, last, cdr.serialise(cdr.SAMPLE_BLOCK, message))
-        text = cdr.message_class(STRING)(data=json.dumps(summary))
-        log.write(topics[SUMMARY_TOPIC], last, last, cdr.serialise(STRING, text))
+        for last, message in _blocks(result):
+            log.write(topics[SAMPLES_TOPIC], last, last, message)
+        text = encoded(STRING, {"data": json.dumps(summary)}, 0, "")
+        log.write(topics[SUMMARY_TOPIC], last, last, text)
         log.note_run(work=json.dumps(work))
     return Path(path)
 
@@ -130,4 +130,4 @@ def _blocks(result):
         values = np.hstack(
             (result.values[part], result.quantities[part], result.status[part, None], result.doubtful[part, None], flat)
         )
-        yield first, samples_message(channels, first, np.arange(part.start, part.stop), values)
+        yield part.stop, samples_message(channels, first, np.arange(part.start, part.stop), values)

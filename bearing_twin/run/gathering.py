@@ -8,7 +8,7 @@ from bearing_twin.kinds.contract import Figures
 from bearing_twin.report import Choice, Report
 from bearing_twin.sample import Aligned, Block
 
-BLOCK_OUTPUTS = 50  # outputs in the blocks that a run hands out and that figures are made of
+BLOCK_OUTPUTS = 50  # outputs in the blocks that figures are made of
 
 
 class Gathering:

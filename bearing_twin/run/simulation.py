@@ -11,20 +11,20 @@ from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.fidelity import choose
-from bearing_twin.run.gathering import BLOCK_OUTPUTS, Gathering
+from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.scene import Scene, load_scene
-from bearing_twin.sample import Block, Sample, joined
+from bearing_twin.sample import Block, Sample, joined, layout_of, side_by_side
 
-CHUNK_NS = 20_000_000  # integrate at most this much simulated time between commands ...
-CHUNK_OUTPUTS = 200  # ... and at most this many outputs, so that memory stays small
+CHUNK_NS = 100_000_000  # integrate at most this much simulated time in one go, so that a slow scene goes on evenly ...
+CHUNK_OUTPUTS = 400  # ... and at most this many outputs, so that memory stays small
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
 class Simulation:
     """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
 
-    Integration runs in compiled code that releases the GIL. Commands take effect at the next chunk, at most 20 ms of
-    simulated time (or one output, if outputs are rarer) ahead.
+    Integration runs in compiled code that releases the GIL, in chunks that end before sequence numbers divisible by
+    their length. Commands take effect after the last output given out: what was computed ahead is computed again.
     """
 
     def __init__(self, scene: Scene):
@@ -33,7 +33,7 @@ class Simulation:
         self.choice: Choice = choose(scene)
         self.channels = scene.channels
         self.output_period_ns = scene.output_period_ns
-        self._per_chunk = max(1, min(CHUNK_OUTPUTS, CHUNK_NS // self.output_period_ns))
+        self.chunk_outputs = max(1, min(CHUNK_OUTPUTS, CHUNK_NS // self.output_period_ns))
         self._motion = self._new_motion()
         self._solved_seconds = 0.0
         self.reset()
@@ -66,6 +66,7 @@ class Simulation:
         self._motion.reset()
         self.sequence, self.time_ns = -1, -self.output_period_ns
         self._pending: Block | None = None
+        self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._gathering = Gathering(self.kind.figures_of(self.scene.parameters, self.choice), self.choice)
         self._compute_seconds = self._solved_seconds
 
@@ -84,7 +85,13 @@ class Simulation:
         return time.perf_counter() - start
 
     def set_speed(self, speed: float) -> None:
-        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration."""
+        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration from now on."""
+        if self._pending is not None and len(self._pending) and self._chunk_first is not None:
+            self._motion.take_back()
+            given = self._pending.first_sequence - self._chunk_first
+            self._pending = self._pending.part(0, 0)
+            if given:
+                self._motion.advance(np.empty(0), 1e-9 * self.output_period_ns * given)
         self._motion.goal_speed = float(speed)
 
     def advance(self, outputs: int) -> Block:
@@ -117,20 +124,21 @@ class Simulation:
         return self._pending
 
     def _block(self, first: int, arrays) -> Block:
-        time_ns = (first + np.arange(len(arrays[0]), dtype=np.int64)) * self.output_period_ns
-        names = (channel.name for channel in self.channels)
-        return Block(self.channels, first, time_ns, dict(zip(names, arrays, strict=True)), self._motion.take_records())
+        count = len(arrays[0])
+        time_ns = (first + np.arange(count, dtype=np.int64)) * self.output_period_ns
+        numbers = side_by_side(layout_of(self.channels), arrays, count)
+        return Block(self.channels, first, time_ns, numbers, self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
         start = time.perf_counter()
         period = 1e-9 * self.output_period_ns
-        times = period * np.arange(1, self._per_chunk + 1)
+        times = period * np.arange(1, self.chunk_outputs - first % self.chunk_outputs + 1)
         try:
             arrays = self._motion.advance(times, times[-1])
         except IntegrationError as error:
             sentence = f"after {1e-9 * self.time_ns:.9g} s: {error}"
             raise IntegrationError(sentence, error.reason, error.seconds, error.body) from error
-        self._pending = self._block(first, arrays)
+        self._pending, self._chunk_first = self._block(first, arrays), first
         self._compute_seconds += time.perf_counter() - start
 
     def report(self) -> Report:
@@ -166,11 +174,11 @@ class Run:
         return self.scene.outputs
 
     def blocks(self) -> Iterator[Block]:
-        """The run in blocks of up to 50 outputs, from the start."""
+        """The run in blocks of up to 400 outputs, whole chunks of the integration, from the start."""
         self.simulation.reset()
         done, total = 0, self.outputs
         while done < total:
-            block = self.simulation.advance(min(BLOCK_OUTPUTS, total - done))
+            block = self.simulation.advance(min(self.simulation.chunk_outputs, total - done))
             done += len(block)
             if self._progress:
                 self._progress(done / total)

@@ -77,24 +77,23 @@ class BearingFigures:
     def add(self, block: Block) -> None:
         """Takes a block in."""
         load = block.values["normal_load"]
-        row = load.argmax(axis=0)
-        here = np.take_along_axis(load, row[None], axis=0)[0]
-        better = here > self.greatest_load
-        self.greatest_load = np.where(better, here, self.greatest_load)
-        for name, kept in self.at_greatest.items():
-            kept[better] = np.take_along_axis(block.values[name], row[None], axis=0)[0][better]
-        self.without_contact += (load <= 0.0).sum(axis=0)
+        better = load.max(axis=0) > self.greatest_load
+        if better.any():
+            self._note_greatest(block, load, better)
+        if load.min() <= 0.0:
+            self.without_contact += np.count_nonzero(load <= 0.0, axis=0)
         if not self.samples:
             self.first = self._instant(block, 0)
         self.last = self._instant(block, len(block) - 1)
         self.samples += len(block)
+        torque = block.values["raceway_torque"]
         self.periods.append(
             {
                 "time": self.last["time"],
                 "orbit_angle": self.last["orbit_angle"],
                 "count": len(block),
                 "load": load.sum(axis=0),
-                "torque": np.linalg.norm(block.values["raceway_torque"], axis=-1).sum(axis=0),
+                "torque": np.sqrt(np.einsum("nbi,nbi->nb", torque, torque)).sum(axis=0),
                 "drive_torque": -block.values["inner_ring_torque"][:, 2].sum(),
                 "roll_rate": block.values["roll_rate"].mean(axis=1).sum(),
                 "speed": block.values["inner_ring_speed"].sum(),
@@ -104,6 +103,13 @@ class BearingFigures:
             self.periods = [self._merge(a, b) for a, b in zip(self.periods[::2], self.periods[1::2], strict=False)] + (
                 self.periods[-1:] if len(self.periods) % 2 else []
             )
+
+    def _note_greatest(self, block: Block, load: np.ndarray, better: np.ndarray) -> None:
+        """Takes load and shape of the contacts marked in `better` at their greatest load in this block."""
+        row = load.argmax(axis=0)[None]
+        self.greatest_load[better] = np.take_along_axis(load, row, axis=0)[0][better]
+        for name, kept in self.at_greatest.items():
+            kept[better] = np.take_along_axis(block.values[name], row, axis=0)[0][better]
 
     @staticmethod
     def _merge(a: dict, b: dict) -> dict:

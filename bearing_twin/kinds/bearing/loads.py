@@ -1,4 +1,7 @@
-"""The loads of a bearing as others take them: the wrench on each body, every contact as one row, where frames are."""
+"""The loads of a bearing as others take them: the wrench on each body, every contact as one row, where frames are.
+
+A sample may hold many outputs: one row each in front of all its arrays, and of those given.
+"""
 
 import numpy as np
 
@@ -19,22 +22,24 @@ def bodies(parameters: BearingScene) -> list[str]:
 
 def origins(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
     """Where the frames of the bodies have their origins [m]: centres of balls and rings, in `bearing_link`."""
-    centres = [*sample["position"], sample["inner_ring_offset"], np.zeros(3)]
+    offset = sample["inner_ring_offset"]
+    centres = [*np.moveaxis(sample["position"], -2, 0), offset, np.zeros(offset.shape)]
     return dict(zip(bodies(parameters), centres, strict=True))
 
 
 def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
     """The wrench of all contacts on each ball about its centre, then those on the rings about theirs."""
     force, torque = sample["raceway_force"], sample["raceway_torque"]
-    if sample["neighbour_load"].any():
+    touching = sample["neighbour_load"].any(axis=-1)[..., None, None]
+    if touching.any():
         position, point = sample["position"], sample["neighbour_point"]
-        push = sample["neighbour_load"][:, None] * sample["neighbour_normal"] + sample["neighbour_friction"]
+        push = sample["neighbour_load"][..., None] * sample["neighbour_normal"] + sample["neighbour_friction"]
         ahead = np.cross(point - position, push)
-        behind = np.cross(point - np.roll(position, -1, axis=0), -push)  # on the next ball
-        force = force + push - np.roll(push, 1, axis=0)
-        torque = torque + ahead + np.roll(behind, 1, axis=0)
+        behind = np.cross(point - np.roll(position, -1, axis=-2), -push)  # on the next ball
+        force = np.where(touching, force + push - np.roll(push, 1, axis=-2), force)
+        torque = np.where(touching, torque + ahead + np.roll(behind, 1, axis=-2), torque)
     rows = [
-        Wrench(f"ball_{k}", "raceways and balls", "ball centre", f"ball_{k}", force[k], torque[k])
+        Wrench(f"ball_{k}", "raceways and balls", "ball centre", f"ball_{k}", force[..., k, :], torque[..., k, :])
         for k in range(parameters.geometry.balls)
     ]
     for ring in RINGS:
@@ -45,7 +50,6 @@ def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
 def contacts(parameters: BearingScene, sample: Sample) -> dict:
     """The fields of Contacts: ball k with raceway r is row 2 k + r, then ball k with the next ball ahead."""
     balls = parameters.geometry.balls
-    ball = np.arange(balls)
     raceway = {
         **{name: sample[name] for name in ("approach", "normal_load", "contact_angle")},
         **{name: sample[name] for name in ("point", "normal", "friction_force", "slip")},
@@ -54,16 +58,14 @@ def contacts(parameters: BearingScene, sample: Sample) -> dict:
         "spin_rate": -sample["spin_rate"],
         "drilling_torque": -sample["drilling_torque"],
     }
-    pairs = [np.repeat(ball, 2), np.tile((balls, balls + 1), balls)]
-    if balls == 1:
-        rows = raceway
-    else:
-        rows = {
-            name: np.concatenate([raceway[name].reshape(2 * balls, *values.shape[1:]), values])
-            for name, values in _neighbours(parameters, sample).items()
-        }
-        pairs = [np.concatenate(pair) for pair in zip(pairs, (ball, (ball + 1) % balls), strict=True)]
-    return {"balls": balls, "bodies": bodies(parameters), "body": pairs[0], "by": pairs[1], **rows}
+    body, by = [k // 2 for k in range(2 * balls)], [balls, balls + 1] * balls
+    outer = sample["approach"].shape[:-2]
+    rows = {name: array.reshape(*outer, 2 * balls, *array.shape[len(outer) + 2 :]) for name, array in raceway.items()}
+    if balls > 1:
+        for name, values in _neighbours(parameters, sample).items():
+            rows[name] = np.concatenate([rows[name], values], axis=len(outer))
+        body, by = [*body, *range(balls)], [*by, *((k + 1) % balls for k in range(balls))]
+    return {"balls": balls, "bodies": bodies(parameters), "body": body, "by": by, **rows}
 
 
 def _neighbours(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
@@ -77,21 +79,22 @@ def _neighbours(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarra
         "point": point,
         "normal": normal,
         "friction_force": sample["neighbour_friction"],
-        **{name: np.zeros(len(load)) for name in NUMBERS if name not in ("approach", "normal_load")},
-        **{name: np.zeros((len(load), 3)) for name in ("major_axis", "slip")},
+        **{name: np.zeros(load.shape) for name in NUMBERS if name not in ("approach", "normal_load")},
+        **{name: np.zeros(point.shape) for name in ("major_axis", "slip")},
     }
     curvature = 2.0 / parameters.geometry.ball_diameter  # of the gap between two balls, the same all round
     modulus = effective_modulus(parameters.materials.ball, parameters.materials.ball)
     position, velocity, spin = (sample[name] for name in ("position", "velocity", "angular_velocity"))
-    for k in np.flatnonzero(touching):
-        other = (k + 1) % len(load)
-        own = velocity[k] + np.cross(spin[k], point[k] - position[k])
-        relative = own - velocity[other] - np.cross(spin[other], point[k] - position[other])
-        across = np.array([0.0, 0.0, 1.0]) - normal[k, 2] * normal[k]
-        rows["slip"][k] = relative - relative @ normal[k] * normal[k]
-        rows["spin_rate"][k] = (spin[k] - spin[other]) @ normal[k]
-        rows["major_axis"][k] = across / np.linalg.norm(across)
-        rows["contact_angle"][k] = np.arctan2(-normal[k, 2], np.hypot(*normal[k, :2]))
-        spot = ellipse(curvature, curvature, modulus, load[k])
-        rows["semi_major"][k], rows["semi_minor"][k], rows["peak_pressure"][k] = spot
+    for one in zip(*np.nonzero(touching), strict=True):
+        other = (*one[:-1], (one[-1] + 1) % load.shape[-1])
+        across = normal[one]
+        own = velocity[one] + np.cross(spin[one], point[one] - position[one])
+        relative = own - velocity[other] - np.cross(spin[other], point[one] - position[other])
+        axis = np.array([0.0, 0.0, 1.0]) - across[2] * across
+        rows["slip"][one] = relative - relative @ across * across
+        rows["spin_rate"][one] = (spin[one] - spin[other]) @ across
+        rows["major_axis"][one] = axis / np.linalg.norm(axis)
+        rows["contact_angle"][one] = np.arctan2(-across[2], np.hypot(*across[:2]))
+        spot = ellipse(curvature, curvature, modulus, load[one])
+        rows["semi_major"][one], rows["semi_minor"][one], rows["peak_pressure"][one] = spot
     return rows

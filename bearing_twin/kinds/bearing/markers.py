@@ -20,6 +20,7 @@ from bearing_twin.kinds.markers import (
     SPHERE_LIST,
     STEEL,
     TEXT,
+    crossed,
     marker,
     outlines,
 )
@@ -73,7 +74,7 @@ def _ellipses(parameters, sample, details):
     """Outlines of all contact ellipses, as polygons of OUTLINE_SIDES sides."""
     rows = details["semi_minor"] > 0.0
     along = details["major_axis"][rows]
-    across = np.cross(sample["normal"][rows], along)
+    across = crossed(sample["normal"][rows], along)
     major = ELLIPSE_SCALE * details["semi_major"][rows][:, None] * along
     minor = ELLIPSE_SCALE * details["semi_minor"][rows][:, None] * across
     ends = outlines(sample["point"][rows], major, minor)
@@ -89,7 +90,7 @@ def _loads(parameters, sample, details):
     rows = load > 1e-3 * greatest
     tip = sample["point"][rows]
     along = sample["normal"][rows] * (LONGEST_ARROW * diameter / greatest * load[rows])[:, None]
-    barb = 0.12 * np.cross(details["major_axis"][rows], along)
+    barb = 0.12 * crossed(details["major_axis"][rows], along)
     left, right = tip - 0.25 * along + barb, tip - 0.25 * along - barb
     ends = np.stack([tip - along, tip, left, tip, right, tip], axis=1)
     width = (0.06 * diameter, 0.0, 0.0)

@@ -11,12 +11,12 @@ from bearing_twin.kinds.bearing.equations import (
 )
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
-from bearing_twin.kinds.bearing.layout import COLUMNS, DRIVE_WORK, GROSS_WORK, MOTION, ORBIT_ANGLE
+from bearing_twin.kinds.bearing.layout import DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE
 from bearing_twin.kinds.bearing.linear_system import new_coupling
-from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, write_outputs
+from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
+from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
@@ -28,9 +28,7 @@ from bearing_twin.kinds.bearing.steps import (
     STEPS,
     TOO_DEEP,
     Results,
-    relative_spin,
 )
-from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
 from bearing_twin.report import Choice
 
@@ -49,7 +47,8 @@ FAILURES = {
     ),
 }
 FIXED_STEP = ("rk4", "imex")
-TOGETHER = 0.05  # share of what is left of a chunk: balls that may meet sooner are integrated together
+LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
+TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 SCIPY = {"dop853": DOP853, "radau": Radau}
@@ -106,6 +105,19 @@ class BearingMotion:
         self.elapsed = 0.0
         self._changed = self.parameters.drive.change.time == 0.0
         self.counts = np.zeros(4, np.int64)
+        self._keep()
+
+    def _keep(self) -> None:
+        """Keeps what `take_back` needs."""
+        arrays = self.state.copy(), self.orientation.copy(), self.steps.copy(), self.counts.copy()
+        rest = self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed
+        self._before = arrays, rest
+
+    def take_back(self) -> None:
+        """Back to before the last `advance`."""
+        (self.state, self.orientation, self.steps, self.counts), rest = self._before
+        self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed = rest
+        self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs of a bearing say all."""
@@ -123,8 +135,9 @@ class BearingMotion:
     def first_outputs(self) -> Outputs:
         """The outputs at the present instant."""
         out = empty_outputs(self.parameters, 1)
-        write_outputs(self.bearing, self.drive, np.zeros(1), self.state[None], self.orientation[None], out, 0)
-        return out
+        now = np.zeros(1), self.state[None], self.orientation[None]
+        write_outputs(self.parameters, self.bearing, self.drive, *now, out, 0)
+        return outputs_of(self.parameters, out)
 
     def advance(self, times: np.ndarray, duration: float) -> Outputs:
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError.
@@ -135,6 +148,7 @@ class BearingMotion:
             ball = int(np.argmin(np.isfinite(self.state).all(axis=1)))
             sentence = f"the state of ball {ball} is not finite; reset, and shorten solver.step"
             raise IntegrationError(sentence, "not finite", self.elapsed, f"ball {ball}")
+        self._keep()
         out = empty_outputs(self.parameters, len(times))
         begin, cursor = 0.0, 0
         while cursor < len(times) or begin < duration:
@@ -145,13 +159,14 @@ class BearingMotion:
             until = len(times) if last else int(np.searchsorted(times, end, side="right"))
             self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
             begin, cursor = end, until
-        return out
+        return outputs_of(self.parameters, out)
 
     def _until_next(self, duration):
         """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
         missing = self.goal_speed - self.drive.speed
         apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
-        pieces = [duration, 0.99 * apart if apart > TOGETHER * duration else duration]
+        together = min(duration, LONGEST_TOGETHER)
+        pieces = [duration, 0.99 * apart if apart > TOGETHER * together else together]
         if missing != 0.0:
             pieces.append(abs(missing) / self.parameters.drive.acceleration)
         if not self._changed:
@@ -197,7 +212,7 @@ class BearingMotion:
             self.state[:], self.orientation[:], self.steps[:] = before
             mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
             self._integrate(drive, near, times, duration, states, orientations)
-        write_outputs(self.bearing, drive, times, states, orientations, out, first)
+        write_outputs(self.parameters, self.bearing, drive, times, states, orientations, out, first)
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
@@ -225,7 +240,8 @@ class BearingMotion:
         elif self.stepper == "imex":
             status = imex_chunk(*chunk, self.step, *moving, results)
         else:
-            status = self._scipy(drive, near, times, duration, states, orientations)
+            scales = REFERENCE_SHARE * self.scales
+            status = scipy_chunk(SCIPY[self.stepper], *chunk, scales, *moving, results)
         if status != OK:
             reason, advice = FAILURES[status]
             seconds, body = self.elapsed + failure[0], f"ball {int(failure[1])}"
@@ -244,48 +260,3 @@ class BearingMotion:
             if status == OK and len(group) > 1:
                 status = rosenbrock_chunk(task, new_coupling(near, group), group, *moving, results)
         return status
-
-    def _scipy(self, drive, near, times, duration, states, orientations):
-        """One chunk by a SciPy method: the same equations, for reference."""
-        shape = self.state.shape
-        rates = np.zeros(shape)
-
-        def right_hand_side(time, flat):
-            bearing_rates(self.bearing, drive, near, time, flat.reshape(shape), rates)
-            return rates.ravel().copy()
-
-        scales = np.concatenate([REFERENCE_SHARE * self.scales, [1e-12] * (COLUMNS - MOTION)])
-        method = SCIPY[self.stepper](
-            right_hand_side,
-            0.0,
-            self.state.ravel().copy(),
-            duration,
-            rtol=2.3e-14,
-            atol=np.tile(scales, self.bearing.balls),
-            first_step=min(1e-7, duration),
-        )
-        cursor = 0
-        while method.status == "running":
-            # SciPy probes the integrals, on which nothing depends, with ever greater increments.
-            with np.errstate(over="ignore"):
-                message = method.step()
-            if method.status == "failed" or not np.all(np.isfinite(method.y)):
-                raise IntegrationError(f"SciPy's {self.stepper} stopped at {method.t:.6g} s: {message or 'not finite'}")
-            dense = method.dense_output()
-            start = dense(method.t_old).reshape(shape)
-            while cursor < len(times) and times[cursor] <= method.t:
-                self._turn_all(dense, method.t_old, times[cursor], start, orientations[cursor])
-                states[cursor] = dense(times[cursor]).reshape(shape)
-                cursor += 1
-            self._turn_all(dense, method.t_old, method.t, start, self.orientation)
-        self.state[:] = method.y.reshape(shape)
-        self.counts[STEPS] += method.nfev // 12 * self.bearing.balls
-        self.counts[RATES] += method.nfev * self.bearing.balls
-        self.counts[JACOBIANS] += method.njev * self.bearing.balls
-        return OK
-
-    def _turn_all(self, dense, begin, end, start, out):
-        middle, last = (dense(t).reshape(start.shape) for t in (0.5 * (begin + end), end))
-        for k in range(self.bearing.balls):
-            spins = relative_spin(start[k]), relative_spin(middle[k]), relative_spin(last[k])
-            out[k] = turned(tuple(self.orientation[k]), *spins, end - begin)

@@ -1,31 +1,18 @@
 """What a bearing scene gives out: its channels, the wrenches, and the contact ellipses of published samples."""
 
 import functools
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.bearing.equations import (
-    ball_position,
-    ball_vector,
-    in_ball_frame,
-    inner_contact,
-    meeting,
-    outer_contact,
-    pair_contact,
-    touchable,
-)
-from bearing_twin.kinds.bearing.layout import DISSIPATED, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.spot import with_spot
-from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, quaternion_product, scaled
 from bearing_twin.sample import Channel, Sample
 
-INNER, OUTER = 0, 1
+OWN = len(OWN_WIDTHS)  # channels with a ball's own numbers
 
 
 class Outputs(NamedTuple):
@@ -120,131 +107,44 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     return rows
 
 
-def empty_outputs(parameters: BearingScene, count: int) -> Outputs:
-    """Room for `count` solver outputs."""
-    return Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(parameters)))
+@functools.cache
+def _places(parameters: BearingScene) -> Places:
+    """Where the numbers of a bearing with N balls stand in a row of all channels."""
+    rows, n = channels(parameters), parameters.geometry.balls
+    edges = dict(zip(Outputs._fields, np.cumsum([0, *(channel.width for channel in rows[:-1])]).tolist(), strict=True))
+    own = [(edges[channel.name] + i, channel.width // n) for channel in rows[:OWN] for i in range(channel.width // n)]
+    first, step = np.array(own).T.copy()
+    named = (edges[name] for name in ("inner_ring_angle", "inner_ring_force", "neighbour_approach", "position"))
+    return Places(first, step, *named)
 
 
-@inlined
-def _store(array, row, k, side, vector):
-    for axis in range(3):
-        array[row, k, side, axis] = vector[axis]
+@functools.cache
+def _columns(parameters: BearingScene) -> list[tuple[slice, tuple[int, ...]]]:
+    """The columns of each channel in a row of all channels, and the shape of one sample."""
+    edges = np.cumsum([0, *(channel.width for channel in channels(parameters))]).tolist()
+    return [
+        (slice(low, high), channel.shape)
+        for channel, low, high in zip(channels(parameters), edges[:-1], edges[1:], strict=True)
+    ]
 
 
-@inlined
-def _write_contact(out, row, k, side, contact, position, cosine, sine):
-    out.approach[row, k, side] = contact.approach
-    out.normal_load[row, k, side] = contact.normal_load
-    out.spin_rate[row, k, side] = contact.spin_rate
-    out.drilling_torque[row, k, side] = contact.drilling
-    out.curvature_small[row, k, side] = contact.curvature_small
-    out.curvature_large[row, k, side] = contact.curvature_large
-    normal = contact.normal
-    out.contact_angle[row, k, side] = math.atan2(normal[2], math.sqrt(normal[0] ** 2 + normal[1] ** 2))
-    _store(out.point, row, k, side, about_z(cosine, sine, add(position, contact.arm)))
-    _store(out.normal, row, k, side, about_z(cosine, sine, scaled(-1.0, normal)))
-    _store(out.friction_force, row, k, side, about_z(cosine, sine, contact.friction))
-    _store(out.slip, row, k, side, about_z(cosine, sine, contact.slip))
+def empty_outputs(parameters: BearingScene, count: int) -> np.ndarray:
+    """Room for `count` solver outputs: all channels side by side, (count, total width)."""
+    return np.empty((count, _columns(parameters)[-1][0].stop))
 
 
-@inlined
-def _react(force_sum, torque_sum, row, centre, point, force, drilling):
-    """Adds the reaction to `force` at `point` and torque `drilling` on a ball to a ring's, about its centre."""
-    torque = add(cross(minus(point, centre), force), drilling)
-    for axis in range(3):
-        force_sum[row, axis] -= force[axis]
-        torque_sum[row, axis] -= torque[axis]
+def outputs_of(parameters: BearingScene, matrix: np.ndarray) -> Outputs:
+    """The channels that stand side by side in `matrix`, as views of it."""
+    count = len(matrix)
+    return Outputs(*(matrix[:, columns].reshape(count, *shape) for columns, shape in _columns(parameters)))
 
 
-@inlined
-def _write_neighbour(out, row, k, pair, position, cosine, sine):
-    """Writes the contact of ball k with the next ahead."""
-    point = about_z(cosine, sine, add(position, pair.arm))
-    normal = about_z(cosine, sine, scaled(-1.0, pair.normal))
-    friction = about_z(cosine, sine, pair.friction)
-    out.neighbour_load[row, k] = pair.normal_load
-    for axis in range(3):
-        out.neighbour_point[row, k, axis] = point[axis]
-        out.neighbour_normal[row, k, axis] = normal[axis]
-        out.neighbour_friction[row, k, axis] = friction[axis]
-
-
-@inlined
-def _write_ball(bearing, near, inner_centre, inner_speed, state, k, orientation, out, row):
-    """Writes ball k and its two contacts; adds its share of energies and ring reactions."""
-    local, centre = ball_position(state, k), in_ball_frame(state, k, inner_centre)
-    inner = inner_contact(bearing, centre, inner_speed, state, k)
-    inner = with_spot(bearing.spot, bearing, centre, inner_speed, local, inner)
-    outer = outer_contact(bearing, state, k)
-    outer = with_spot(bearing.spot, bearing, (0.0, 0.0, 0.0), 0.0, local, outer)
-    angle = state[k, ORBIT_ANGLE]
-    cosine, sine = math.cos(angle), math.sin(angle)
-    velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
-    orbit_rate = velocity[1] / local[0]
-    position = about_z(cosine, sine, local)
-    fixed_velocity, fixed_spin = about_z(cosine, sine, velocity), about_z(cosine, sine, spin)
-    inner_force, outer_force = about_z(cosine, sine, inner.force), about_z(cosine, sine, outer.force)
-    torque = about_z(cosine, sine, add(inner.torque, outer.torque))
-    turn = (0.0, 0.0, math.sin(0.5 * angle), math.cos(0.5 * angle))
-    own = (orientation[k, 0], orientation[k, 1], orientation[k, 2], orientation[k, 3])
-    quaternion = quaternion_product(turn, own)
-    out.orbit_angle[row, k] = angle
-    for axis in range(3):
-        out.position[row, k, axis] = position[axis]
-        out.velocity[row, k, axis] = fixed_velocity[axis]
-        out.angular_velocity[row, k, axis] = fixed_spin[axis]
-        out.raceway_force[row, k, axis] = inner_force[axis] + outer_force[axis]
-        out.raceway_torque[row, k, axis] = torque[axis]
-    for part in range(4):
-        out.orientation[row, k, part] = quaternion[part]
-    out.roll_rate[row, k] = orbit_rate - spin[2]
-    _write_contact(out, row, k, INNER, inner, local, cosine, sine)
-    _write_contact(out, row, k, OUTER, outer, local, cosine, sine)
-    inner_point = about_z(cosine, sine, add(local, inner.arm))
-    outer_point = about_z(cosine, sine, add(local, outer.arm))
-    inner_drilling = about_z(cosine, sine, scaled(inner.drilling, inner.normal))
-    outer_drilling = about_z(cosine, sine, scaled(outer.drilling, outer.normal))
-    middle = (0.0, 0.0, 0.0)
-    _react(out.inner_ring_force, out.inner_ring_torque, row, inner_centre, inner_point, inner_force, inner_drilling)
-    _react(out.outer_ring_force, out.outer_ring_torque, row, middle, outer_point, outer_force, outer_drilling)
-    energy = inner.energy + outer.energy
-    if touchable(bearing, near, k, 1):
-        pair = pair_contact(bearing, state, k, 1)
-        energy += pair.energy
-        _write_neighbour(out, row, k, pair, local, cosine, sine)
-    if touchable(bearing, near, k, -1):
-        energy += pair_contact(bearing, state, k, -1).energy
-    out.elastic_energy[row] += energy
-    out.kinetic_energy[row] += 0.5 * (
-        bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin)
-    )
-    out.potential_energy[row] -= bearing.ball_mass * dot(bearing.gravity, position)
-    out.drive_work[row] += state[k, DRIVE_WORK]
-    out.dissipated[row] += state[k, DISSIPATED]
-    out.gross_work[row] += state[k, GROSS_WORK]
-
-
-@kernel
-def write_outputs(bearing, drive, times, states, orientations, out, first):
+def write_outputs(parameters, bearing, drive, times, states, orientations, out, first):
     """Fills `out` from row `first` with the states (count, N, columns) and orientations (count, N, 4) at `times` [s].
 
-    `times` count from the instant the drive's angle and speed belong to. Sums start from zero in each row.
+    `times` count from the instant the drive's angle and speed belong to. Every column of a row is written.
     """
-    near = np.zeros(bearing.balls, np.bool_)
-    for sample in range(len(times)):
-        row = first + sample
-        for k in range(bearing.balls):
-            gap, _ = meeting(bearing, states[sample], k)
-            near[k] = gap < 0.0
-            out.neighbour_approach[row, k] = -gap if gap < math.inf else 0.0
-        time = times[sample]
-        speed = drive.speed + drive.acceleration * time
-        out.inner_ring_speed[row] = speed
-        out.inner_ring_angle[row] = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
-        for axis in range(3):
-            out.inner_ring_offset[row, axis] = bearing.offset[axis]
-        for k in range(bearing.balls):
-            _write_ball(bearing, near, bearing.offset, speed, states[sample], k, orientations[sample], out, row)
+    write_rows(bearing, drive, times, states, orientations, _places(parameters), out, first)
 
 
 @kernel
@@ -262,7 +162,7 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
     """`in_contact` (N, 2), `semi_major`, `semi_minor` [m], `peak_pressure` [Pa] (N, 2) and `major_axis` (N, 2, 3).
 
     By Hertz from curvatures and normal load, whatever the elastic law. The major axis lies in the meridian plane,
-    across the groove; computed only for samples that are published.
+    across the groove; computed only for samples that are published. All with the rows of a sample of many outputs.
     """
     load = sample["normal_load"]
     materials = parameters.materials
@@ -270,14 +170,18 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
         effective_modulus(materials.ball, materials.inner_ring),
         effective_modulus(materials.ball, materials.outer_ring),
     )
-    semi_major, semi_minor, pressure = np.zeros_like(load), np.zeros_like(load), np.zeros_like(load)
-    _ellipses(moduli, sample["curvature_small"], sample["curvature_large"], load, semi_major, semi_minor, pressure)
+    flat = load.reshape(-1, 2)
+    small, large = (sample[name].reshape(-1, 2) for name in ("curvature_small", "curvature_large"))
+    found = np.zeros((3, *flat.shape))
+    _ellipses(moduli, small, large, flat, *found)
+    semi_major, semi_minor, pressure = found.reshape(3, *load.shape)
     normal = sample["normal"]
     axis = np.array([0.0, 0.0, 1.0]) - normal[..., 2:] * normal
+    square = axis * axis
     return {
         "in_contact": sample["approach"] > 0.0,
         "semi_major": semi_major,
         "semi_minor": semi_minor,
         "peak_pressure": pressure,
-        "major_axis": axis / np.linalg.norm(axis, axis=-1, keepdims=True),
+        "major_axis": axis / np.sqrt(square[..., 0:1] + square[..., 1:2] + square[..., 2:3]),
     }

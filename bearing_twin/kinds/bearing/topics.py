@@ -1,4 +1,7 @@
-"""The topics of a bearing: wrenches, contacts, state, joints and markers, as fields of messages."""
+"""The topics of a bearing: wrenches, contacts, state, joints and markers, as fields of messages.
+
+All but the markers take many outputs at once, with one row an output in front of every array.
+"""
 
 import numpy as np
 
@@ -24,13 +27,17 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
     texts = {f"ball_{k}": f"on ball {k}, by raceways and neighbours, about its centre" for k in range(balls)}
     texts |= dict.fromkeys(RINGS, "on the ring, by the balls, about its centre")
     return (
-        *body_topics(FRAME, wrenches, origins, texts),
-        contacts_topic(FRAME, contacts, "all contacts, of balls with raceways and with each other, as arrays"),
-        Topic(
-            "state", "bearing_twin_msgs/msg/BearingState", PUBLISH, state, "motion of balls and rings, energies", FRAME
+        *body_topics(FRAME, wrenches, origins, texts, together=True),
+        contacts_topic(
+            FRAME, contacts, "all contacts, of balls with raceways and with each other, as arrays", together=True
         ),
         Topic(
-            "joint_states", "sensor_msgs/msg/JointState", PUBLISH, joints, "angles of inner ring and orbits", FRAME
+            "state", "bearing_twin_msgs/msg/BearingState", PUBLISH, state, "motion of balls and rings, energies", FRAME,
+            together=True,
+        ),
+        Topic(
+            "joint_states", "sensor_msgs/msg/JointState", PUBLISH, joints, "angles of inner ring and orbits", FRAME,
+            together=True,
         ),
         Topic(
             "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME
@@ -44,11 +51,10 @@ def state(output: Output) -> dict:
     return {
         "sequence": sample.sequence,
         "balls": output.parameters.geometry.balls,
-        "cage_speed": float(orbit_rates(sample).mean()),
+        "cage_speed": orbit_rates(sample).mean(axis=-1),
         "inner_ring_offset": sample["inner_ring_offset"],
-        "drive_torque": -float(sample["inner_ring_torque"][2]),
-        **{name: sample[name] for name in STATE_ARRAYS},
-        **{name: float(sample[name]) for name in STATE_NUMBERS},
+        "drive_torque": -sample["inner_ring_torque"][..., 2],
+        **{name: sample[name] for name in STATE_ARRAYS + STATE_NUMBERS},
     }
 
 
@@ -58,8 +64,8 @@ def joints(output: Output) -> dict:
     balls = output.parameters.geometry.balls
     return {
         "name": ["inner_ring_joint", *(f"ball_{k}_orbit_joint" for k in range(balls))],
-        "position": np.concatenate([[float(sample["inner_ring_angle"])], sample["orbit_angle"]]),
-        "velocity": np.concatenate([[float(sample["inner_ring_speed"])], orbit_rates(sample)]),
+        "position": np.concatenate([sample["inner_ring_angle"][..., None], sample["orbit_angle"]], axis=-1),
+        "velocity": np.concatenate([sample["inner_ring_speed"][..., None], orbit_rates(sample)], axis=-1),
     }
 
 
@@ -71,6 +77,6 @@ def marker_fields(output: Output) -> dict:
 
 def orbit_rates(sample: Sample) -> np.ndarray:
     """Angular velocity [rad/s] of each ball's centre about the bearing's axis."""
-    position, velocity = sample["position"], sample["velocity"]
-    moment = position[:, 0] * velocity[:, 1] - position[:, 1] * velocity[:, 0]
-    return moment / (position[:, 0] ** 2 + position[:, 1] ** 2)
+    x, y, _ = np.moveaxis(sample["position"], -1, 0)
+    along_x, along_y, _ = np.moveaxis(sample["velocity"], -1, 0)
+    return (x * along_y - y * along_x) / (x**2 + y**2)

@@ -1,0 +1,272 @@
+"""What a bearing gives out, computed in lanes: LANES pairs of an output and a ball side by side.
+
+Rows hold one ball's numbers in the order of the channels of `outputs`, so that they are spread over a row of the
+matrix of all channels by two lists, `Places`. Contacts are those of the equations of motion themselves
+(`equations.raceway_contact`); friction over a spot, where the scene has it, is added ball by ball.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.equations import (
+    give_coefficients,
+    in_ball_frame,
+    inner_contact,
+    lane_position,
+    neighbour_angle,
+    outer_contact,
+    pair_contact,
+    raceway_contact,
+    touchable,
+)
+from bearing_twin.kinds.bearing.layout import (
+    AXIS_DISTANCE,
+    DISSIPATED,
+    DRIVE_WORK,
+    GIVEN_INNER,
+    GIVEN_OUTER,
+    GROSS_WORK,
+    LANE_ROWS,
+    LANES,
+    ORBIT_ANGLE,
+    RING_SPEED,
+    SPIN,
+    VELOCITY,
+    get,
+    get_quaternion,
+    get_vector,
+    into_lane,
+    new_lanes,
+    put,
+    put_quaternion,
+    put_vector,
+)
+from bearing_twin.kinds.bearing.spot import with_spot
+from bearing_twin.numerics.rotation import (
+    about_z,
+    add,
+    arctangent,
+    cosine_sine,
+    cross,
+    dot,
+    minus,
+    quaternion_product,
+    scaled,
+)
+
+INNER, OUTER = 0, 1
+OWN_WIDTHS = (1, 3, 3, 4, 3, 1, 3, 3, 2, 2, 2, 2, 2, 2, 6, 6, 6, 6, 2)  # of the channels with a ball's own numbers
+SHARED_WIDTHS = (3, 3, 3, 3, 1, 1, 1, 1, 1, 1)  # of those that are sums over the balls
+
+(
+    ANGLE_OUT, POSITION_OUT, VELOCITY_OUT, ORIENTATION_OUT, SPIN_OUT, ROLL_OUT, FORCE_OUT, TORQUE_OUT, APPROACH_OUT,
+    LOAD_OUT, CONTACT_ANGLE_OUT, SPIN_RATE_OUT, SMALL_OUT, LARGE_OUT, POINT_OUT, NORMAL_OUT, FRICTION_OUT, SLIP_OUT,
+    DRILLING_OUT, INNER_FORCE, INNER_TORQUE, OUTER_FORCE, OUTER_TORQUE, KINETIC, ELASTIC, POTENTIAL, WORK, LOST, GROSS,
+    OWN_ORIENTATION, ENERGIES, OUTPUT_ROWS,
+) = LANE_ROWS + np.cumsum((0, *OWN_WIDTHS, *SHARED_WIDTHS, 4, 2))  # fmt: skip
+OWN_ROWS, SHARED_ROWS = sum(OWN_WIDTHS), sum(SHARED_WIDTHS)
+
+
+class Places(NamedTuple):
+    """Where numbers stand in a row of all channels: own number i of ball k at `first[i] + k step[i]`, and the rest."""
+
+    first: np.ndarray
+    step: np.ndarray
+    ring: int
+    shared: int
+    neighbours: int
+    position: int
+
+
+@inlined
+def _note(contact, side, lanes, k):
+    """Keeps what outputs need of a contact, in the ball's frame; `point` holds the arm until it is turned."""
+    put(lanes, APPROACH_OUT + side, k, contact.approach)
+    put(lanes, LOAD_OUT + side, k, contact.normal_load)
+    put(lanes, SPIN_RATE_OUT + side, k, contact.spin_rate)
+    put(lanes, SMALL_OUT + side, k, contact.curvature_small)
+    put(lanes, LARGE_OUT + side, k, contact.curvature_large)
+    put(lanes, DRILLING_OUT + side, k, contact.drilling)
+    put(lanes, ENERGIES + side, k, contact.energy)
+    put_vector(lanes, POINT_OUT + 3 * side, k, contact.arm)
+    put_vector(lanes, NORMAL_OUT + 3 * side, k, contact.normal)
+    put_vector(lanes, FRICTION_OUT + 3 * side, k, contact.friction)
+    put_vector(lanes, SLIP_OUT + 3 * side, k, contact.slip)
+
+
+@kernel
+def _contacts(bearing, lanes):
+    """Both contacts of every lane, with friction at a point if any."""
+    for k in range(LANES):
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        position = lane_position(lanes, k)
+        velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
+        centre = about_z(cosine, -sine, bearing.offset)
+        speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
+        inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
+        given = get(lanes, GIVEN_OUTER, k)
+        outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
+        _note(inner, INNER, lanes, k)
+        _note(outer, OUTER, lanes, k)
+
+
+@kernel
+def _add_spots(bearing, state, ball, lanes, k):
+    """Friction over the spots of one ball, where the bearing has it."""
+    if len(bearing.spot) > 0:
+        local = lane_position(lanes, k)
+        centre, speed = in_ball_frame(state, ball, bearing.offset), get(lanes, RING_SPEED, k)
+        inner = with_spot(
+            bearing.spot, bearing, centre, speed, local, inner_contact(bearing, centre, speed, state, ball)
+        )
+        middle = (0.0, 0.0, 0.0)
+        outer = with_spot(bearing.spot, bearing, middle, 0.0, local, outer_contact(bearing, state, ball))
+        _note(inner, INNER, lanes, k)
+        _note(outer, OUTER, lanes, k)
+
+
+@inlined
+def _turn_contact(side, cosine, sine, local, centre, lanes, k):
+    """Turns a contact into fixed axes; force and torque on the ball about its centre, and on the ring about its own."""
+    arm, normal = get_vector(lanes, POINT_OUT + 3 * side, k), get_vector(lanes, NORMAL_OUT + 3 * side, k)
+    friction, slip = get_vector(lanes, FRICTION_OUT + 3 * side, k), get_vector(lanes, SLIP_OUT + 3 * side, k)
+    drilling = scaled(get(lanes, DRILLING_OUT + side, k), normal)
+    load = get(lanes, LOAD_OUT + side, k)
+    force = about_z(cosine, sine, add(scaled(-load, normal), friction))
+    torque = about_z(cosine, sine, add(cross(arm, friction), drilling))
+    point = about_z(cosine, sine, add(local, arm))
+    in_plane = math.sqrt(normal[0] * normal[0] + normal[1] * normal[1])
+    put(lanes, CONTACT_ANGLE_OUT + side, k, arctangent(normal[2] / in_plane))
+    put_vector(lanes, POINT_OUT + 3 * side, k, point)
+    put_vector(lanes, NORMAL_OUT + 3 * side, k, about_z(cosine, sine, scaled(-1.0, normal)))
+    put_vector(lanes, FRICTION_OUT + 3 * side, k, about_z(cosine, sine, friction))
+    put_vector(lanes, SLIP_OUT + 3 * side, k, about_z(cosine, sine, slip))
+    reaction = add(cross(minus(point, centre), force), about_z(cosine, sine, drilling))
+    return force, torque, scaled(-1.0, reaction)
+
+
+@kernel
+def _turn(bearing, lanes):
+    """Turns every lane's ball and contacts from the ball's frame into fixed axes, and sums up its shares."""
+    for k in range(LANES):
+        angle = get(lanes, ORBIT_ANGLE, k)
+        cosine, sine = cosine_sine(angle)
+        half_cosine, half_sine = cosine_sine(0.5 * angle)
+        local = lane_position(lanes, k)
+        velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
+        position = about_z(cosine, sine, local)
+        quaternion = quaternion_product((0.0, 0.0, half_sine, half_cosine), get_quaternion(lanes, OWN_ORIENTATION, k))
+        inner, inner_torque, inner_reaction = _turn_contact(INNER, cosine, sine, local, bearing.offset, lanes, k)
+        outer, outer_torque, outer_reaction = _turn_contact(OUTER, cosine, sine, local, (0.0, 0.0, 0.0), lanes, k)
+        motion = bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin)
+        put(lanes, ANGLE_OUT, k, angle)
+        put_vector(lanes, POSITION_OUT, k, position)
+        put_vector(lanes, VELOCITY_OUT, k, about_z(cosine, sine, velocity))
+        put_quaternion(lanes, ORIENTATION_OUT, k, quaternion)
+        put_vector(lanes, SPIN_OUT, k, about_z(cosine, sine, spin))
+        put(lanes, ROLL_OUT, k, velocity[1] / local[0] - spin[2])
+        put_vector(lanes, FORCE_OUT, k, add(inner, outer))
+        put_vector(lanes, TORQUE_OUT, k, add(inner_torque, outer_torque))
+        put_vector(lanes, INNER_FORCE, k, scaled(-1.0, inner))
+        put_vector(lanes, INNER_TORQUE, k, inner_reaction)
+        put_vector(lanes, OUTER_FORCE, k, scaled(-1.0, outer))
+        put_vector(lanes, OUTER_TORQUE, k, outer_reaction)
+        put(lanes, KINETIC, k, 0.5 * motion)
+        put(lanes, ELASTIC, k, get(lanes, ENERGIES + INNER, k) + get(lanes, ENERGIES + OUTER, k))
+        put(lanes, POTENTIAL, k, -bearing.ball_mass * dot(bearing.gravity, position))
+        put(lanes, WORK, k, get(lanes, DRIVE_WORK, k))
+        put(lanes, LOST, k, get(lanes, DISSIPATED, k))
+        put(lanes, GROSS, k, get(lanes, GROSS_WORK, k))
+
+
+@kernel
+def _spread(places, lanes, k, ball, row):
+    """Writes one lane's ball into a row of all channels, and adds its shares; ball 0 begins the sums."""
+    first, step = places.first, places.step
+    for i in range(OWN_ROWS):
+        row[first[i] + ball * step[i]] = get(lanes, ANGLE_OUT + i, k)
+    for i in range(SHARED_ROWS):
+        share = get(lanes, INNER_FORCE + i, k)
+        row[places.shared + i] = share if ball == 0 else row[places.shared + i] + share
+
+
+@kernel
+def _neighbour_gaps(bearing, state, position, row, approach, near):
+    """Writes the approach of each ball and the next ahead; marks the pairs that touch, returns whether any does."""
+    balls, touching = bearing.balls, False
+    for k in range(balls):
+        j, near[k] = (k + 1) % balls, False
+        row[approach + k] = 0.0
+        if balls > 2 or (balls == 2 and neighbour_angle(bearing, state, k, 1) <= math.pi):
+            x = row[position + 3 * j] - row[position + 3 * k]
+            y = row[position + 3 * j + 1] - row[position + 3 * k + 1]
+            z = row[position + 3 * j + 2] - row[position + 3 * k + 2]
+            depth = 2.0 * bearing.ball_radius - math.sqrt(x * x + y * y + z * z)
+            row[approach + k], near[k] = depth, depth > 0.0
+            touching = touching or near[k]
+    return touching
+
+
+@kernel
+def _write_pairs(bearing, state, near, elastic, load, row):
+    """Writes the contacts of balls that touch: loads, then points, normals and friction of all balls; their energy."""
+    balls = bearing.balls
+    for k in range(balls):
+        for side in (1, -1):
+            if touchable(bearing, near, k, side):
+                pair = pair_contact(bearing, state, k, side)
+                row[elastic] += pair.energy
+                if side > 0:
+                    angle = state[k, ORBIT_ANGLE]
+                    cosine, sine = math.cos(angle), math.sin(angle)
+                    local = (state[k, AXIS_DISTANCE], 0.0, state[k, AXIS_DISTANCE + 2])
+                    point = about_z(cosine, sine, add(local, pair.arm))
+                    normal = about_z(cosine, sine, scaled(-1.0, pair.normal))
+                    friction = about_z(cosine, sine, pair.friction)
+                    row[load + k] = pair.normal_load
+                    for axis in range(3):
+                        place = load + balls + 3 * k + axis
+                        row[place] = point[axis]
+                        row[place + 3 * balls] = normal[axis]
+                        row[place + 6 * balls] = friction[axis]
+
+
+@kernel
+def write_rows(bearing, drive, times, states, orientations, places, out, first):
+    """Fills `out` from row `first` on with the states (count, N, columns), orientations (count, N, 4) at `times` [s].
+
+    `times` count from the instant the drive's angle and speed belong to.
+    """
+    balls = bearing.balls
+    lanes, total = new_lanes(OUTPUT_ROWS), len(times) * balls
+    for begin in range(0, total, LANES):
+        for k in range(LANES):
+            pair = min(begin + k, total - 1)
+            sample, ball = pair // balls, pair % balls
+            into_lane(states[sample, ball], lanes, AXIS_DISTANCE, k)
+            into_lane(orientations[sample, ball], lanes, OWN_ORIENTATION, k)
+            put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * times[sample])
+        give_coefficients(bearing, lanes)
+        _contacts(bearing, lanes)
+        for k in range(min(LANES, total - begin)):
+            pair = begin + k
+            _add_spots(bearing, states[pair // balls], pair % balls, lanes, k)
+        _turn(bearing, lanes)
+        for k in range(min(LANES, total - begin)):
+            pair = begin + k
+            _spread(places, lanes, k, pair % balls, out[first + pair // balls])
+    near = np.zeros(balls, np.bool_)
+    for sample in range(len(times)):
+        row, time = out[first + sample], times[sample]
+        row[places.ring] = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
+        row[places.ring + 1] = drive.speed + drive.acceleration * time
+        for axis in range(3):
+            row[places.ring + 2 + axis] = bearing.offset[axis]
+        for column in range(places.neighbours + balls, len(row)):
+            row[column] = 0.0
+        if _neighbour_gaps(bearing, states[sample], places.position, row, places.neighbours, near):
+            elastic = places.shared + ELASTIC - INNER_FORCE
+            _write_pairs(bearing, states[sample], near, elastic, places.neighbours + balls, row)
