@@ -14,7 +14,7 @@ ARGUMENTS = 50.0, 3e-4, 1e-4, 0.02, -0.03, 90.0, 0.1, 1e-4
 
 def test_the_words_read_off_the_text_are_those_of_the_rows():
     assert friction_names() == tuple(FRICTIONS)
-    for name, words in words_of("Friction").items():
+    for name, words in words_of("FrictionModel").items():
         assert (words.name, words.help, words.needs) == (name, FRICTIONS[name].help, FRICTIONS[name].needs)
 
 

@@ -45,7 +45,7 @@ CONTESTANTS = {row.name: row.rubbing for row in FRICTIONS.values() if row.over_s
 
 
 @dataclass(frozen=True)
-class Point:
+class FrictionPoint:
     """One form at one shape and one ratio of spin to slip: errors of force and torque, and ns an evaluation."""
 
     form: str
@@ -71,7 +71,7 @@ def _errors(form, shape, spin, exact):
     return worst
 
 
-def measure(shapes=SHAPES, spins=SPINS) -> list[Point]:
+def measure(shapes=SHAPES, spins=SPINS) -> list[FrictionPoint]:
     """Every contestant at every shape b/a and every ratio a omega/v."""
     many = np.geomspace(0.1, 10.0, EVALUATIONS)
     loops = {name: _loop(form) for name, form in CONTESTANTS.items()}
@@ -85,11 +85,11 @@ def measure(shapes=SHAPES, spins=SPINS) -> list[Point]:
             ]
             for name, form in CONTESTANTS.items():
                 force, torque = _errors(form, shape, spin, exact)
-                points.append(Point(name, shape, float(spin), float(force), float(torque), 1e9 * cost[name]))
+                points.append(FrictionPoint(name, shape, float(spin), float(force), float(torque), 1e9 * cost[name]))
     return points
 
 
-def write_table(points: list[Point], path: Path) -> None:
+def write_table(points: list[FrictionPoint], path: Path) -> None:
     """The points as comma-separated values."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
@@ -97,13 +97,13 @@ def write_table(points: list[Point], path: Path) -> None:
         table.writerows([*vars(p).values(), p.failed] for p in points)
 
 
-def worst(points: list[Point], form: str, shape: float) -> tuple[float, float]:
+def worst(points: list[FrictionPoint], form: str, shape: float) -> tuple[float, float]:
     """The greatest errors of force and torque of a form at one b/a."""
     mine = [p for p in points if p.form == form and p.axis_ratio == shape]
     return max(p.force_error for p in mine), max(p.torque_error for p in mine)
 
 
-def reading(points: list[Point]) -> list[str]:
+def reading(points: list[FrictionPoint]) -> list[str]:
     """What the chart says, a sentence a form."""
     sentences = []
     for form in dict.fromkeys(p.form for p in points):
@@ -134,7 +134,7 @@ def _panel(axis, points, error, shape):
     frame(axis)
 
 
-def draw(points: list[Point], path: Path) -> None:
+def draw(points: list[FrictionPoint], path: Path) -> None:
     """The chart: force error above, torque error below, one column a shape, and on the right error against cost."""
     figure = Figure(figsize=(17, 9), layout="constrained")
     FigureCanvasAgg(figure)

@@ -181,7 +181,7 @@ def spot_friction_pade2(normal_load, semi_major, semi_minor, slip_major, slip_mi
 
 
 @dataclass(frozen=True)
-class Friction:
+class FrictionModel:
     """One friction model; `name`, `help` and `needs` are written as literals, by keyword (`contact.names`).
 
     `rubbing` takes what `spot_friction` takes. `needs` "ellipse" says that the spot and its spin matter. `error`: how
@@ -203,13 +203,13 @@ class Friction:
 
 
 _ROWS = (
-    Friction(
+    FrictionModel(
         name="point",
         help="by the slip at the contact point; spin meets no resistance",
         needs=(),
         rubbing=point_friction,
     ),
-    Friction(
+    FrictionModel(
         name="spot",
         help="over the spot that slides and spins, by a quadrature of 6 x 16 points",
         needs=("ellipse",),
@@ -217,21 +217,21 @@ _ROWS = (
         error=FAST_ERROR,
         in_lanes=True,
     ),
-    Friction(
+    FrictionModel(
         name="spot_fine",
         help="over the spot by 24 x 96 points, at 24 times the cost",
         needs=("ellipse",),
         rubbing=spot_friction,
         error=FINE_ERROR,
     ),
-    Friction(
+    FrictionModel(
         name="pade1",
         help="over the spot in closed form by quotients of first degree (Zhuravlev): rough where sliding meets spin",
         needs=("ellipse",),
         rubbing=spot_friction_pade1,
         error=PADE1_ERROR,
     ),
-    Friction(
+    FrictionModel(
         name="pade2",
         help="the same by quotients of second degree (Kireenkov)",
         needs=("ellipse",),
@@ -245,7 +245,7 @@ FRICTIONS = {row.name: row for row in _ROWS}
 _rubbing = chosen([row.rubbing for row in _ROWS])
 
 
-def roughness(friction: Friction) -> list[str]:
+def roughness(friction: FrictionModel) -> list[str]:
     """A warning of a model that is further off than the quadrature of scenes, or none."""
     if friction.error <= FAST_ERROR:
         return []

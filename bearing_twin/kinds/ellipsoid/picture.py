@@ -12,7 +12,7 @@ from bearing_twin import __version__
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
-from bearing_twin.pictures.values import Values, footer
+from bearing_twin.pictures.values import ChannelValues, footer
 from bearing_twin.sample import Block
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
@@ -26,7 +26,7 @@ class EllipsoidPicture:
     """The picture of one run of any length."""
 
     def __init__(self, facts: Facts):
-        self._facts, self._values = facts, Values()
+        self._facts, self._values = facts, ChannelValues()
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
