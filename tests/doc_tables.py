@@ -60,7 +60,7 @@ def _frictions() -> str:
     rows = (
         (f"`{name}`", row.help, f"{100.0 * row.error:.2g} %" if row.error else "-") for name, row in FRICTIONS.items()
     )
-    return _table(("friction", "what", "off at worst, in force or torque"), rows)
+    return _table(("friction", "what", "off at worst for b/a ≥ 0.1, in force or torque"), rows)
 
 
 def _laws_of_kinds() -> str:
