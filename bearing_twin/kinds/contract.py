@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
 """How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, or at the start."""
 
+ENERGY_GAIN = 0.01  # of the energy brought or the work moved; more, either way, is never a success
+
 
 class Motion(Protocol):
     """What moves a scene, made from its parameters and the choice of a model.
