@@ -1,5 +1,10 @@
 """Bearing runs for tests: short names for a scene with overrides, its motion, and its energies."""
 
+import os
+import pickle
+import subprocess
+import sys
+
 import numpy as np
 from made_up_run import a_choice
 
@@ -30,3 +35,19 @@ def run(*overrides, count=40, period=5e-5, **names):
     moving = motion(*overrides, **names)
     times = period * np.arange(1, count + 1)
     return moving, moving.advance(times, times[-1])
+
+
+def flat(out):
+    """All numbers of an `Outputs` in one array."""
+    return np.concatenate([np.asarray(array).ravel() for array in out])
+
+
+def without_compiling(module, function, cases):
+    """{case: `function`(*case)} of a test module, by a process in which nothing is compiled."""
+    script = (
+        f"import pickle, sys\nfrom {module} import {function}\n"
+        f"pickle.dump({{case: {function}(*case) for case in {cases!r}}}, sys.stdout.buffer)"
+    )
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", script], env=environment, stdout=subprocess.PIPE, check=True)
+    return pickle.loads(done.stdout)

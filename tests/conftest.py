@@ -18,7 +18,9 @@ BEGAN: list[float] = []
 
 def pytest_addoption(parser):
     parser.addoption("--within", type=float, metavar="S", help="only the first tests that took S seconds last time")
-    parser.addoption("--until", type=float, metavar="S", help="begin no further test S seconds after the first")
+    parser.addoption(
+        "--until", type=float, metavar="S", help="begin no test that would end later than S seconds after the first"
+    )
     parser.addoption("--always", default="", metavar="FILES", help="test files that neither leaves out")
 
 
@@ -50,11 +52,12 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item):
-    """With --until, passes over what would begin too late."""
+    """With --until, passes over what would end too late, as long as it took last time."""
     seconds = item.config.getoption("until")
     if seconds is None or item.path.stem in item.config.getoption("always").split(","):
         return None
-    if time.monotonic() - BEGAN[0] < seconds:
+    needed = item.config.cache.get(TOOK, {}).get(item.nodeid, UNKNOWN) if hasattr(item.config, "cache") else UNKNOWN
+    if time.monotonic() - BEGAN[0] + needed < seconds + UNKNOWN:
         return None
     LEFT_OUT.append(item.nodeid)
     return True

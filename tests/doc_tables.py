@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
-from bearing_twin.charts.work_precision import METHODS, PROBLEMS, Point, cheapest
+from bearing_twin.charts.work_precision import LADDERS, PROBLEMS, StepperPoint, cheapest
 from bearing_twin.command.chart_command import CHARTS
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
@@ -60,7 +60,7 @@ def _frictions() -> str:
     rows = (
         (f"`{name}`", row.help, f"{100.0 * row.error:.2g} %" if row.error else "-") for name, row in FRICTIONS.items()
     )
-    return _table(("friction", "what", "off at worst, in force or torque"), rows)
+    return _table(("friction", "what", "off at worst for b/a ≥ 0.1, in force or torque"), rows)
 
 
 def _laws_of_kinds() -> str:
@@ -84,11 +84,11 @@ def _steppers() -> str:
     return _table(("stepper", "order", "step", "what it treats implicitly", "source"), rows)
 
 
-def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in METHODS)) -> str:
+def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in LADDERS)) -> str:
     """The reading of the chart of steppers, from the table that stands beside it."""
     with (ROOT / "docs" / "steppers.csv").open(encoding="utf-8", newline="") as stream:
         points = [
-            Point(row[0], row[1], *(float(one) if one else math.nan for one in row[2:6]), row[6])
+            StepperPoint(row[0], row[1], *(float(one) if one else math.nan for one in row[2:6]), row[6])
             for row in list(csv.reader(stream))[1:]
         ]
     rows = []

@@ -1,14 +1,10 @@
 """The bearing's equations of motion: balances, symmetries, closed forms and statics (paper 1, section 5)."""
 
-import io
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-from bearings import TURNED_REST, motion, run, stored_energy
+from bearings import TURNED_REST, flat, motion, run, stored_energy, without_compiling
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
@@ -369,26 +365,28 @@ def test_wrenches_and_ellipses_of_a_sample():
     assert {c.name for c in channels(scene.parameters)} == set(sample.values)
 
 
-@pytest.mark.parametrize("stepper", ["rk4", "rodas4"])
-@pytest.mark.parametrize("law", ["hertz", "volumetric"])
-def test_the_compiled_kernel_is_the_readable_function(stepper, law):
-    """The same numbers without compilation: three balls, two of them touching, a few steps of each stepper."""
-    script = f"""
-import sys, numpy as np
-from bearings import motion
-balls = ("geometry.balls=3", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
-moving = motion(*balls, "initial.motion=rest", "solver.step=2e-7", law={law!r}, stepper={stepper!r})
-moving.state[0, 1] = moving.state[1, 1] - 2.0 * np.arcsin((6.746e-3 - 1e-6) / (2.0 * moving.state[0, 0]))
-out = moving.advance(np.array([1e-6, 2e-6]), 2e-6)
-np.save(sys.stdout.buffer, np.concatenate([np.asarray(array).ravel() for array in out]))
-"""
-    found = []
-    for disabled in ("0", "1"):
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": os.pathsep.join(sys.path)}
-        done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, check=True)
-        found.append(np.load(io.BytesIO(done.stdout)))
+STEPPERS_AND_LAWS = [(stepper, law) for stepper in ("rk4", "rodas4") for law in ("hertz", "volumetric")]
+
+
+def three_balls(stepper, law):
+    """Numbers of a few steps of three balls, two of them touching."""
+    balls = ("geometry.balls=3", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
+    moving = motion(*balls, "initial.motion=rest", "solver.step=2e-7", law=law, stepper=stepper)
+    apart = 2.0 * np.arcsin((6.746e-3 - 1e-6) / (2.0 * moving.state[0, AXIS_DISTANCE]))
+    moving.state[0, ORBIT_ANGLE] = moving.state[1, ORBIT_ANGLE] - apart
+    return flat(moving.advance(np.array([1e-6, 2e-6]), 2e-6))
+
+
+@pytest.fixture(scope="module")
+def readable():
+    return without_compiling("test_bearing", "three_balls", STEPPERS_AND_LAWS)
+
+
+@pytest.mark.parametrize("case", STEPPERS_AND_LAWS, ids="-".join)
+def test_the_compiled_kernel_is_the_readable_function(case, readable):
+    """The same numbers without compilation."""
     # Forward differences amplify the last bits, by which fused multiplications differ.
-    assert found[1] == pytest.approx(found[0], rel=1e-6, abs=1e-9)
+    assert readable[case] == pytest.approx(three_balls(*case), rel=1e-6, abs=1e-9)
 
 
 def test_the_report_of_a_run():

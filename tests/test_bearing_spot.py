@@ -1,15 +1,11 @@
 """Friction over the spots of a bearing: limits in closed form, balances with drilling, every stepper, and its cost."""
 
-import io
 import math
-import os
 import platform
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-from bearings import TURNED_REST, motion, run, stored_energy
+from bearings import TURNED_REST, flat, motion, run, stored_energy, without_compiling
 from numba import njit
 from scipy.special import ellipe
 
@@ -221,22 +217,21 @@ def test_balls_that_touch_are_integrated_with_their_spots():
         assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
 
 
+def two_balls(stepper):
+    """Numbers of a few steps of two balls with spots."""
+    balls = ("geometry.balls=2", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
+    moving = motion(*balls, "initial.motion=rest", "solver.step=5e-7", SPOT, stepper=stepper)
+    return flat(moving.advance(np.array([1e-6]), 1e-6))
+
+
+@pytest.fixture(scope="module")
+def readable():
+    return without_compiling("test_bearing_spot", "two_balls", [("rk4",), ("rodas4",)])
+
+
 @pytest.mark.parametrize("stepper", ["rk4", "rodas4"])
-def test_the_compiled_kernel_is_the_readable_function(stepper):
-    script = f"""
-import sys, numpy as np
-from bearings import motion
-balls = ("geometry.balls=2", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
-moving = motion(*balls, "initial.motion=rest", "solver.step=5e-7", {SPOT!r}, stepper={stepper!r})
-out = moving.advance(np.array([1e-6]), 1e-6)
-np.save(sys.stdout.buffer, np.concatenate([np.asarray(array).ravel() for array in out]))
-"""
-    found = []
-    for disabled in ("0", "1"):
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": os.pathsep.join(sys.path)}
-        done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, check=True)
-        found.append(np.load(io.BytesIO(done.stdout)))
-    assert found[1] == pytest.approx(found[0], rel=1e-6, abs=1e-9)
+def test_the_compiled_kernel_is_the_readable_function(stepper, readable):
+    assert readable[stepper,] == pytest.approx(two_balls(stepper), rel=1e-6, abs=1e-9)
 
 
 def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.charts import samplers
-from bearing_twin.charts.samplers import CHAOS, EXACT, PROBLEMS, Point, draw, needed, of_problem, reading, slope
+from bearing_twin.charts.samplers import CHAOS, EXACT, PROBLEMS, SamplerPoint, draw, needed, of_problem, reading, slope
 from bearing_twin.uq.sampling import SAMPLERS
 
 LADDER = (32, 128, 512, 2048, 8192, 32768, 131072)
@@ -64,7 +64,9 @@ def test_every_sampler_of_the_table_is_on_the_chart(points):
 
 def test_a_size_is_enough_only_if_all_larger_ones_are():
     errors = ((32, 1e-5), (128, 1e-3), (512, 1e-5), (2048, 1e-6))
-    points = [Point("one", "random", size, 1.0, error, error, error, error, error, error) for size, error in errors]
+    points = [
+        SamplerPoint("one", "random", size, 1.0, error, error, error, error, error, error) for size, error in errors
+    ]
     assert needed(points, "random", 1e-4).realisations == 512
     assert needed(points, "random", 1e-7) is None
 

@@ -159,7 +159,7 @@ def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path):
 
 def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkeypatch):
     monkeypatch.setattr(kept, "GREATEST_ROWS", 300)
-    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), kept.Values()
+    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), kept.ChannelValues()
     loads, times = [], []
     for block in run.blocks():
         history.add(block)
@@ -172,4 +172,4 @@ def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkey
     assert np.array_equal(values["normal_load"], np.concatenate(loads)[::8])
     assert history.greatest["normal_load"] == np.concatenate(loads).max()
     with pytest.raises(LogError, match="no sample"):
-        kept.Values().arrays()
+        kept.ChannelValues().arrays()

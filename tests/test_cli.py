@@ -185,8 +185,8 @@ def test_help_is_quick_because_nothing_heavy_is_imported():
     ("words", "heavy"),
     [
         (["scenes"], ("numpy", "numba", "scipy", "matplotlib")),
-        (["scenes", "--keys"], ("numba", "scipy", "matplotlib")),
-        (["study", "--list"], ("numba", "scipy", "matplotlib")),
+        (["scenes", "--keys"], ("numpy", "numba", "scipy", "matplotlib")),
+        (["study", "--list"], ("numpy", "numba", "scipy", "matplotlib")),
     ],
 )
 def test_lists_import_no_kernel(words, heavy):

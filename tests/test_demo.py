@@ -13,6 +13,7 @@ from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import demo
 
 
+@pytest.mark.environment
 def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     result = subprocess.run(
         [sys.executable, "-m", "bearing_twin.nodes.entry", "demo", "--duration", "1", "--out", str(tmp_path)],

@@ -108,7 +108,7 @@ def test_bounce_heights_fall_as_the_square_of_the_restitution():
     assert abs(report.figures["energy_closure"]) < 1e-7
 
 
-@pytest.mark.parametrize("law", ["hertz", "volumetric"])
+@pytest.mark.parametrize("law", ["hertz", pytest.param("volumetric", marks=pytest.mark.environment)])
 def test_ten_thousand_bounces_keep_the_energy(law):
     """A millimetre's fall, no loss, no friction: 10 000 contacts, 350 000 steps."""
     overrides = ("start.height=1e-3", "contact.restitution=1.0", f"contact.normal={law}", "run.output_rate=2",

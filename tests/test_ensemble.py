@@ -164,10 +164,10 @@ def test_a_sweep_is_a_study_at_each_value():
 
 
 def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path):
-    one, two = run(LOSSY, ["workers=1"]), run(LOSSY, ["workers=2"])
-    again = run(LOSSY, ["workers=2"], start=run(LOSSY, ["samples=13", "workers=1"]))
-    assert np.array_equal(one.quantities, two.quantities)
-    assert digest(one, tmp_path, "one") == digest(two, tmp_path, "two") == digest(again, tmp_path, "continued")
+    by_two = run(LOSSY, ["workers=2"])
+    by_one = run(LOSSY, ["workers=1"], start=run(LOSSY, ["samples=13", "workers=1"]))
+    assert np.array_equal(by_one.quantities, by_two.quantities)
+    assert digest(by_one, tmp_path, "one") == digest(by_two, tmp_path, "two")
 
 
 @pytest.mark.parametrize("sampler", ["random", "sobol"])
@@ -361,7 +361,7 @@ def test_a_worker_that_dies_ends_the_study_with_what_is_done():
 def test_a_script_that_guards_nothing_is_told_so(tmp_path):
     script = tmp_path / "naked.py"
     lines = (
-        f"mapping = {LOSSY!r}",
+        f"mapping = { {**LOSSY, 'workers': 1}!r}",
         "from bearing_twin import parse_study, run_study",
         "run_study(parse_study(mapping, 's'))",
     )
@@ -447,25 +447,31 @@ def test_a_log_of_something_else_is_no_study(tmp_path):
         read_study(path)
 
 
-def test_dask_says_what_is_missing_or_wrong():
-    try:
-        import distributed  # noqa: F401
-    except ImportError:
-        with pytest.raises(StudyError, match="needs the package distributed"):
-            run(LOSSY, ["executor=dask://localhost:1"])
-    else:
-        with pytest.raises(StudyError, match="no Dask scheduler"):
-            run(LOSSY, ["executor=dask://localhost:1"])
+def test_dask_says_what_is_missing_or_wrong(monkeypatch):
+    monkeypatch.setattr("bearing_twin.uq.ensemble.DASK_PATIENCE", 0.5)
+    with pytest.raises(StudyError, match="no Dask scheduler at localhost:1 "):
+        run(LOSSY, ["executor=dask://localhost:1"])
+    monkeypatch.setitem(sys.modules, "distributed", None)  # as if it were not installed
+    with pytest.raises(StudyError, match="needs the package distributed"):
+        run(LOSSY, ["executor=dask://localhost:1"])
 
 
-def test_dask_workers_give_the_same_numbers():
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
-    ) as cluster:
+def test_dask_workers_give_the_same_numbers(tmp_path):
+    """On a cluster that listens on this machine's own address alone; nothing of study and cluster stays behind."""
+    import dask  # here, for the import takes a second
+    import distributed
+
+    here, before = "127.0.0.1", set(children())
+    with (
+        dask.config.set({"temporary-directory": str(tmp_path)}),
+        distributed.LocalCluster(1, threads_per_worker=1, host=here, dashboard_address=f"{here}:0") as cluster,
+    ):
         address = cluster.scheduler_address.removeprefix("tcp://")
         result = run(LOSSY, [f"executor=dask://{address}"])
-    assert np.array_equal(result.quantities, run(LOSSY).quantities)
+        ours = [name for name in cluster.scheduler.clients if name.startswith("Client")]
+        assert wait_for(lambda: not [name for name in ours if name in cluster.scheduler.clients], 60.0)
+    assert np.array_equal(result.quantities, run(LOSSY, ["workers=1"]).quantities)
+    wait_for(lambda: set(children()) <= before, 60.0)
 
 
 def test_statistics_of_too_few_samples_are_refused_not_raised():

@@ -1,20 +1,18 @@
 """The table of friction models: words, one entry, a point whatever the axes."""
 
-import math
-
 import numpy as np
 import pytest
 
+from bearing_twin.charts.friction import POLES, hardest
 from bearing_twin.contact.friction import FRICTIONS, friction_factor, friction_number, friction_of
 from bearing_twin.contact.names import friction_names, words_of
-from bearing_twin.reference.spot import spot_friction_exact
 
 ARGUMENTS = 50.0, 3e-4, 1e-4, 0.02, -0.03, 90.0, 0.1, 1e-4
 
 
 def test_the_words_read_off_the_text_are_those_of_the_rows():
     assert friction_names() == tuple(FRICTIONS)
-    for name, words in words_of("Friction").items():
+    for name, words in words_of("FrictionModel").items():
         assert (words.name, words.help, words.needs) == (name, FRICTIONS[name].help, FRICTIONS[name].needs)
 
 
@@ -36,22 +34,9 @@ def test_at_a_point_friction_opposes_the_slip_and_nothing_drills():
     assert tuple(found) == pytest.approx((-0.02 * factor, 0.03 * factor, 0.0), rel=1e-15)
 
 
-@pytest.fixture(scope="module")
-def exact():
-    """(slip along both axes, spin), and the exact answer, on an ellipse of b/a = 0.1 for mu N = 1 N and a = 1 m."""
-    motions = [
-        (math.cos(angle), math.sin(angle), spin)
-        for spin in np.geomspace(0.1, 40.0, 14)
-        for angle in (0.0, 0.3, 0.8, 1.3, 0.5 * math.pi)
-    ]
-    return [(one, spot_friction_exact(1.0, 1.0, 0.1, *one, 1.0, rays=1000)) for one in motions]
-
-
 @pytest.mark.parametrize("name", [name for name, row in FRICTIONS.items() if row.over_spot])
-def test_the_error_a_row_tells_is_not_exceeded(name, exact):
-    row, pure = FRICTIONS[name], -spot_friction_exact(1.0, 1.0, 0.1, 0.0, 0.0, 1.0, 1.0).torque
-    worst = 0.0
-    for motion, right in exact:
-        off = np.subtract(row.rubbing(1.0, 1.0, 0.1, *motion, 1.0, 1e-12), right)
-        worst = max(worst, math.hypot(*off[:2]), abs(off[2]) / pure)
-    assert 0.1 * row.error < worst <= row.error
+def test_the_error_a_row_tells_is_the_greatest_there_is(name):
+    """Looked for among all motions, without smoothing, at b/a = 0.1: not too low, and not much too high."""
+    row = FRICTIONS[name]
+    worst = max(error for _, error in hardest(row.rubbing, 0.1, (np.linspace(0.1, 1.0, 10), POLES[1][::3])))
+    assert 0.85 * row.error < worst <= row.error

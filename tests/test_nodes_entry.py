@@ -75,7 +75,10 @@ def test_the_executables_of_the_package_are_these():
     assert all(callable(getattr(entry, name)) for name in ("sim_node", "recorder_node", "replay_node", "uq_node"))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGINT, *(pytest.param(one, marks=pytest.mark.environment) for one in (signal.SIGTERM, signal.SIGHUP))],
+)
 def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:

@@ -213,7 +213,7 @@ def test_one_runs_four_wait_in_order_and_the_next_is_refused():
         assert node.studies.status()[0] == "idle"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment)])
 def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_path, number):
     with ros_executor() as executor:
         domain = executor.context.get_domain_id()

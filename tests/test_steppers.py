@@ -9,7 +9,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 
-from bearing_twin.charts.work_precision import METHODS
+from bearing_twin.charts.work_precision import LADDERS
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import raceway_rates
@@ -201,7 +201,7 @@ def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
     assert all(len(method.source) > 10 and method.order >= 2 for method in STEPPER_FACTS.values())
     options = next(row.options for row in describe(BearingScene) if row.key == "solver.stepper")
     assert options == ("auto", *STEPPER_FACTS)
-    assert {method.stepper for method in METHODS} == set(STEPPER_FACTS)
+    assert {method.stepper for method in LADDERS} == set(STEPPER_FACTS)
 
 
 def test_the_lanes_of_the_kernel_are_vector_instructions():

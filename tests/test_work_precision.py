@@ -16,7 +16,7 @@ def points():
     patch = pytest.MonkeyPatch()
     short = work_precision.PROBLEMS["sliding"]._replace(count=5)
     patch.setitem(work_precision.PROBLEMS, "sliding", short)
-    patch.setattr(work_precision, "METHODS", (Method("rodas4", (1e-1, 1e-5)), Method("rk4", (4e-6, 5e-7))))
+    patch.setattr(work_precision, "LADDERS", (Method("rodas4", (1e-1, 1e-5)), Method("rk4", (4e-6, 5e-7))))
     yield list(measure(["sliding"]))
     patch.undo()
 

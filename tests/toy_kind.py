@@ -28,7 +28,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Run:
+class RunSettings:
     """How long, and how often it is given out."""
 
     duration: float = quantity(1.0, "s", "simulated time", above=0.0, at_most=1e4)
@@ -42,7 +42,7 @@ class ToyScene:
 
     body: Body = section(Body)
     start: float = quantity(0.01, "m", "position at the start, at rest")
-    run: Run = section(Run)
+    run: RunSettings = section(RunSettings)
 
 
 def check(parameters: ToyScene) -> list[str]:

@@ -38,7 +38,7 @@ CASES = {
 
 
 @dataclass(frozen=True)
-class Point:
+class BouncePoint:
     """One impact: which from the start, its instant [s] by both laws, Hertz's delay [s] measured and in closed form."""
 
     case: str
@@ -90,7 +90,7 @@ def _closed_form(case, count):
     return first - second
 
 
-def measure() -> list[Point]:
+def measure() -> list[BouncePoint]:
     """All impacts of 3.2 s in the three cases."""
     points = []
     for case in CASES:
@@ -98,13 +98,15 @@ def measure() -> list[Point]:
         count = min(len(hertz), len(volumetric))
         exact = _closed_form(case, count)
         points += [
-            Point(case, n + 1, float(hertz[n]), float(volumetric[n]), float(hertz[n] - volumetric[n]), float(exact[n]))
+            BouncePoint(
+                case, n + 1, float(hertz[n]), float(volumetric[n]), float(hertz[n] - volumetric[n]), float(exact[n])
+            )
             for n in range(count)
         ]
     return points
 
 
-def write_table(points: list[Point], path: Path) -> None:
+def write_table(points: list[BouncePoint], path: Path) -> None:
     """The points as comma-separated values."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
@@ -112,7 +114,7 @@ def write_table(points: list[Point], path: Path) -> None:
         table.writerows([p.case, p.impact, p.hertz, p.volumetric, p.delay, p.closed_form] for p in points)
 
 
-def reading(points: list[Point]) -> list[str]:
+def reading(points: list[BouncePoint]) -> list[str]:
     """What the chart says, a sentence a case."""
     sentences = []
     for case in CASES:
@@ -136,7 +138,7 @@ def _altitude(law, begin=0.0, end=DURATION, rate=RATE):
     return time, np.concatenate([block.values["position"][:, 2] for block in blocks])
 
 
-def draw(points: list[Point], path: Path) -> None:
+def draw(points: list[BouncePoint], path: Path) -> None:
     """Altitude over time (figure 3), one impact enlarged (figure 4), and Hertz's delay impact by impact."""
     figure = Figure(figsize=(16.0, 10.0), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)

@@ -11,9 +11,8 @@ from bearing_twin.contact.ellipse import curvature_ratio
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.stress import axis_stresses
 from bearing_twin.errors import SceneError
-from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, STYLE, ball_line, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, SIZE, STYLE, ball_line, frame, heading
 
-SIZE = (16.0, 10.0)  # inches at 100 dots each
 LEAST_SHOWN = 1e-12  # of the laws' errors
 
 

@@ -32,7 +32,7 @@ EVALUATIONS, REPEATS = 20_000, 5
 
 
 @dataclass(frozen=True)
-class Point:
+class LawPoint:
     """One law at one shape: relative error of the load (NaN where it gives none) and ns an evaluation."""
 
     law: str
@@ -85,7 +85,7 @@ def seconds_each(work, count) -> float:
     return float(np.median(spans)) / count
 
 
-def measure(ratios=RAILS) -> list[Point]:
+def measure(ratios=RAILS) -> list[LawPoint]:
     """Every contestant at every b/a in `ratios`, law by law."""
     frozen = hertz_coefficient(1.0, curvature_ratio(FROZEN_AT), 1.0) * curvature_ratio(FROZEN_AT) ** 0.25
     large = np.array([curvature_ratio(ratio) for ratio in np.geomspace(*BEARING, EVALUATIONS)])
@@ -105,11 +105,11 @@ def measure(ratios=RAILS) -> list[Point]:
             history = _history(0.1, 200)
             cost = seconds_each(lambda history=history, state=state: follow(*history, state.projects), 200 * STEPS)
             errors = [_differential_error(ratio, state.projects) if ratio < 1.0 else math.nan for ratio in ratios]
-        points += [Point(name, float(r), float(e), 1e9 * cost) for r, e in zip(ratios, errors, strict=True)]
+        points += [LawPoint(name, float(r), float(e), 1e9 * cost) for r, e in zip(ratios, errors, strict=True)]
     return points
 
 
-def write_table(points: list[Point], path: Path) -> None:
+def write_table(points: list[LawPoint], path: Path) -> None:
     """The points as comma-separated values."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
@@ -117,13 +117,13 @@ def write_table(points: list[Point], path: Path) -> None:
         table.writerows([p.law, p.axis_ratio, p.error, p.nanoseconds, p.failed] for p in points)
 
 
-def worst(points: list[Point], law: str, low: float, high: float = 1.0) -> float:
+def worst(points: list[LawPoint], law: str, low: float, high: float = 1.0) -> float:
     """The greatest error of a law for b/a in [low, high]; infinite where it gives no number."""
     errors = [abs(p.error) for p in points if p.law == law and low <= p.axis_ratio <= high]
     return max((error if error < math.inf else math.inf for error in errors), default=math.nan)
 
 
-def reading(points: list[Point]) -> list[str]:
+def reading(points: list[LawPoint]) -> list[str]:
     """What the chart says, a sentence a law."""
     sentences = []
     for law in dict.fromkeys(p.law for p in points):
@@ -141,7 +141,7 @@ def reading(points: list[Point]) -> list[str]:
     return sentences
 
 
-def draw(points: list[Point], path: Path) -> None:
+def draw(points: list[LawPoint], path: Path) -> None:
     """The chart: error over b/a on the left, error on a raceway against cost on the right."""
     figure = Figure(figsize=(15, 7.5), layout="constrained")
     FigureCanvasAgg(figure)

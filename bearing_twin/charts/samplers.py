@@ -26,7 +26,7 @@ from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
 from bearing_twin.uq.study_file import parse_study
 
 
-class Problem(NamedTuple):
+class StudyProblem(NamedTuple):
     """A study of two spheres, and the powers of its inputs whose product their contact time is proportional to."""
 
     title: str
@@ -35,12 +35,12 @@ class Problem(NamedTuple):
 
 
 PROBLEMS = {
-    "one": Problem(
+    "one": StudyProblem(
         "alpha uncertain",
         {"inputs": {"contact.measured_alpha": {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5}}},
         (1.0,),
     ),
-    "four": Problem(
+    "four": StudyProblem(
         "modulus, radius, mass, speed uncertain",
         {
             "inputs": {
@@ -67,7 +67,7 @@ MOST_NODES = 4096  # of polynomial chaos
 BESIDE = (0.36, 0.2)  # where the legend stands then, in the panel
 
 
-class Point(NamedTuple):
+class SamplerPoint(NamedTuple):
     """A method at one size: median and quartiles over the seeds of the relative errors, median seconds of one core."""
 
     problem: str
@@ -87,7 +87,7 @@ def measure(
     names: tuple[str, ...] = tuple(PROBLEMS),
     ladder: tuple[int, ...] = LADDER,
     seeds: int | None = None,
-) -> list[Point]:
+) -> list[SamplerPoint]:
     """Every sampler at every size of the ladder, polynomial chaos by degrees, and the change of variable for one input.
 
     `seeds` is the number of seeds at every size, by default SEEDS, or MANY where it is cheap.
@@ -135,11 +135,11 @@ def _by_samplers(problem, study, task, truth, ladder, seeds, update):
     return points
 
 
-def _point(problem, method, size, runs) -> Point:
+def _point(problem, method, size, runs) -> SamplerPoint:
     """Of runs (seconds, error of the mean, error of the deviation)."""
     seconds, *errors = np.transpose(runs)
     found = np.concatenate([np.quantile(error, (0.5, 0.25, 0.75)) for error in errors])
-    return Point(problem, method, size, float(np.median(seconds)), *found.tolist())
+    return SamplerPoint(problem, method, size, float(np.median(seconds)), *found.tolist())
 
 
 def _sampled(study, task, name, size, seed, truth):
@@ -167,15 +167,15 @@ def _judged(start, found, truth):
     return (seconds, *np.abs(np.array(found) / truth - 1.0))
 
 
-def write_table(points: list[Point], path: Path) -> None:
+def write_table(points: list[SamplerPoint], path: Path) -> None:
     """The points as comma-separated values."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
-        table.writerow(Point._fields)
+        table.writerow(SamplerPoint._fields)
         table.writerows(points)
 
 
-def draw(points: list[Point], path: Path) -> None:
+def draw(points: list[SamplerPoint], path: Path) -> None:
     """The chart, one row a problem: error of the mean over realisations and over seconds, then of the deviation."""
     rows = []
     for name in dict.fromkeys(p.problem for p in points):
@@ -194,7 +194,7 @@ def draw(points: list[Point], path: Path) -> None:
     draw_sheet(Sheet("How fast mean and deviation of a contact time are known", rows, f"{seeds}; {made}", []), path)
 
 
-def of_problem(points: list[Point], problem: str) -> list[Point]:
+def of_problem(points: list[SamplerPoint], problem: str) -> list[SamplerPoint]:
     """The points of one problem."""
     return [p for p in points if p.problem == problem]
 
@@ -230,7 +230,7 @@ def _parts(mine, place, statistic, along):
     return [Line(name, x, middle, look)]
 
 
-def slope(points: list[Point], method: str, statistic: str = "mean") -> float:
+def slope(points: list[SamplerPoint], method: str, statistic: str = "mean") -> float:
     """Exponent of the median error in the number of realisations, fitted over the ladder; points of one problem."""
     mine = [p for p in points if p.method == method]
     sizes = np.log([p.realisations for p in mine])
@@ -238,7 +238,9 @@ def slope(points: list[Point], method: str, statistic: str = "mean") -> float:
     return float(np.polyfit(sizes, errors, 1)[0])
 
 
-def needed(points: list[Point], method: str, wanted: float = WANTED, statistic: str = "mean") -> Point | None:
+def needed(
+    points: list[SamplerPoint], method: str, wanted: float = WANTED, statistic: str = "mean"
+) -> SamplerPoint | None:
     """The smallest size from which on the median error stays within `wanted`, None if none; points of one problem."""
     mine = [p for p in points if p.method == method]
     wide = [place for place, p in enumerate(mine) if getattr(p, f"{statistic}_error") > wanted]
@@ -246,7 +248,7 @@ def needed(points: list[Point], method: str, wanted: float = WANTED, statistic: 
     return mine[first] if first < len(mine) else None
 
 
-def reading(points: list[Point]) -> list[str]:
+def reading(points: list[SamplerPoint]) -> list[str]:
     """What the chart says: for each problem realisations for a mean within WANTED, the factor to Sobol, slopes."""
     sentences = [
         sentence

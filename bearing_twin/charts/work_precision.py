@@ -29,7 +29,7 @@ LEAST, EDGE = 1e-9, 10.0  # of the error axis: smaller errors are drawn at its s
 REPEATS = 3
 
 
-class Problem(NamedTuple):
+class BearingProblem(NamedTuple):
     """A bearing over `count` instants `period` [s] apart; what it tests is in `title`."""
 
     title: str
@@ -47,20 +47,20 @@ class Method(NamedTuple):
 
 
 PROBLEMS = {
-    "settled": Problem("settled, outputs every 1 ms", "bearing_6203", (), 1e-3, 100),
-    "sliding": Problem(
+    "settled": BearingProblem("settled, outputs every 1 ms", "bearing_6203", (), 1e-3, 100),
+    "sliding": BearingProblem(
         "from rest: sliding, ringing",
         "bearing_6203",
         ("initial.motion=rest", "drive.offset=[0.0, -1e-6, 5e-6]"),
         5e-5,
         20,
     ),
-    "lift-off": Problem("clearance, lift-off", "bearing_6203_loose", (), 1e-3, 20),
-    "sticking": Problem(
+    "lift-off": BearingProblem("clearance, lift-off", "bearing_6203_loose", (), 1e-3, 20),
+    "sticking": BearingProblem(
         "friction regularised at 0.1 mm/s", "bearing_6203", ("contact.friction_regularisation=1e-4",), 1e-3, 5
     ),
-    "fast": Problem("20 000 rpm, outputs every 1 ms", "bearing_6203_fast", (), 1e-3, 20),
-    "sudden": Problem(
+    "fast": BearingProblem("20 000 rpm, outputs every 1 ms", "bearing_6203_fast", (), 1e-3, 20),
+    "sudden": BearingProblem(
         "sudden speed and load", "bearing_6203_sudden", ("drive.change.time=2e-4", "drive.acceleration=1e6"), 5e-5, 20
     ),
 }
@@ -70,14 +70,14 @@ FINER = {  # ladders of methods that are worth more points
     "rodas4_landing": (1e-1, 1e-2, 1e-3, 1e-4, 3e-5, 1e-5),
     "rodas3": (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5),
 }
-METHODS = tuple(
+LADDERS = tuple(
     Method(name, FINER.get(name, TOLERANCES if facts.adaptive else STEPS)) for name, facts in STEPPER_FACTS.items()
 )
 SLOWEST = 1e3  # seconds per simulated second beyond which the rest of a ladder is not run
 
 
 @dataclass(frozen=True)
-class Point:
+class StepperPoint:
     """One run: relative errors of normal load and friction torque, cost, or why it failed."""
 
     problem: str
@@ -89,7 +89,7 @@ class Point:
     failure: str = ""
 
 
-def _motion(problem: Problem, stepper: str, setting: float) -> BearingMotion:
+def _motion(problem: BearingProblem, stepper: str, setting: float) -> BearingMotion:
     key = "solver.step" if stepper in FIXED_STEP else "wanted.tolerance"
     scene = load_scene(problem.scene, (*problem.overrides, f"{key}={setting}"))
     motion = BearingMotion(scene.parameters, choose(scene)._replace(law="hertz", stepper=stepper))
@@ -99,7 +99,7 @@ def _motion(problem: Problem, stepper: str, setting: float) -> BearingMotion:
     return motion
 
 
-def _run(motion: BearingMotion, problem: Problem):
+def _run(motion: BearingMotion, problem: BearingProblem):
     times = problem.period * np.arange(1, problem.count + 1)
     return motion.advance(times, float(times[-1]))
 
@@ -109,7 +109,7 @@ def _relative(found, exact) -> float:
     return error if np.isfinite(error) else np.inf
 
 
-def _measure(name: str, problem: Problem, stepper: str, setting: float, exact) -> Point:
+def _measure(name: str, problem: BearingProblem, stepper: str, setting: float, exact) -> StepperPoint:
     """One point of the chart; a refusal or a breakdown is a point, too."""
     try:
         motion = _motion(problem, stepper, setting)
@@ -122,18 +122,18 @@ def _measure(name: str, problem: Problem, stepper: str, setting: float, exact) -
             out = _run(motion, problem)
             seconds.append(time.perf_counter() - start)
     except BearingTwinError as error:
-        return Point(name, stepper, setting, np.inf, np.inf, np.nan, str(error))
+        return StepperPoint(name, stepper, setting, np.inf, np.inf, np.nan, str(error))
     cost = float(np.median(seconds)) / (problem.period * problem.count)
     load = _relative(out.normal_load, exact.normal_load)
-    return Point(name, stepper, setting, load, _relative(out.raceway_torque, exact.raceway_torque), cost)
+    return StepperPoint(name, stepper, setting, load, _relative(out.raceway_torque, exact.raceway_torque), cost)
 
 
-def measure(names=tuple(PROBLEMS), progress: Callable[[str], None] = lambda _: None) -> Iterator[Point]:
+def measure(names=tuple(PROBLEMS), progress: Callable[[str], None] = lambda _: None) -> Iterator[StepperPoint]:
     """Every method on the named problems, coarse settings first; compiles before it measures."""
     for name in names:
         problem = PROBLEMS[name]
         exact = _run(_motion(problem, "rodas4", FINEST), problem)
-        for method in METHODS:
+        for method in LADDERS:
             if method.stepper == "rk4":
                 _run(_motion(PROBLEMS["sliding"], "rk4", 5e-7), PROBLEMS["sliding"]._replace(count=1))
             for setting in method.ladder:
@@ -144,7 +144,7 @@ def measure(names=tuple(PROBLEMS), progress: Callable[[str], None] = lambda _: N
                     break
 
 
-def write_table(points: list[Point], path: Path) -> None:
+def write_table(points: list[StepperPoint], path: Path) -> None:
     """The points as comma-separated values."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
@@ -157,9 +157,9 @@ def write_table(points: list[Point], path: Path) -> None:
             )
 
 
-def _panel(axis, points: list[Point], error_of: Callable[[Point], float], says: bool) -> None:
+def _panel(axis, points: list[StepperPoint], error_of: Callable[[StepperPoint], float], says: bool) -> None:
     """One panel; only one of the two of a row says what the crosses are."""
-    for number, method in enumerate(METHODS):
+    for number, method in enumerate(LADDERS):
         look = ball_line(number)
         colour = look["color"]
         mine = [p for p in points if p.stepper == method.stepper]
@@ -178,7 +178,7 @@ def _panel(axis, points: list[Point], error_of: Callable[[Point], float], says: 
     axis.set(xscale="log", yscale="log", xlim=(0.5 * LEAST, 2.0 * EDGE))
 
 
-def draw(points: list[Point], path: Path) -> None:
+def draw(points: list[StepperPoint], path: Path) -> None:
     """The chart: one row a problem, error in load on the left, in friction torque on the right."""
     names = list(dict.fromkeys(p.problem for p in points))
     figure = Figure(figsize=(14, 3.6 * len(names) + 1.4), layout="constrained")
@@ -207,7 +207,7 @@ def draw(points: list[Point], path: Path) -> None:
     figure.savefig(path, dpi=100)
 
 
-def cheapest(points: list[Point], problem: str, stepper: str, wanted: float = 1e-3) -> Point | None:
+def cheapest(points: list[StepperPoint], problem: str, stepper: str, wanted: float = 1e-3) -> StepperPoint | None:
     """The cheapest point of a method with both errors within `wanted`; None if there is none."""
     good = [
         p
@@ -217,12 +217,12 @@ def cheapest(points: list[Point], problem: str, stepper: str, wanted: float = 1e
     return min(good, key=lambda p: p.seconds_per_second, default=None)
 
 
-def reading(points: list[Point]) -> list[str]:
+def reading(points: list[StepperPoint]) -> list[str]:
     """What the chart says, a sentence a problem."""
     sentences = []
     for name in dict.fromkeys(p.problem for p in points):
         parts = []
-        for method in METHODS:
+        for method in LADDERS:
             best = cheapest(points, name, method.stepper)
             parts.append(
                 f"{method.stepper} {1.0 / best.seconds_per_second:.3g}" if best else f"{method.stepper} not at all"

@@ -32,7 +32,7 @@ class Gap(NamedTuple):
     least_radius: float
 
 
-class Contact(NamedTuple):
+class LoadedContact(NamedTuple):
     """A loaded Hertz contact, exact; SI units."""
 
     approach: float
@@ -111,12 +111,12 @@ def gap_in_groove(ball_diameter: float, pitch_diameter: float, conformity: float
     return gap._replace(least_radius=min(radius, groove))
 
 
-def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> Contact:
+def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> LoadedContact:
     """The contact under `normal_load` [N] > 0 by exact Hertz; `modulus` [Pa] is E*."""
     coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
     approach = approach_of_load(coefficient, HERTZIAN, normal_load)
     spot = ellipse(gap.curvature_small, gap.curvature_large, modulus, normal_load)
-    return Contact(
+    return LoadedContact(
         approach,
         normal_load,
         spot.semi_major,
@@ -131,7 +131,7 @@ POWERS = {"normal_load": 1.0, "approach": 1.5, "peak_pressure": 3.0, "semi_major
 """What may be given, and the power of it that the load follows."""
 
 
-def solve(gap: Gap, modulus: float, given: str, value: float) -> Contact:
+def solve(gap: Gap, modulus: float, given: str, value: float) -> LoadedContact:
     """The contact in which `given`, a name in `POWERS`, has that value (SI, above zero); raises SceneError."""
     if not (math.isfinite(value) and value > 0.0):
         raise SceneError(f"{given} = {value:g} must be a finite number above zero")
@@ -146,7 +146,7 @@ def solve(gap: Gap, modulus: float, given: str, value: float) -> Contact:
     return contact
 
 
-def impact(gap: Gap, modulus: float, speed: float, mass: float) -> tuple[Contact, float]:
+def impact(gap: Gap, modulus: float, speed: float, mass: float) -> tuple[LoadedContact, float]:
     """The greatest compression of an elastic impact and its duration [s]; `mass` [kg] is m1 m2/(m1 + m2).
 
     Energy: 2/5 c h^(5/2) = m v^2/2; duration 2.9433 h/v (Hertz 1882; paper 3, eq. 2, with the constant recomputed).
@@ -197,7 +197,7 @@ def answer(
     gap: Gap,
     first: Material,
     second: Material,
-    contact: Contact,
+    contact: LoadedContact,
     yield_strength: float | None,
     frozen_at: float = 1.0,
     stiffness: float | None = None,

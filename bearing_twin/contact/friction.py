@@ -20,11 +20,11 @@ from bearing_twin.contact.ellipse import elliptic_b_d
 
 RINGS, SPOKES = 24, 96  # of the quadrature over the spot
 COARSE_RINGS, COARSE_SPOKES = 6, 16
-FINE_ERROR, FAST_ERROR = 0.015, 0.12
-"""Greatest errors of the two quadratures for b/a >= 0.03 without regularisation, where the motion's pole lies in the
-spot: of mu N for the force, of 3/8 a mu N for the torque."""
+FINE_ERROR, FAST_ERROR = 0.009, 0.08
 PADE1_ERROR, PADE2_ERROR = 0.95, 0.8
-"""The same of the closed forms for b/a >= 0.1: the torque of the first is nearly lost, the force of the second."""
+"""Greatest errors for b/a >= 0.1 without smoothing, whatever the motion: of mu N for the force, of pure spin's
+3/8 a mu N E for the torque (`bearing_twin chart friction`). Of a quadrature where the pole of the motion lies on one of
+its rings; of the closed forms where sliding and spin are alike."""
 
 
 def rings(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -181,12 +181,12 @@ def spot_friction_pade2(normal_load, semi_major, semi_minor, slip_major, slip_mi
 
 
 @dataclass(frozen=True)
-class Friction:
+class FrictionModel:
     """One friction model; `name`, `help` and `needs` are written as literals, by keyword (`contact.names`).
 
     `rubbing` takes what `spot_friction` takes. `needs` "ellipse" says that the spot and its spin matter. `error`: how
-    far off at worst, of mu N for the force or of pure spin's torque. A model `in_lanes` is one whose quadrature a
-    bearing does side by side.
+    far off at worst for b/a >= 0.1, of mu N for the force or of pure spin's torque. A model `in_lanes` is one whose
+    quadrature a bearing does side by side.
     """
 
     name: str
@@ -203,13 +203,13 @@ class Friction:
 
 
 _ROWS = (
-    Friction(
+    FrictionModel(
         name="point",
         help="by the slip at the contact point; spin meets no resistance",
         needs=(),
         rubbing=point_friction,
     ),
-    Friction(
+    FrictionModel(
         name="spot",
         help="over the spot that slides and spins, by a quadrature of 6 x 16 points",
         needs=("ellipse",),
@@ -217,21 +217,21 @@ _ROWS = (
         error=FAST_ERROR,
         in_lanes=True,
     ),
-    Friction(
+    FrictionModel(
         name="spot_fine",
         help="over the spot by 24 x 96 points, at 24 times the cost",
         needs=("ellipse",),
         rubbing=spot_friction,
         error=FINE_ERROR,
     ),
-    Friction(
+    FrictionModel(
         name="pade1",
         help="over the spot in closed form by quotients of first degree (Zhuravlev): rough where sliding meets spin",
         needs=("ellipse",),
         rubbing=spot_friction_pade1,
         error=PADE1_ERROR,
     ),
-    Friction(
+    FrictionModel(
         name="pade2",
         help="the same by quotients of second degree (Kireenkov)",
         needs=("ellipse",),
@@ -245,7 +245,7 @@ FRICTIONS = {row.name: row for row in _ROWS}
 _rubbing = chosen([row.rubbing for row in _ROWS])
 
 
-def roughness(friction: Friction) -> list[str]:
+def roughness(friction: FrictionModel) -> list[str]:
     """A warning of a model that is further off than the quadrature of scenes, or none."""
     if friction.error <= FAST_ERROR:
         return []

@@ -9,7 +9,7 @@ import functools
 import importlib.util
 from typing import NamedTuple
 
-TABLES = {"Law": "bearing_twin.contact.laws", "Friction": "bearing_twin.contact.friction"}
+TABLES = {"Law": "bearing_twin.contact.laws", "FrictionModel": "bearing_twin.contact.friction"}
 
 MEASURED = {"stiffness": ("stiffness", "N/m"), "alpha": ("measured_alpha", "s (m/s)^0.2")}
 """What a law may need that only the user knows: the key of `contact` that gives it, and its unit."""
@@ -26,7 +26,7 @@ class Words(NamedTuple):
 
 @functools.cache
 def words_of(row: str) -> dict[str, Words]:
-    """The words of every row of the class `row`, "Law" or "Friction", by name in the table's order."""
+    """The words of every row of the class `row`, "Law" or "FrictionModel", by name in the table's order."""
     text = importlib.util.find_spec(TABLES[row]).loader.get_source(TABLES[row])
     calls = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call))
     found = (call for call in calls if isinstance(call.func, ast.Name) and call.func.id == row)
@@ -42,7 +42,7 @@ def law_names(fits: str, given) -> tuple[str, ...]:
 
 def friction_names() -> tuple[str, ...]:
     """Names of the friction models."""
-    return tuple(words_of("Friction"))
+    return tuple(words_of("FrictionModel"))
 
 
 def numbers_missing(contact) -> list[str]:

@@ -1,23 +1,29 @@
 """What a kind of scene gives to the rest of the house: one row, `Kind`, and the protocols of its parts.
 
 `parameters`, `motion` and `channels` are needed; what else a kind leaves out is drawn from its channels. Parts that
-compile or plot are named by `late`, so that reading the table imports nothing heavy.
+compile or plot are named by `late`, so that reading the table imports nothing heavy, not even arrays.
 """
+
+from __future__ import annotations
 
 import importlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Channel, Sample, Table
 from bearing_twin.units import suffix_of
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from bearing_twin.sample import Block, Channel, Sample, Table
 
 PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
 """How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, or at the start."""
+
+ENERGY_GAIN = 0.01  # of the energy brought or the work moved; more, either way, is never a success
 
 
 class Motion(Protocol):
@@ -91,7 +97,7 @@ class Topic(NamedTuple):
     name: str
     ros_type: str
     rate: str
-    fields: Callable[["Output"], Mapping[str, Any]] | None
+    fields: Callable[[Output], Mapping[str, Any]] | None
     meaning: str
     frame: str = ""
     together: bool = False
@@ -189,7 +195,7 @@ class PlainFigures:
         for channel in self._channels:
             values = block.values[channel.name]
             self._last[channel.name] = float(values[-1])
-            self._greatest[channel.name] = max(self._greatest.get(channel.name, 0.0), float(np.abs(values).max()))
+            self._greatest[channel.name] = max(self._greatest.get(channel.name, 0.0), float(abs(values).max()))
 
     def figures(self) -> dict[str, Any]:
         """`<channel>_at_end_<unit>` and `greatest_<channel>_<unit>`."""

@@ -11,6 +11,7 @@ GLASS = (0.35, 0.35, 0.40, 0.2)
 RED = (0.85, 0.15, 0.15, 0.9)
 GREEN = (0.10, 0.60, 0.25, 1.0)
 
+ELLIPSE_SCALE = 10.0  # contact ellipses are drawn this many times as large
 _ORIGIN = (0.0, 0.0, 0.0)
 _UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 OUTLINE_SIDES = 8

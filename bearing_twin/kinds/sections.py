@@ -114,7 +114,7 @@ class WantedImpact(Wanted):
 
 
 @dataclass(frozen=True)
-class Run:
+class RunSettings:
     """How long, and how often something is given out; zeros are replaced by what suits the scene."""
 
     duration: float = quantity(
@@ -132,7 +132,7 @@ class Run:
     )
 
 
-def resolved_run(run: Run, whole: float = 0.0, outputs: int = 0) -> Run:
+def resolved_run(run: RunSettings, whole: float = 0.0, outputs: int = 0) -> RunSettings:
     """The run with its zeros replaced: `whole` [s] long, about `outputs` outputs, all of them published.
 
     Where a publish rate alone is given, the outputs are a whole multiple of it. Raises SceneError for a motion that
@@ -152,7 +152,7 @@ def resolved_run(run: Run, whole: float = 0.0, outputs: int = 0) -> Run:
     )
 
 
-def check_run(run: Run, most: float = GREATEST_OUTPUT_COUNT) -> list[str]:
+def check_run(run: RunSettings, most: float = GREATEST_OUTPUT_COUNT) -> list[str]:
     """What is impossible about a run's rates and length."""
     problems = []
     if run.output_rate and run.publish_rate:
@@ -209,7 +209,7 @@ def _names_of(*classes: type) -> tuple[str, ...]:
 KEYS = {
     "contact": _names_of(PointElastic, Friction, ViscoelasticDamping, SteadyDamping),
     "wanted": _names_of(Wanted),
-    "run": _names_of(Run),
+    "run": _names_of(RunSettings),
     "solver": ("stepper", "step"),
     "gravity": (),
 }

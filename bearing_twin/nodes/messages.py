@@ -33,6 +33,7 @@ __all__ = [
 ]  # fmt: skip
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+DIAGNOSTICS_PERIOD = 1.0  # s
 
 
 def message_class(ros_type: str) -> type:

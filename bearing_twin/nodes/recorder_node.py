@@ -10,7 +10,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.messages import ERROR, OK, WARN, message_class, qos_profile, qos_words
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_profile, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, safety_of
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
@@ -23,7 +23,6 @@ PARAMETERS = (
     *LOG_SAFETY,
 )
 DISCOVERY_PERIOD = 0.1  # s
-DIAGNOSTICS_PERIOD = 1.0  # s
 SOON = 3600.0  # s: a disk that will be full before is told of
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 

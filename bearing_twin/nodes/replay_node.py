@@ -8,7 +8,7 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.messages import ERROR, OK, WARN
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import Pace, Timed
@@ -25,7 +25,6 @@ PARAMETERS = (
     NodeParameter("discovery", 3.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish the time of the log on /clock"),
 )
-DIAGNOSTICS_PERIOD = 1.0  # s
 COMMAND_TIMEOUT = 5.0  # s
 
 

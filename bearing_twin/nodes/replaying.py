@@ -21,7 +21,7 @@ NUMBERED = {
 }  # how older bags write the policies
 
 
-class LoggedTopic(NamedTuple):
+class ReplayTopic(NamedTuple):
     """A topic of a log; `changed` where its type has other fields now: subscribers could not read its bytes."""
 
     ros_type: str
@@ -79,9 +79,9 @@ class ReplayLoop:
         return []
 
 
-def logged_topics(path) -> dict[str, LoggedTopic]:
+def logged_topics(path) -> dict[str, ReplayTopic]:
     """Every CDR topic of a log, by name; raises LogError."""
-    topics: dict[str, LoggedTopic] = {}
+    topics: dict[str, ReplayTopic] = {}
     for file in log_files(path):
         try:
             with McapReader(file) as reader:
@@ -95,7 +95,7 @@ def logged_topics(path) -> dict[str, LoggedTopic]:
                 changed = (
                     cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type)
                 )
-                topics[channel.topic] = LoggedTopic(
+                topics[channel.topic] = ReplayTopic(
                     ros_type, offered_qos(said.get("offered_qos_profiles", "")), changed
                 )
     if not topics:

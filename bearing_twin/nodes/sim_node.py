@@ -20,7 +20,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.nodes.messages import ERROR, OK, WARN, Step, qos_profile
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, Step, qos_profile
 from bearing_twin.nodes.node_parameters import safety_of
 from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
@@ -30,7 +30,6 @@ from bearing_twin.nodes.worker import Worker
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
 
-DIAGNOSTICS_PERIOD = 1.0  # s
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
 SAY_EVERY = 10  # diagnostics while kernels are compiled, for each line about it

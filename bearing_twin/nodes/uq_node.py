@@ -18,7 +18,7 @@ from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
-from bearing_twin.nodes.messages import ERROR, OK, WARN, RunStudy, qos_profile
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Answer, Goal, Request
@@ -38,7 +38,6 @@ PARAMETERS = (
         "where a study may run; a Dask scheduler (dask://host:port) that is named here can run any code in this node",
     ),
 )
-DIAGNOSTICS_PERIOD = 1.0  # s
 LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that have been cancelled
 RESULT_TIMEOUT = 30  # s for which a result can be asked for again
 LATCHED = Qos(depth=1, durability="transient_local")

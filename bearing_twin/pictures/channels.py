@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin import __version__
 from bearing_twin.pictures.style import BALL_COLOURS, finish, frame, heading, scaled
-from bearing_twin.pictures.values import Values, footer, scaled_time
+from bearing_twin.pictures.values import ChannelValues, footer, scaled_time
 from bearing_twin.sample import Block
 from bearing_twin.units import with_unit
 
@@ -20,7 +20,7 @@ class ChannelPicture:
     """One panel a channel, in the channels' order, the first 16 of them."""
 
     def __init__(self, facts):
-        self._facts, self._values = facts, Values()
+        self._facts, self._values = facts, ChannelValues()
         self._channels = ()
 
     def add(self, block: Block) -> None:

@@ -16,6 +16,8 @@ BALL_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00"
 DASHES = ("-", "--", ":", "-.")
 GREATEST_LINES = 12  # more lines than this cannot be told apart: a map of ball against time takes their place
 
+SIZE = (16.0, 10.0)  # inches at 100 dots each
+
 RACEWAYS = ("inner", "outer")
 RACEWAY_COLOURS = ("#0072B2", "#D55E00")
 LOAD_MAP = "cividis"

@@ -9,7 +9,7 @@ from bearing_twin.units import prefixed
 GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
 
 
-class Values:
+class ChannelValues:
     """Takes blocks in and gives arrays back; `stride` tells how much was thinned, `greatest` what was seen of each."""
 
     def __init__(self):
@@ -44,7 +44,7 @@ class Values:
         return {"time": np.concatenate(self._time), **values}
 
 
-def footer(facts, values: Values, version: str) -> str:
+def footer(facts, values: ChannelValues, version: str) -> str:
     """What stands below the picture of a run: scene, outputs, law and stepper, version."""
     thinned = f", every {values.stride}th" if values.stride > 1 else ""
     words = [f"{values.outputs} outputs{thinned}"]

@@ -11,7 +11,8 @@ import numpy as np
 
 from bearing_twin.contact.friction import Rubbing
 
-RAY_NODES = 40
+ALONG_RAY = np.polynomial.legendre.leggauss(40)
+ACROSS_RAYS = np.polynomial.legendre.leggauss(400)
 
 
 def spot_friction_exact(
@@ -29,7 +30,7 @@ def spot_friction_exact(
         weight = np.full(rays, 2.0 * math.pi / rays)
     else:
         # Rays that meet the disc, spread so that the tangent ones at both ends do no harm.
-        nodes, shares = np.polynomial.legendre.leggauss(400)
+        nodes, shares = ACROSS_RAYS
         turn = 0.5 * math.pi * nodes
         opening = np.arcsin(np.sin(turn) / distance)
         angle = math.atan2(pole[1], pole[0]) + math.pi + opening
@@ -40,7 +41,7 @@ def spot_friction_exact(
     middle = -ray @ pole
     half = np.sqrt(np.maximum(1.0 - (pole @ pole - middle**2), 0.0))
     start = np.arcsin(np.clip(-middle / np.maximum(half, 1e-300), -1.0, 1.0))
-    nodes, shares = np.polynomial.legendre.leggauss(RAY_NODES)
+    nodes, shares = ALONG_RAY
     t = start[:, None] + 0.5 * (nodes + 1.0) * (0.5 * math.pi - start[:, None])
     rho = middle[:, None] + half[:, None] * np.sin(t)
     share = 0.5 * shares * (0.5 * math.pi - start[:, None]) * (half[:, None] * np.cos(t)) ** 2

@@ -19,7 +19,7 @@ GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound th
 LIMITS = {name: Limits(above=0.0) for name in ("std", "shape", "scale", "std_log", "a", "b")}
 
 
-class Values:
+class EmpiricalValues:
     """The distribution that takes each of the given values equally often; one value = no uncertainty.
 
     It has the methods of a frozen SciPy distribution that inputs use. Values have no density: `pdf` raises
@@ -196,11 +196,11 @@ def _exponential(mean):
 
 
 def _fixed(value):
-    return Values([value])
+    return EmpiricalValues([value])
 
 
 def _empirical(values):
-    return Values(values)
+    return EmpiricalValues(values)
 
 
 def _want(condition, reason):

@@ -25,6 +25,7 @@ LOOK = 0.1  # s between looks at `cancelled`
 CLOSED_CHUNK = 16384  # realisations by closed forms between such looks
 BRIEF_CHUNK, RUN_CHUNK = 8, 1  # realisations a message to a worker, for impacts and for long runs
 DASK = "dask://"
+DASK_PATIENCE = 10  # s until a scheduler that does not answer is taken for none
 
 
 class Ensemble:
@@ -159,6 +160,6 @@ def _dask_client(address: str):
             "executor: processes"
         ) from error
     try:
-        return Client(f"tcp://{address}", timeout=10, set_as_default=False)
+        return Client(f"tcp://{address}", timeout=DASK_PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         raise StudyError(f"there is no Dask scheduler at {address} ({error}); start one, or use processes") from error

@@ -13,7 +13,7 @@ from scipy.special import ndtr, ndtri
 from bearing_twin.errors import StudyError
 from bearing_twin.parameters import echo, read_number, unknown
 from bearing_twin.units import NO_LIMITS, Limits
-from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, Values
+from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, EmpiricalValues
 from bearing_twin.uq.knowledge import greatest_entropy
 
 LEAST_UNIT, GREATEST_UNIT = 2.0**-54, 1.0 - 2.0**-53  # inside which unit coordinates are kept
@@ -74,7 +74,7 @@ class Input:
 
     @property
     def has_density(self) -> bool:
-        return not isinstance(self.distribution, Values)
+        return not isinstance(self.distribution, EmpiricalValues)
 
     def _inside(self, x):
         """Without the rounding by which SciPy's location and scale may step over a bound."""

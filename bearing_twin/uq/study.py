@@ -11,7 +11,7 @@ from bearing_twin.uq.inputs import Input, Joint
 from bearing_twin.uq.sampling import GREATEST_SAMPLES, GREATEST_SEED, SAMPLERS, rounded
 from bearing_twin.uq.scene_keys import put
 
-METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
+PROPAGATION_METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
 STATISTICS = ("mean", "std", "quantile")
 
 
@@ -30,7 +30,7 @@ class Stop:
 class Settings:
     """The keys of a study that are plain numbers and words."""
 
-    method: str = choice("auto", METHODS, "auto = change of variable where it applies, else ensemble")
+    method: str = choice("auto", PROPAGATION_METHODS, "auto = change of variable where it applies, else ensemble")
     sampler: str = choice("random", tuple(SAMPLERS), "where the unit cube is sampled")
     samples: int = quantity(2000, "1", "realisations, at most", at_least=1, at_most=GREATEST_SAMPLES)
     seed: int = quantity(1, "1", "of every random choice", at_least=0, at_most=GREATEST_SEED)

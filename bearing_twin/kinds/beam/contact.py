@@ -16,16 +16,15 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.elastic import HERTZIAN, approach_of_load, elastic
 from bearing_twin.kinds.beam.modes import TERMS, moments
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, STALLED, TIME_UP
 
 POINTS = (0.0, 0.5 - 0.1 * math.sqrt(5.0), 0.5 + 0.1 * math.sqrt(5.0), 1.0)
 WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 CUBIC = np.linalg.inv(np.vander(POINTS, TERMS, increasing=True))
 """Coefficients of the cubic through the values at POINTS."""
 
-SEPARATED, TIME_UP, FULL, NOT_FINITE, STALLED = range(5)
 
-
-class Sphere(NamedTuple):
+class ThrownSphere(NamedTuple):
     """The sphere and its Hertz spring: `mass` [kg], `coefficient` [N/m^1.5], `gravity` [m/s^2] along its motion."""
 
     mass: float

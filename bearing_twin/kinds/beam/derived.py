@@ -5,7 +5,7 @@ import math
 
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.beam.contact import Sphere as ThrownSphere
+from bearing_twin.kinds.beam.contact import ThrownSphere
 from bearing_twin.kinds.beam.impact import hertz_contact_time
 from bearing_twin.kinds.beam.modes import Beam, first_frequency, rectangular_beam, static_deflection
 from bearing_twin.kinds.beam.parameters import Blow, SphereOnBeamScene

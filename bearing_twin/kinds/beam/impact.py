@@ -9,10 +9,11 @@ from bearing_twin.contact.hertz_impact import contact_time
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import volterra
-from bearing_twin.kinds.beam.contact import FULL, NOT_FINITE, STALLED, TIME_UP, Sphere
+from bearing_twin.kinds.beam.contact import ThrownSphere
 from bearing_twin.kinds.beam.free_flight import next_touch
 from bearing_twin.kinds.beam.modes import TERMS, Beam, Modes, beam_energy, response_at
-from bearing_twin.kinds.impact.collision import Contact
+from bearing_twin.kinds.impact.collision import ContactPeriod
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, STALLED, TIME_UP
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 GREATEST_CONTACTS = 1000
@@ -31,14 +32,14 @@ class BeamImpact:
 
     beam: Beam
     modes: Modes
-    sphere: Sphere
+    sphere: ThrownSphere
     starts: np.ndarray
     lengths: np.ndarray
     forces: np.ndarray
     states: np.ndarray
     motions: np.ndarray
     works: np.ndarray
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactPeriod, ...]
     gone: bool
 
     @property
@@ -81,7 +82,7 @@ class BeamImpact:
         return kinetic, stored, float(self.works.sum()) - stored if self.beam.damping_ratio > 0.0 else 0.0
 
 
-def hertz_contact_time(sphere: Sphere, speed: float) -> float:
+def hertz_contact_time(sphere: ThrownSphere, speed: float) -> float:
     """Contact time [s] on a beam that does not give: the scale of steps."""
     return contact_time(sphere.coefficient, sphere.mass, speed)
 
@@ -89,7 +90,7 @@ def hertz_contact_time(sphere: Sphere, speed: float) -> float:
 def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=True) -> BeamImpact:
     """The impact of a sphere that touches the beam at rest at time 0 with `speed` [m/s], until `until` [s].
 
-    `steps` a Hertz contact time; `method` of METHODS ("sinusoidal" assumes the force and shows what that breaks).
+    `steps` a Hertz contact time; `method` of BEAM_METHODS ("sinusoidal" assumes the force and shows what that breaks).
     Raises IntegrationError when a state is not finite, Newton's method stalls or contacts do not end.
     """
     if method == "sinusoidal":
@@ -198,10 +199,12 @@ def _fly(modes, sphere, pieces, piece, span):
     return piece + 1
 
 
-def _contact(pieces, first, last) -> Contact:
+def _contact(pieces, first, last) -> ContactPeriod:
     starts, lengths, forces = pieces[0], pieces[1][first:last], pieces[2][first:last]
     impulse = float((lengths[:, None] * forces / np.arange(1, TERMS + 1)).sum())
-    return Contact(float(starts[first]), float(starts[last] - starts[first]), _peak(starts[first:], forces), impulse)
+    return ContactPeriod(
+        float(starts[first]), float(starts[last] - starts[first]), _peak(starts[first:], forces), impulse
+    )
 
 
 def _peak(starts, forces) -> float:

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.impact.parameters import Sphere
-from bearing_twin.kinds.sections import Run, WantedImpact
+from bearing_twin.kinds.sections import RunSettings, WantedImpact
 from bearing_twin.parameters import choice, quantity, section
 
-METHODS = ("modes", "volterra", "sinusoidal")
+BEAM_METHODS = ("modes", "volterra", "sinusoidal")
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Blow:
 class BeamSolver:
     """How sphere and beam are computed."""
 
-    stepper: str = choice("auto", ("auto", *METHODS), "method; auto = modes; sinusoidal breaks the energy balance")
+    stepper: str = choice("auto", ("auto", *BEAM_METHODS), "method; auto = modes; sinusoidal breaks the energy balance")
     modes: int = quantity(0, "1", "highest mode; 0 = from the tolerance", at_least=0, at_most=4000)
     steps: int = quantity(0, "1", "steps a Hertz contact time; 0 = from the tolerance", at_least=0, at_most=200000)
     static_tail: str = choice(
@@ -73,7 +73,7 @@ class SphereOnBeamScene:
     outputs: BeamOutputs = section(BeamOutputs)
     solver: BeamSolver = section(BeamSolver)
     wanted: WantedOfBeam = section(WantedOfBeam)
-    run: Run = section(Run)
+    run: RunSettings = section(RunSettings)
 
 
 MOVED = {

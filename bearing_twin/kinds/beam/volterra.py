@@ -14,8 +14,8 @@ import numpy as np
 
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.elastic import HERTZIAN, approach_of_load
-from bearing_twin.kinds.beam.contact import FULL, NOT_FINITE, SEPARATED, TIME_UP
 from bearing_twin.kinds.beam.modes import TERMS, moments
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, TIME_UP
 
 
 @kernel

@@ -23,11 +23,11 @@ from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
-ENERGY_GAIN = 0.01  # of the work moved; more is never a success
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
 STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 LATE = "mean over the second half of the run"

@@ -12,6 +12,7 @@ import numpy as np
 from bearing_twin.kinds.markers import (
     BLUE,
     CYLINDER,
+    ELLIPSE_SCALE,
     GLASS,
     GREEN,
     LINE_LIST,
@@ -25,7 +26,6 @@ from bearing_twin.kinds.markers import (
     outlines,
 )
 
-ELLIPSE_SCALE = 10.0
 LONGEST_ARROW = 1.0  # ball diameters
 
 _SPOKES = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))

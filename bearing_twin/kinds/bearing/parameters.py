@@ -10,7 +10,7 @@ from bearing_twin.contact.names import law_names, numbers_missing
 from bearing_twin.kinds.sections import (
     Friction,
     PointElastic,
-    Run,
+    RunSettings,
     ViscoelasticDamping,
     Wanted,
     check_damping,
@@ -58,7 +58,7 @@ class Materials:
 
 
 @dataclass(frozen=True)
-class Contact(ViscoelasticDamping, Friction, PointElastic):
+class BearingContact(ViscoelasticDamping, Friction, PointElastic):
     """The laws of one ball-raceway contact; balls among themselves have the same damping and friction at a point."""
 
     normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = the cheapest adequate one", REFUSED_LAWS)
@@ -67,7 +67,7 @@ class Contact(ViscoelasticDamping, Friction, PointElastic):
     )
 
 
-CONTACT = Contact(
+CONTACT = BearingContact(
     relaxation_time=RELAXATION_TIME,
     restitution_speed=0.1,
     friction_coefficient=0.08,
@@ -119,7 +119,7 @@ class BearingScene:
 
     geometry: Geometry = section(Geometry)
     materials: Materials = section(Materials)
-    contact: Contact = section(Contact, default=CONTACT)
+    contact: BearingContact = section(BearingContact, default=CONTACT)
     drive: Drive = section(Drive)
     gravity: tuple[float, float, float] = quantity(
         (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
@@ -127,7 +127,7 @@ class BearingScene:
     initial: Initial = section(Initial)
     solver: Solver = section(Solver)
     wanted: Wanted = section(Wanted)
-    run: Run = section(Run, default=Run(1.0, 1000.0, 100.0))
+    run: RunSettings = section(RunSettings, default=RunSettings(1.0, 1000.0, 100.0))
 
 
 LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken
@@ -137,7 +137,7 @@ GREATEST_SQUEEZE = 0.02  # of the ball diameter: approaches of a ball's two cont
 GREATEST_ANGLE = math.radians(60.0)  # contact angle: beyond it contacts lie on the edges of the grooves
 
 
-def viscous_terms(contact: Contact) -> tuple[float, float]:
+def viscous_terms(contact: BearingContact) -> tuple[float, float]:
     """Hunt and Crossley's damping [s/m] and the relaxation time [s] of the contacts: given, or from a restitution."""
     from bearing_twin.contact.damping import damping_for_restitution
 

@@ -19,6 +19,7 @@ from bearing_twin.pictures.style import (
     LOAD_MAP,
     RACEWAY_COLOURS,
     RACEWAYS,
+    SIZE,
     STYLE,
     ball_line,
     finish,
@@ -28,7 +29,6 @@ from bearing_twin.pictures.style import (
 )
 from bearing_twin.sample import Block, Sample
 
-SIZE = (16.0, 10.0)  # inches at 100 dots each
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
 FEW = 40  # outputs that are marked one by one

@@ -33,8 +33,7 @@ from bearing_twin.kinds.ellipsoid.steps import (
     safe_flight,
     separation,
 )
-
-OK, FULL, NOT_FINITE, TOO_DEEP, STALLED = range(5)
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, TOO_DEEP
 
 TIME, STEP, IN_CONTACT, DRIFT, CURSOR = range(5)
 CLOCK = 5

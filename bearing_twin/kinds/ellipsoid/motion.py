@@ -15,16 +15,11 @@ from bearing_twin.kinds.ellipsoid.chunk import (
     BEGAN,
     CLOCK,
     DRIFT,
-    FULL,
     IN_CONTACT,
-    NOT_FINITE,
-    OK,
     RECORD,
     RECORDED,
-    STALLED,
     STEP,
     TIME,
-    TOO_DEEP,
     advance,
 )
 from bearing_twin.kinds.ellipsoid.derived import (
@@ -39,6 +34,7 @@ from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_sha
 from bearing_twin.kinds.ellipsoid.outputs import outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import DOP853, RK4
 from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach

@@ -7,7 +7,7 @@ from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.sections import (
     Friction,
     PointElastic,
-    Run,
+    RunSettings,
     SteadyDamping,
     ViscoelasticDamping,
     Wanted,
@@ -82,7 +82,7 @@ class EllipsoidOnPlaneScene:
     contact: EllipsoidContact = section(EllipsoidContact, default=EllipsoidContact(damping_law="steady"))
     solver: EllipsoidSolver = section(EllipsoidSolver)
     wanted: WantedOfEllipsoid = section(WantedOfEllipsoid)
-    run: Run = section(Run, default=Run(2.0, 2000.0, 0.0))
+    run: RunSettings = section(RunSettings, default=RunSettings(2.0, 2000.0, 0.0))
 
 
 MOVED = {

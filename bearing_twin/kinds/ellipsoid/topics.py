@@ -7,14 +7,26 @@ import numpy as np
 
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
-from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, GREEN, LINE_LIST, RED, SPHERE, STEEL, TEXT, marker, outlines
+from bearing_twin.kinds.markers import (
+    BLUE,
+    CUBE,
+    ELLIPSE_SCALE,
+    GLASS,
+    GREEN,
+    LINE_LIST,
+    RED,
+    SPHERE,
+    STEEL,
+    TEXT,
+    marker,
+    outlines,
+)
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = "ellipsoid_on_plane_link"
 BODY, PLANE = "body", "plane"
-ELLIPSE_SCALE = 10.0
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque")
 
 

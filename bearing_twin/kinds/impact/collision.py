@@ -25,7 +25,7 @@ FIXED_STEP = ("rk4", "symplectic_euler")
 FEWEST_STEPS, FEW_STEPS = 8, 16  # of a fixed-step method in the shortest contact: refused below, warned below
 
 
-class Contact(NamedTuple):
+class ContactPeriod(NamedTuple):
     """One interval of contact: start and duration [s], peak force [N], impulse [N s]."""
 
     start: float
@@ -114,7 +114,7 @@ def march_fixed(method, spring, reduced_mass, speed, step, phase, nodes):
 class Collision:
     """One contact: its figures, and `history(times)` -> (approach [m], approach rate [m/s]) from the first touch on."""
 
-    contact: Contact
+    contact: ContactPeriod
     greatest_approach: float
     leaving_speed: float
     energy_closure: float
@@ -200,7 +200,7 @@ def _collision(spring, reduced_mass, speed, history, start, end, last, steps, ev
     left = float(spring_elastic(spring, max(float(last[0]), 0.0)).energy)
     closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) + left - energy) / energy
     impulse = reduced_mass * (speed + leaving)
-    contact = Contact(0.0, duration, peak_of(times, load), impulse)
+    contact = ContactPeriod(0.0, duration, peak_of(times, load), impulse)
     return Collision(contact, peak_of(times, approach), leaving, closure, history, steps, evaluations)
 
 

@@ -21,7 +21,7 @@ from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
-from bearing_twin.kinds.impact.collision import Contact, Spring
+from bearing_twin.kinds.impact.collision import ContactPeriod, Spring
 from bearing_twin.kinds.impact.derived import disc_law, disc_mass, meeting_speed
 from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
@@ -89,7 +89,7 @@ def _closed(line, reduced, speed, duration):
         first = np.minimum(since, duration - since)
         return curve(first), np.where(since < 0.5 * duration, 1.0, -1.0) * np.maximum(curve(first, 1), 0.0)
 
-    contact = Contact(0.0, duration, peak, 2.0 * reduced * speed)
+    contact = ContactPeriod(0.0, duration, peak, 2.0 * reduced * speed)
     closure = float(energy_of(line, peak)) / brought - 1.0
     return contact, float(approach_of(line, peak)), 1.0, closure, history
 

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.sample import Block, Channel, Table
-
-ENERGY_GAIN = 0.01  # of the energy brought; more, either way, is never a success
 
 CONTACT = Table(
     "contact",

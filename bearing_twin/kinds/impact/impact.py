@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import Contact
+from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.sample import between
 
 
@@ -24,7 +24,7 @@ class Impact:
     names: tuple[str, ...]
     at: Callable[[np.ndarray], tuple[np.ndarray, ...]]
     run: Any
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactPeriod, ...]
     restitution: float
     peak_force: float
     greatest_approach: float

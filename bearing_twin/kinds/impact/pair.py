@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import Contact, Spring, collide, spring_elastic, spring_load
+from bearing_twin.kinds.impact.collision import ContactPeriod, Spring, collide, spring_elastic, spring_load
 from bearing_twin.kinds.impact.derived import resolve
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
@@ -29,7 +29,7 @@ def steps_of(solver, expected: float) -> float:
 
 
 def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -> Impact:
-    """The impact of two bodies; `closed` = (Contact, greatest approach, restitution, closure, history) or None.
+    """The impact of two bodies; `closed` = (ContactPeriod, greatest approach, restitution, closure, history) or None.
 
     `history(times)` from the first touch gives approach [m] and its rate [m/s].
     """
@@ -73,7 +73,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
             stored,
         )
 
-    placed = Contact(touch, *contact[1:])
+    placed = ContactPeriod(touch, *contact[1:])
     gained = closure * 0.5 * reduced * motion.speed**2
     return Impact(
         names=tuple(channel.name for channel in CHANNELS),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.sections import Elastic, PointElastic, Run, SteadyDamping, WantedImpact, point_laws
+from bearing_twin.kinds.sections import Elastic, PointElastic, RunSettings, SteadyDamping, WantedImpact, point_laws
 from bearing_twin.parameters import choice, quantity, section
 
 SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
@@ -71,7 +71,7 @@ class TwoSpheresScene:
     motion: Meeting = section(Meeting)
     solver: PairSolver = section(PairSolver)
     wanted: WantedPair = section(WantedPair)
-    run: Run = section(Run)
+    run: RunSettings = section(RunSettings)
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class TwoDiscsScene:
     motion: Meeting = section(Meeting)
     solver: PairSolver = section(PairSolver)
     wanted: WantedPair = section(WantedPair)
-    run: Run = section(Run)
+    run: RunSettings = section(RunSettings)
 
 
 MOVED = {

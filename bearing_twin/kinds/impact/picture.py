@@ -9,11 +9,10 @@ from matplotlib.figure import Figure
 from bearing_twin import __version__
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.impact.collision import peak_of
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
-from bearing_twin.pictures.values import Values, footer, scaled_time
+from bearing_twin.pictures.style import BALL_COLOURS, SIZE, STYLE, finish, frame, heading
+from bearing_twin.pictures.values import ChannelValues, footer, scaled_time
 from bearing_twin.sample import Block
 
-SIZE = (16.0, 10.0)  # inches at 100 dots each
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
 
 
@@ -21,7 +20,7 @@ class PairPicture:
     """The picture of one impact, from all its outputs: an impact is short."""
 
     def __init__(self, facts: Facts):
-        self._facts, self._values = facts, Values()
+        self._facts, self._values = facts, ChannelValues()
 
     def add(self, block: Block) -> None:
         """Takes a block in."""

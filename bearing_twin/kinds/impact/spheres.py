@@ -23,7 +23,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm
-from bearing_twin.kinds.impact.collision import NO_LINE, Contact, Spring
+from bearing_twin.kinds.impact.collision import NO_LINE, ContactPeriod, Spring
 from bearing_twin.kinds.impact.derived import (
     is_elastic,
     meeting_speed,
@@ -104,7 +104,7 @@ def _bodies(parameters) -> tuple:
 def _closed(bodies, power, damping, wanted):
     coefficient, reduced, speed = bodies
     duration, peak, deepest, restitution = closed_forms.damped_impact(*bodies, damping, power)
-    contact = Contact(0.0, float(duration), float(peak), reduced * speed * (1.0 + restitution))
+    contact = ContactPeriod(0.0, float(duration), float(peak), reduced * speed * (1.0 + restitution))
     brought = 0.5 * reduced * speed**2
 
     if damping == 0.0:
