@@ -14,8 +14,8 @@ from bearing_twin.kinds.soft_discs.elements import gauss, lagrange, lobatto, on_
 
 LANES = 16  # elements computed side by side
 GROUP = 4  # nodes taken together in the loops over lanes
-CORE, CORNER = 0.52, 0.41  # of the radius: half the width of the core on the axes, and its corner
-RIM_POINTS = 2  # contact points of an edge, times its nodes
+CORE, CORNER = 0.55, 0.43  # of the radius: half the width of the core on the axes, and its corner
+RIM_POINTS = 4  # contact points of an edge, times its nodes: where contact ends the pressure has a kink
 NEAR = 1e-9  # nodes nearer than this are one
 
 
@@ -27,8 +27,9 @@ class Mesh:
     `nodes` (blocks, nodes of an element, LANES) by their numbers; `gradients` (blocks, points, rows of LANES) of the
     shape functions, x and y of each node in turn, filled up with zeros to whole GROUPs; `weights` (blocks, points,
     LANES), the first `full` points for the part with the shear modulus, the others for Lame's first parameter.
-    `rim_nodes` (edges, nodes of an edge), `rim_shapes` (rim points, nodes of an edge), `rim_weights` (edges, rim
-    points); `on_axis` numbers of the nodes on x = 0; `elements` (e, nodes of an element).
+    `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, `rim_shapes` (rim points, nodes of an edge),
+    `rim_weights` (edges, rim points); `on_axis` numbers of the nodes on x = 0, `outline` of those on the rim from the
+    bottom to the top; `elements` (e, nodes of an element).
     """
 
     order: int
@@ -43,12 +44,8 @@ class Mesh:
     rim_shapes: np.ndarray
     rim_weights: np.ndarray
     on_axis: np.ndarray
+    outline: np.ndarray
     elements: np.ndarray
-
-
-def fitting(divisions: int, order: int) -> int:
-    """The nearest number of divisions, not below, that elements of that order can have."""
-    return -(-divisions // (2 * order)) * 2 * order
 
 
 @functools.lru_cache(maxsize=4)
@@ -65,6 +62,9 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     mass = np.zeros(len(points) + 1)
     np.add.at(mass, elements, _lumped(corners, order))
     mass[-1] = 1.0
+    outline = np.unique(edges)
+    outline = outline[np.argsort(points[outline, 1])]
+    edges = edges[points[edges, 1].max(axis=1) < NEAR]
     shapes, rim_weights = _rim(points, edges, order)
     on_axis = np.flatnonzero(points[:, 0] < NEAR)
     x, y = (np.append(points[:, axis], 0.0) for axis in (0, 1))
@@ -72,7 +72,7 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     return Mesh(
         order, x, y, mass,
         _in_lanes(elements, fill=len(points)), _rows(gradients), _in_lanes(weights),
-        full**2, edges, shapes, rim_weights, on_axis, elements,
+        full**2, edges, shapes, rim_weights, on_axis, outline, elements,
     )  # fmt: skip
 
 
