@@ -92,9 +92,9 @@ def predicted_seconds(parameters: SoftDiscsScene) -> float:
     return parameters.run.duration / time_unit(parameters) / step * nodes_of(mesh.divisions) * SECONDS
 
 
-def nodes_of(divisions: int) -> float:
-    """About the nodes of half the disc."""
-    return 1.5 * divisions**2 + 2.0 * divisions
+def nodes_of(divisions: int) -> int:
+    """Number of nodes of half the disc."""
+    return 3 * divisions**2 // 2 + 2 * divisions + 1
 
 
 def check(parameters: SoftDiscsScene) -> list[str]:

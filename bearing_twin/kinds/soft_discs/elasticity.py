@@ -1,8 +1,8 @@
 """Stress and energy at one point of LANES elements side by side; lengths in radii, stresses in Young's moduli.
 
-Rows of `f` (4 LANES,) hold the gradient H = F - 1 of the displacement as xx, xy, yx, yy; `shear_part` and `volume_part`
-put the first Piola-Kirchhoff stress times the weight of the point in their place. Rows of `found` (3 LANES,) gather the
-energy, the least det F and the least eigenvalue of Green's strain E. The laws, cut in two for selective integration:
+Rows XX, XY, YX, YY of `f` hold the gradient H = F - 1 of the displacement; `shear_part` and `volume_part`
+put the first Piola-Kirchhoff stress times the weight of the point in their place. Rows ENERGY, LEAST_DET and LEAST_STRAIN of
+`found` gather the energy, the least det F and the least eigenvalue of Green's strain E. The laws, cut in two for selective integration:
 
     St. Venant-Kirchhoff   W = mu E:E + (lambda/2) (tr E)^2,  E = (F^T F - 1)/2
     neo-Hookean            W = (mu/2) (tr C - 3 - 2 ln J) + (lambda/2) (ln J)^2
@@ -16,7 +16,20 @@ Venant-Kirchhoff softens in compression and has no stiffness left at a stretch o
 import math
 
 from bearing_twin.compiled import inlined
-from bearing_twin.kinds.soft_discs.mesh import LANES
+from bearing_twin.kinds.soft_discs.lanes import (
+    ENERGY,
+    LANES,
+    LEAST_DET,
+    LEAST_STRAIN,
+    XX,
+    XY,
+    YX,
+    YY,
+    get,
+    increase,
+    lessen,
+    put,
+)
 
 STVK, NEO_HOOKEAN, LINEAR = range(3)
 FORMULATIONS = {"stvk": STVK, "neo_hookean": NEO_HOOKEAN, "linear": LINEAR}
@@ -26,48 +39,53 @@ LEAST = 1e-12  # det F in a logarithm; a disc with less has collapsed and is not
 
 @inlined
 def shear_part(law, plane_stress, mu, lame, f, weights, found):
-    """The part with the shear modulus; of a neo-Hookean disc in plane stress, all."""
+    """The part with the shear modulus; of a neo-Hookean disc in plane stress, all. Also looks for the least of all."""
+    for k in range(LANES):
+        xx, xy, yx, yy = get(f, XX, k), get(f, XY, k), get(f, YX, k), get(f, YY, k)
+        lessen(found, LEAST_DET, k, (1.0 + xx) * (1.0 + yy) - xy * yx)
+        lessen(found, LEAST_STRAIN, k, _least_eigenvalue(_green(xx, xy, yx, yy)))
     if law == STVK:
         for k in range(LANES):
-            a, b, c, d = 1.0 + f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], 1.0 + f[3 * LANES + k]
-            e11, e22, e12 = _green(f[0 * LANES + k], b, c, f[3 * LANES + k])
+            xx, xy, yx, yy = get(f, XX, k), get(f, XY, k), get(f, YX, k), get(f, YY, k)
+            e11, e22, e12 = _green(xx, xy, yx, yy)
             factor = 2.0 * mu * weights[k]
-            found[0 * LANES + k] += 0.5 * factor * (e11 * e11 + e22 * e22 + 2.0 * e12 * e12)
-            found[1 * LANES + k] = min(found[1 * LANES + k], a * d - b * c)
-            found[2 * LANES + k] = min(found[2 * LANES + k], _least_eigenvalue(e11, e22, e12))
-            f[0 * LANES + k], f[1 * LANES + k] = factor * (a * e11 + b * e12), factor * (a * e12 + b * e22)
-            f[2 * LANES + k], f[3 * LANES + k] = factor * (c * e11 + d * e12), factor * (c * e12 + d * e22)
+            increase(found, ENERGY, k, 0.5 * factor * (e11 * e11 + e22 * e22 + 2.0 * e12 * e12))
+            put(f, XX, k, factor * ((1.0 + xx) * e11 + xy * e12))
+            put(f, XY, k, factor * ((1.0 + xx) * e12 + xy * e22))
+            put(f, YX, k, factor * (yx * e11 + (1.0 + yy) * e12))
+            put(f, YY, k, factor * (yx * e12 + (1.0 + yy) * e22))
     elif law == LINEAR:
         for k in range(LANES):
-            xx, yy, xy = f[0 * LANES + k], f[3 * LANES + k], 0.5 * (f[1 * LANES + k] + f[2 * LANES + k])
-            e11, e22, e12 = _green(xx, f[1 * LANES + k], f[2 * LANES + k], yy)
+            xx, yy, xy = get(f, XX, k), get(f, YY, k), 0.5 * (get(f, XY, k) + get(f, YX, k))
             factor = 2.0 * mu * weights[k]
-            found[0 * LANES + k] += 0.5 * factor * (xx * xx + yy * yy + 2.0 * xy * xy)
-            found[1 * LANES + k] = min(
-                found[1 * LANES + k], (1.0 + xx) * (1.0 + yy) - f[1 * LANES + k] * f[2 * LANES + k]
-            )
-            found[2 * LANES + k] = min(found[2 * LANES + k], _least_eigenvalue(e11, e22, e12))
-            f[0 * LANES + k], f[3 * LANES + k] = factor * xx, factor * yy
-            f[1 * LANES + k], f[2 * LANES + k] = factor * xy, factor * xy
+            increase(found, ENERGY, k, 0.5 * factor * (xx * xx + yy * yy + 2.0 * xy * xy))
+            put(f, XX, k, factor * xx)
+            put(f, XY, k, factor * xy)
+            put(f, YX, k, factor * xy)
+            put(f, YY, k, factor * yy)
     else:
         for k in range(LANES):
-            a, b, c, d = 1.0 + f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], 1.0 + f[3 * LANES + k]
-            e11, e22, e12 = _green(f[0 * LANES + k], b, c, f[3 * LANES + k])
-            det = a * d - b * c
-            found[1 * LANES + k] = min(found[1 * LANES + k], det)
-            found[2 * LANES + k] = min(found[2 * LANES + k], _least_eigenvalue(e11, e22, e12))
-            grown, thick = math.log(max(det, LEAST)), 0.0
-            if plane_stress:
-                thick = _thickening(mu, lame, grown)
-                grown += thick
-            square = math.exp(2.0 * thick)
-            factor, share = mu * weights[k], square / max(det, LEAST)
-            energy = e11 + e22 + 0.5 * (square - 1.0) - grown  # (tr C - 3)/2 - ln J
-            found[0 * LANES + k] += factor * energy
-            if plane_stress:
-                found[0 * LANES + k] += 0.5 * lame * weights[k] * grown * grown
-            f[0 * LANES + k], f[1 * LANES + k] = factor * (a - share * d), factor * (b + share * c)
-            f[2 * LANES + k], f[3 * LANES + k] = factor * (c + share * b), factor * (d - share * a)
+            _neo_hookean_shear(plane_stress, mu, lame, f, weights[k], found, k)
+
+
+@inlined
+def _neo_hookean_shear(plane_stress, mu, lame, f, weight, found, k):
+    xx, xy, yx, yy = get(f, XX, k), get(f, XY, k), get(f, YX, k), get(f, YY, k)
+    e11, e22, _ = _green(xx, xy, yx, yy)
+    det = max((1.0 + xx) * (1.0 + yy) - xy * yx, LEAST)
+    grown, thick = math.log(det), 0.0
+    if plane_stress:
+        thick = _thickening(mu, lame, grown)
+        grown += thick
+    square, factor = math.exp(2.0 * thick), mu * weight
+    share = square / det
+    increase(found, ENERGY, k, factor * (e11 + e22 + 0.5 * (square - 1.0) - grown))  # (tr C - 3)/2 - ln J
+    if plane_stress:
+        increase(found, ENERGY, k, 0.5 * lame * weight * grown * grown)
+    put(f, XX, k, factor * (1.0 + xx - share * (1.0 + yy)))
+    put(f, XY, k, factor * (xy + share * yx))
+    put(f, YX, k, factor * (yx + share * xy))
+    put(f, YY, k, factor * (1.0 + yy - share * (1.0 + xx)))
 
 
 @inlined
@@ -75,31 +93,37 @@ def volume_part(law, plane_stress, lame, f, weights, found):
     """The part with Lame's first parameter."""
     if law == STVK:
         for k in range(LANES):
-            a, b, c, d = 1.0 + f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], 1.0 + f[3 * LANES + k]
-            e11, e22, e12 = _green(f[0 * LANES + k], b, c, f[3 * LANES + k])
+            xx, xy, yx, yy = get(f, XX, k), get(f, XY, k), get(f, YX, k), get(f, YY, k)
+            e11, e22, _ = _green(xx, xy, yx, yy)
             share = lame * weights[k] * (e11 + e22)
-            found[0 * LANES + k] += 0.5 * share * (e11 + e22)
-            found[1 * LANES + k] = min(found[1 * LANES + k], a * d - b * c)
-            found[2 * LANES + k] = min(found[2 * LANES + k], _least_eigenvalue(e11, e22, e12))
-            f[0 * LANES + k], f[1 * LANES + k] = share * a, share * b
-            f[2 * LANES + k], f[3 * LANES + k] = share * c, share * d
+            increase(found, ENERGY, k, 0.5 * share * (e11 + e22))
+            lessen(found, LEAST_DET, k, (1.0 + xx) * (1.0 + yy) - xy * yx)
+            put(f, XX, k, share * (1.0 + xx))
+            put(f, XY, k, share * xy)
+            put(f, YX, k, share * yx)
+            put(f, YY, k, share * (1.0 + yy))
     elif law == LINEAR:
         for k in range(LANES):
-            trace = f[0 * LANES + k] + f[3 * LANES + k]
+            trace = get(f, XX, k) + get(f, YY, k)
             share = lame * weights[k] * trace
-            found[0 * LANES + k] += 0.5 * share * trace
-            f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], f[3 * LANES + k] = share, 0.0, 0.0, share
+            increase(found, ENERGY, k, 0.5 * share * trace)
+            put(f, XX, k, share)
+            put(f, XY, k, 0.0)
+            put(f, YX, k, 0.0)
+            put(f, YY, k, share)
     else:
         for k in range(LANES):
-            a, b, c, d = 1.0 + f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], 1.0 + f[3 * LANES + k]
-            det = a * d - b * c
-            found[1 * LANES + k] = min(found[1 * LANES + k], det)
+            xx, xy, yx, yy = get(f, XX, k), get(f, XY, k), get(f, YX, k), get(f, YY, k)
+            det = (1.0 + xx) * (1.0 + yy) - xy * yx
+            lessen(found, LEAST_DET, k, det)
             grown = 0.0 if plane_stress else math.log(max(det, LEAST))
             share = lame * weights[k] * grown
-            found[0 * LANES + k] += 0.5 * share * grown
+            increase(found, ENERGY, k, 0.5 * share * grown)
             share /= max(det, LEAST)
-            f[0 * LANES + k], f[1 * LANES + k] = share * d, -share * c
-            f[2 * LANES + k], f[3 * LANES + k] = -share * b, share * a
+            put(f, XX, k, share * (1.0 + yy))
+            put(f, XY, k, -share * yx)
+            put(f, YX, k, -share * xy)
+            put(f, YY, k, share * (1.0 + xx))
 
 
 @inlined
@@ -113,7 +137,8 @@ def _green(xx, xy, yx, yy):
 
 
 @inlined
-def _least_eigenvalue(e11, e22, e12):
+def _least_eigenvalue(strain):
+    e11, e22, e12 = strain
     return 0.5 * (e11 + e22 - math.sqrt((e11 - e22) ** 2 + 4.0 * e12 * e12))
 
 

@@ -16,7 +16,25 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.soft_discs.elasticity import LINEAR, shear_part, volume_part
-from bearing_twin.kinds.soft_discs.mesh import GROUP, LANES
+from bearing_twin.kinds.soft_discs.lanes import (
+    ENERGY,
+    FOUND_SIZE,
+    GRADIENT_SIZE,
+    GROUP,
+    GROUP_SIZE,
+    LANES,
+    LEAST_DET,
+    LEAST_STRAIN,
+    XX,
+    XY,
+    YX,
+    YY,
+    get,
+    increase,
+    of_group,
+    of_row,
+    put,
+)
 
 COLUMNS = (
     "force", "position", "velocity", "kinetic", "elastic", "contact", "depth", "least_stretch", "least_det", "balance",
@@ -61,14 +79,15 @@ def inner_forces(body, displacement, load):
     """
     size = body.nodes.shape[1]
     groups = -(-size // GROUP)
-    moved, given = np.zeros(2 * GROUP * LANES * groups), np.empty(2 * GROUP * LANES * groups)
-    f, found = np.empty(4 * LANES), np.zeros(3 * LANES)
-    found[LANES:] = np.inf
+    moved, given = np.zeros(groups * GROUP_SIZE), np.empty(groups * GROUP_SIZE)
+    f, found = np.empty(GRADIENT_SIZE), np.full(FOUND_SIZE, np.inf)
+    of_row(found, ENERGY)[:] = 0.0
     for block in range(body.nodes.shape[0]):
         for a in range(size):
             for k in range(LANES):
                 node = body.nodes[block, a, k]
-                moved[2 * a * LANES + k], moved[(2 * a + 1) * LANES + k] = displacement[0, node], displacement[1, node]
+                put(moved, 2 * a, k, displacement[0, node])
+                put(moved, 2 * a + 1, k, displacement[1, node])
         given[:] = 0.0
         for q in range(body.weights.shape[1]):
             gradients, weights = body.gradients[block, q], body.weights[block, q]
@@ -81,10 +100,10 @@ def inner_forces(body, displacement, load):
         for k in range(LANES):
             for a in range(size):
                 node = body.nodes[block, a, k]
-                load[0, node] -= given[2 * a * LANES + k]
-                load[1, node] -= given[(2 * a + 1) * LANES + k]
-    square = 1.0 + 2.0 * found[2 * LANES :].min()
-    return found[:LANES].sum(), found[LANES : 2 * LANES].min(), math.sqrt(max(square, 0.0))
+                load[0, node] -= get(given, 2 * a, k)
+                load[1, node] -= get(given, 2 * a + 1, k)
+    square = 1.0 + 2.0 * of_row(found, LEAST_STRAIN).min()
+    return of_row(found, ENERGY).sum(), of_row(found, LEAST_DET).min(), math.sqrt(max(square, 0.0))
 
 
 @inlined
@@ -92,46 +111,55 @@ def _gather(gradients, moved, f, groups):
     """Puts the gradient of the displacement at one point in `f`, GROUP nodes at a time."""
     f[:] = 0.0
     for group in range(groups):
-        g = gradients[group * 2 * GROUP * LANES : (group + 1) * 2 * GROUP * LANES]
-        u = moved[group * 2 * GROUP * LANES : (group + 1) * 2 * GROUP * LANES]
+        g, u = of_group(gradients, group), of_group(moved, group)
         for k in range(LANES):
-            xx, xy, yx, yy = f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], f[3 * LANES + k]
+            xx, xy, yx, yy = get(f, XX, k), get(f, XY, k), get(f, YX, k), get(f, YY, k)
             # Written out for GROUP nodes: a loop here keeps the loop over lanes from becoming vector instructions.
-            xx += u[0 * LANES + k] * g[0 * LANES + k]
-            xy += u[0 * LANES + k] * g[1 * LANES + k]
-            yx += u[1 * LANES + k] * g[0 * LANES + k]
-            yy += u[1 * LANES + k] * g[1 * LANES + k]
-            xx += u[2 * LANES + k] * g[2 * LANES + k]
-            xy += u[2 * LANES + k] * g[3 * LANES + k]
-            yx += u[3 * LANES + k] * g[2 * LANES + k]
-            yy += u[3 * LANES + k] * g[3 * LANES + k]
-            xx += u[4 * LANES + k] * g[4 * LANES + k]
-            xy += u[4 * LANES + k] * g[5 * LANES + k]
-            yx += u[5 * LANES + k] * g[4 * LANES + k]
-            yy += u[5 * LANES + k] * g[5 * LANES + k]
-            xx += u[6 * LANES + k] * g[6 * LANES + k]
-            xy += u[6 * LANES + k] * g[7 * LANES + k]
-            yx += u[7 * LANES + k] * g[6 * LANES + k]
-            yy += u[7 * LANES + k] * g[7 * LANES + k]
-            f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], f[3 * LANES + k] = xx, xy, yx, yy
+            x, y, along, across = get(u, 0, k), get(u, 1, k), get(g, 0, k), get(g, 1, k)
+            xx += x * along
+            xy += x * across
+            yx += y * along
+            yy += y * across
+            x, y, along, across = get(u, 2, k), get(u, 3, k), get(g, 2, k), get(g, 3, k)
+            xx += x * along
+            xy += x * across
+            yx += y * along
+            yy += y * across
+            x, y, along, across = get(u, 4, k), get(u, 5, k), get(g, 4, k), get(g, 5, k)
+            xx += x * along
+            xy += x * across
+            yx += y * along
+            yy += y * across
+            x, y, along, across = get(u, 6, k), get(u, 7, k), get(g, 6, k), get(g, 7, k)
+            xx += x * along
+            xy += x * across
+            yx += y * along
+            yy += y * across
+            put(f, XX, k, xx)
+            put(f, XY, k, xy)
+            put(f, YX, k, yx)
+            put(f, YY, k, yy)
 
 
 @inlined
 def _spread(gradients, f, given, groups):
     """Adds the weighted stress in `f` times the gradients at one point to the forces of the elements' nodes."""
     for group in range(groups):
-        g = gradients[group * 2 * GROUP * LANES : (group + 1) * 2 * GROUP * LANES]
-        s = given[group * 2 * GROUP * LANES : (group + 1) * 2 * GROUP * LANES]
+        g, s = of_group(gradients, group), of_group(given, group)
         for k in range(LANES):
-            xx, xy, yx, yy = f[0 * LANES + k], f[1 * LANES + k], f[2 * LANES + k], f[3 * LANES + k]
-            s[0 * LANES + k] += xx * g[0 * LANES + k] + xy * g[1 * LANES + k]
-            s[1 * LANES + k] += yx * g[0 * LANES + k] + yy * g[1 * LANES + k]
-            s[2 * LANES + k] += xx * g[2 * LANES + k] + xy * g[3 * LANES + k]
-            s[3 * LANES + k] += yx * g[2 * LANES + k] + yy * g[3 * LANES + k]
-            s[4 * LANES + k] += xx * g[4 * LANES + k] + xy * g[5 * LANES + k]
-            s[5 * LANES + k] += yx * g[4 * LANES + k] + yy * g[5 * LANES + k]
-            s[6 * LANES + k] += xx * g[6 * LANES + k] + xy * g[7 * LANES + k]
-            s[7 * LANES + k] += yx * g[6 * LANES + k] + yy * g[7 * LANES + k]
+            xx, xy, yx, yy = get(f, XX, k), get(f, XY, k), get(f, YX, k), get(f, YY, k)
+            along, across = get(g, 0, k), get(g, 1, k)
+            increase(s, 0, k, xx * along + xy * across)
+            increase(s, 1, k, yx * along + yy * across)
+            along, across = get(g, 2, k), get(g, 3, k)
+            increase(s, 2, k, xx * along + xy * across)
+            increase(s, 3, k, yx * along + yy * across)
+            along, across = get(g, 4, k), get(g, 5, k)
+            increase(s, 4, k, xx * along + xy * across)
+            increase(s, 5, k, yx * along + yy * across)
+            along, across = get(g, 6, k), get(g, 7, k)
+            increase(s, 6, k, xx * along + xy * across)
+            increase(s, 7, k, yx * along + yy * across)
 
 
 @kernel

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearing_twin.kinds.soft_discs.elements import gauss, lagrange, lobatto, on_square
+from bearing_twin.kinds.soft_discs.lanes import GROUP, LANES
 
-LANES = 16  # elements computed side by side
-GROUP = 4  # nodes taken together in the loops over lanes
 CORE, CORNER = 0.55, 0.43  # of the radius: half the width of the core on the axes, and its corner
 RIM_POINTS = 4  # contact points of an edge, times its nodes: where contact ends the pressure has a kink
 NEAR = 1e-9  # nodes nearer than this are one
@@ -165,6 +164,6 @@ def _in_lanes(array, fill=0):
 
 
 def _rows(gradients):
-    """Gradients (e, q, n, 2) as (blocks, q, n * 2 * LANES); elements that are none have none."""
+    """Gradients (e, q, n, 2) as (blocks, q, rows of LANES); elements that are none have none."""
     lanes = _in_lanes(gradients)
     return lanes.reshape(*lanes.shape[:2], -1)

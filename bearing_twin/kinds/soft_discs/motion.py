@@ -8,8 +8,7 @@ import numpy as np
 
 from bearing_twin.kinds.impact.collision import Contact
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
-from bearing_twin.kinds.soft_discs.derived import resolve, wall_speed
-from bearing_twin.kinds.soft_discs.mesh import half_disc
+from bearing_twin.kinds.soft_discs.derived import nodes_of, resolve, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.solve import GREATEST_FRAMES, Solved, solve
 from bearing_twin.report import Choice
@@ -18,8 +17,7 @@ from bearing_twin.sample import Channel
 
 def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
     """What one sample of this scene holds."""
-    mesh = resolve(parameters).mesh
-    nodes = len(half_disc(mesh.divisions, mesh.order, mesh.integration).x) - 1
+    nodes = nodes_of(resolve(parameters).mesh.divisions)
     return (
         Channel("normal_load", "N", (), "contact force on the whole disc, away from the wall"),
         Channel("position", "m", (), "height of the centre of mass above the wall"),

@@ -14,7 +14,7 @@ from bearing_twin.kinds.soft_discs.march import COLUMNS, Body, State, march, sti
 from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
-PIECE = 200_000  # nodes times steps between looks at whether all is over: 10 to 20 ms, after which Ctrl-C is heard
+PIECE = 50_000  # nodes times steps between looks at whether all is over: 5 ms, after which Ctrl-C is heard
 GONE = 0.2  # of the time so far: out of contact for so long the disc does not come back
 LONGEST = 6.0  # estimates of the contact time, after which a disc that has not left is given up
 FEWEST_PIECE = 50
