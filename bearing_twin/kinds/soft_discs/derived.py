@@ -20,7 +20,7 @@ ERRORS = {1: (6.7e-3, 1.55), 2: (4.9e-3, 2.6), 3: (4.2e-3, 2.8), 4: (3.4e-3, 2.2
 """By order: relative error of the force, root mean square on [0, 0.07 s], with 16 divisions, and its rate; measured on
 the mean problem of paper 3, section 5.2, against 64 divisions of order 4."""
 STEPS = {1: 0.37, 2: 0.27, 3: 0.21, 4: 0.17}
-"""By order: stable step times divisions over r sqrt(rho/E) at half the bound and a Poisson's ratio of 0.25; measured."""
+"""By order: step at half the bound times divisions over r sqrt(rho/E), Poisson's ratio 0.25; measured."""
 SECONDS = 7e-8  # a node and step; measured
 GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run that is begun
 
@@ -79,7 +79,7 @@ def divisions_for(order: int, tolerance: float) -> int:
 
 
 def fitting(divisions: int, order: int) -> int:
-    """The nearest number of divisions, not below, that elements of that order can have: multiples of twice the order."""
+    """The nearest number of divisions, not below, that elements of that order can have: twice the order, or more."""
     return -(-divisions // (2 * order)) * 2 * order
 
 
@@ -113,8 +113,8 @@ def check(parameters: SoftDiscsScene) -> list[str]:
     memory = 16.0 * nodes_of(whole.mesh.divisions) * whole.run.duration * whole.run.output_rate
     if seconds > GREATEST_SECONDS:
         problems.append(
-            f"mesh.divisions = {whole.mesh.divisions} would take about {seconds / 3600.0:.2g} hours; lower it, or raise "
-            "wanted.tolerance"
+            f"mesh.divisions = {whole.mesh.divisions} with solver.step_share = {whole.solver.step_share:g} would take "
+            f"about {seconds / 3600.0:.2g} hours; lower the divisions, or raise the share or wanted.tolerance"
         )
     if memory > GREATEST_MEMORY:
         problems.append(

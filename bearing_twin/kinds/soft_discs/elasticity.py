@@ -1,8 +1,9 @@
 """Stress and energy at one point of LANES elements side by side; lengths in radii, stresses in Young's moduli.
 
-Rows XX, XY, YX, YY of `f` hold the gradient H = F - 1 of the displacement; `shear_part` and `volume_part`
-put the first Piola-Kirchhoff stress times the weight of the point in their place. Rows ENERGY, LEAST_DET and LEAST_STRAIN of
-`found` gather the energy, the least det F and the least eigenvalue of Green's strain E. The laws, cut in two for selective integration:
+Rows XX, XY, YX, YY of `f` hold the gradient H = F - 1 of the displacement; `shear_part` and `volume_part` put the
+first Piola-Kirchhoff stress times the weight of the point in their place. Rows ENERGY, LEAST_DET and LEAST_STRAIN of
+`found` gather the energy, the least det F and the least eigenvalue of Green's strain E. The laws, cut in two for
+selective integration:
 
     St. Venant-Kirchhoff   W = mu E:E + (lambda/2) (tr E)^2,  E = (F^T F - 1)/2
     neo-Hookean            W = (mu/2) (tr C - 3 - 2 ln J) + (lambda/2) (ln J)^2

@@ -25,12 +25,15 @@ IMPACT = Table(
         Channel("greatest_penetration", "m", (), "depth of the rim below the wall"),
         Channel("energy_gained", "J", (), "by the numbers alone, greatest by magnitude"),
         Channel("least_stretch", "1", (), "least principal stretch in the plane, anywhere and ever"),
-        Channel("force_balance", "N", (), "greatest difference of the force and the integral of density * acceleration"),
+        Channel(
+            "force_balance", "N", (), "greatest difference of the force and the integral of density * acceleration"
+        ),
         Channel("touches", "1", (), "how often the disc touched the wall"),
         Channel("ended", "1", (), "1 where the disc left the wall for good"),
     ),
     "the impact, once it is over",
 )
+ENERGY_GAINED = [column.name for column in IMPACT.columns].index("energy_gained")
 MEANINGS = {
     "peak_force_n": "contact force on the whole disc, greatest over all steps of the whole motion",
     "peak_time_s": "when the force is greatest, since the first touch",

@@ -164,7 +164,7 @@ def _spread(gradients, f, given, groups):
 
 @kernel
 def press(body, displacement, load):
-    """Adds the pressure of the wall to `load` (2, n); returns (force, energy in the contact, greatest depth), halves."""
+    """Adds the pressure of the wall to `load` (2, n); returns (force, energy, greatest depth) of the half disc."""
     force, energy, deepest = 0.0, 0.0, 0.0
     power = body.exponent
     for edge in range(body.rim_nodes.shape[0]):

@@ -16,8 +16,8 @@ def choose(parameters: SoftDiscsScene) -> Choice:
     warnings = []
     if error > tolerance:
         warnings.append(
-            f"mesh.divisions = {mesh.divisions} of order {mesh.order} errs by about {error:.1g} in the force, more than "
-            f"wanted.tolerance = {tolerance:g}; leave mesh.divisions out to have it chosen"
+            f"mesh.divisions = {mesh.divisions} of order {mesh.order} errs by about {error:.1g} in the force, more "
+            f"than wanted.tolerance = {tolerance:g}; leave mesh.divisions out to have it chosen"
         )
     if mesh.integration == "full" and capped_ratio(parameters) > LOCKS and parameters.plane == "strain":
         warnings.append("mesh.integration: full locks at this Poisson's ratio; use selective")

@@ -27,7 +27,7 @@ def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
         Channel("kinetic_energy", "J", (), "of the whole disc, product of the velocities half a step before and after"),
         Channel("elastic_energy", "J", (), "strain energy of the whole disc"),
         Channel("contact_energy", "J", (), "stored in the penalty between disc and wall"),
-        Channel("shape", "m", (nodes, 2), "the nodes of the half disc x >= 0: x from its line of flight, y off the wall"),
+        Channel("shape", "m", (nodes, 2), "nodes of the half disc x >= 0: x from the line of flight, y off the wall"),
     )
 
 
@@ -48,7 +48,7 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     peak = int(np.argmax(force))
     total = found.column("kinetic") + found.column("elastic") + found.column("contact")
     brought = total[0]
-    duration, touches = contact_of(found)
+    duration, touches = duration_and_touches(found)
     restitution = float(found.column("velocity")[-1]) / speed
     contact = Contact(0.0, duration, float(force[peak]), float(force.sum()) * found.step)
     deepest = float(found.column("depth").max())
@@ -73,7 +73,7 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     )
 
 
-def contact_of(found: Solved) -> tuple[float, int]:
+def duration_and_touches(found: Solved) -> tuple[float, int]:
     """From first touch to last contact [s], gaps included, and how often the disc touched the wall.
 
     The force of the last steps is drawn on by a straight line to where it is zero, at most one step.

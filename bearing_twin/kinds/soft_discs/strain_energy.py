@@ -32,7 +32,7 @@ def energy_density(parameters: SoftDiscsScene, gradient: np.ndarray) -> np.ndarr
 
 
 def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) -> np.ndarray:
-    """Energy density [J/m^3] at every node (n,) of places `shape` (n, 2) [m], mean over the elements that meet there."""
+    """Energy density [J/m^3] at every node (n,) of places `shape` (n, 2) [m], mean of the elements that meet there."""
     nodes, _ = lobatto(mesh.order)
     values, slopes = lagrange(nodes, nodes)
     size = len(nodes) ** 2
