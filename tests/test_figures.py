@@ -13,6 +13,7 @@ from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.impact.figures import GAINED
+from bearing_twin.kinds.soft_discs.figures import ENERGY_GAINED
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.scene import load_scene, scene_names
@@ -35,7 +36,10 @@ SHORTER = {  # s: until something has happened
     "ellipsoid_rocking": 0.2,
     "ellipsoid_tumbling": 0.3,
 }
-ONE_EACH = ("bearing_6203_start", "ellipsoid_rocking", "two_spheres", "two_discs", "sphere_on_beam_drop_50mm")
+ONE_EACH = (
+    "bearing_6203_start", "ellipsoid_rocking", "two_spheres", "two_discs", "sphere_on_beam_drop_50mm",
+    "soft_discs_mean",
+)  # fmt: skip
 IMPACTS = {"two_spheres": "impact.spheres", "two_discs": "impact.discs", "sphere_on_beam_drop_50mm": "beam.motion"}
 OF_THE_RUN, OF_THE_LOG = {"compile_s"}, {"missing_outputs"}
 
@@ -182,6 +186,8 @@ def with_energy(block: Block, kind: str, share: float) -> Block:
         values["potential_energy"] = values["potential_energy"] + share * grows * stored.max()
     elif kind == "sphere_on_beam":
         records["extremes"][:, 3] += share * values["kinetic_energy"][0]
+    elif kind == "soft_discs":
+        records["impact"][:, ENERGY_GAINED] += share * values["kinetic_energy"][0]
     else:
         records["contact"][:, GAINED] += share * values["kinetic_energy"][0]
     return dataclasses.replace(block, values=values, records=records)

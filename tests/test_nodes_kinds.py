@@ -36,6 +36,7 @@ PLAYED = {
     "two_spheres": ("two_spheres", ("run.output_rate=5e6", "run.publish_rate=1e6"), 2e-4),
     "two_discs": ("two_discs", ("run.output_rate=40e3", "run.publish_rate=4e3"), 1e-2),
     "sphere_on_beam": ("sphere_on_beam", ("run.output_rate=500e3", "run.publish_rate=50e3"), 1e-2),
+    "soft_discs": ("soft_discs_mean", ("mesh.divisions=8", "mesh.order=2", "run.publish_rate=500.0"), 0.1),
     "ellipsoid_on_plane": (
         "ellipsoid_rocking", ("run.duration=0.05", "run.publish_rate=1000.0", "start.height=1e-3"), 0.2,
     ),

@@ -133,6 +133,8 @@ def outputs_of(name, *overrides, count=300):
         ("two_spheres", ("second.radius=0.03", "second.mass=0.0", "contact.restitution=0.8")),
         ("two_discs", ()),
         ("sphere_on_beam", ("blow.point=0.3",)),
+        ("soft_discs_mean", ("mesh.divisions=8",)),
+        ("soft_discs_fast", ("mesh.divisions=8",)),
         ("ellipsoid_rocking", ("contact.friction=spot", "run.output_rate=100000.0", "start.height=1e-5")),
     ],
 )
@@ -162,7 +164,9 @@ def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
     assert loaded > 5
 
 
-@pytest.mark.parametrize("name", ["two_spheres", "two_discs", "sphere_on_beam", "ellipsoid_on_plane", "bearing_6203"])
+@pytest.mark.parametrize(
+    "name", ["two_spheres", "two_discs", "sphere_on_beam", "ellipsoid_on_plane", "soft_discs_mean", "bearing_6203"]
+)
 def test_every_topic_of_a_kind_is_a_message(name):
     scene, outputs = outputs_of(name, count=2)
     for row in KINDS[scene.kind].topics(scene.parameters):

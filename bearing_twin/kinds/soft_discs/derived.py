@@ -1,0 +1,135 @@
+"""Numbers that follow from the keys of soft discs; what is impossible among the keys; what they leave open."""
+
+import dataclasses
+import math
+
+from scipy.special import beta
+
+from bearing_twin.contact import hertz_impact
+from bearing_twin.contact.laws import line_law
+from bearing_twin.kinds.impact import disc_closed_form
+from bearing_twin.kinds.sections import check_run, resolved_run
+from bearing_twin.kinds.soft_discs.parameters import GREATEST_DIVISIONS, SoftDiscsScene
+
+GREATEST_RATIO = 0.4995  # Poisson's ratio in Lame's first parameter is capped at this
+OUTPUTS = 400  # of a run whose output_rate is left to be chosen
+LONGER = 1.35  # of a run against the estimate of its contact, which is 7 % short to 24 % long
+BRIEFEST = 4.5  # contact time in r sqrt(rho/E) where Johnson's law cannot store the energy
+
+ERRORS = {1: (6.7e-3, 1.55), 2: (4.9e-3, 2.6), 3: (4.2e-3, 2.8), 4: (3.4e-3, 2.2)}
+"""By order: relative error of the force, root mean square on [0, 0.07 s], with 16 divisions, and its rate; measured on
+the mean problem of paper 3, section 5.2, against 64 divisions of order 4."""
+STEPS = {1: 0.37, 2: 0.27, 3: 0.21, 4: 0.17}
+"""By order: step at half the bound times divisions over r sqrt(rho/E), Poisson's ratio 0.25; measured."""
+SECONDS = 7e-8  # a node and step; measured
+GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run that is begun
+
+
+def capped_ratio(parameters: SoftDiscsScene) -> float:
+    """Poisson's ratio as Lame's first parameter takes it."""
+    return min(parameters.disc.material.poisson_ratio, GREATEST_RATIO)
+
+
+def wave_speed(parameters: SoftDiscsScene) -> float:
+    """sqrt(E/rho) [m/s], that of a thin bar."""
+    material = parameters.disc.material
+    return math.sqrt(material.young_modulus / material.density)
+
+
+def wall_speed(parameters: SoftDiscsScene) -> float:
+    """Speed [m/s] of the disc towards the wall; of two equal discs half their relative speed, towards the middle."""
+    return parameters.motion.first_velocity * (0.5 if parameters.against == "disc" else 1.0)
+
+
+def disc_mass(parameters: SoftDiscsScene) -> float:
+    """Mass [kg] of one disc."""
+    disc = parameters.disc
+    return disc.material.density * math.pi * disc.radius**2 * disc.thickness
+
+
+def time_unit(parameters: SoftDiscsScene) -> float:
+    """r sqrt(rho/E) [s]."""
+    return parameters.disc.radius / wave_speed(parameters)
+
+
+def contact_time(parameters: SoftDiscsScene) -> float:
+    """About the contact time [s]: disc and penalty as two springs one behind the other.
+
+    The disc by Johnson's line contact, the penalty as a bed of springs; the squares of their contact times are added.
+    """
+    speed = wall_speed(parameters) / wave_speed(parameters)
+    ratio = capped_ratio(parameters) if parameters.plane == "strain" else 0.0
+    disc = disc_closed_form.contact_time(line_law("johnson", 1.0, 1.0, 1.0, ratio), 0.5 * math.pi, 2.0 * speed)
+    power = parameters.contact.exponent
+    bed = parameters.contact.stiffness_ratio * math.sqrt(2.0) * beta(0.5, power + 1.0)
+    penalty = hertz_impact.contact_time(bed, math.pi, speed, power + 0.5)
+    return math.hypot(disc if math.isfinite(disc) else BRIEFEST, penalty) * time_unit(parameters)
+
+
+def predicted_error(order: int, divisions: int) -> float:
+    """Relative error of the force to be expected of a mesh."""
+    error, rate = ERRORS[order]
+    return error * (16.0 / divisions) ** rate
+
+
+def divisions_for(order: int, tolerance: float) -> int:
+    """The fewest divisions that keep to the tolerance."""
+    error, rate = ERRORS[order]
+    return fitting(max(4, math.ceil(16.0 * (error / tolerance) ** (1.0 / rate) - 1e-9)), order)
+
+
+def fitting(divisions: int, order: int) -> int:
+    """The nearest number of divisions, not below, that elements of that order can have: twice the order, or more."""
+    return -(-divisions // (2 * order)) * 2 * order
+
+
+def predicted_seconds(parameters: SoftDiscsScene) -> float:
+    """About the seconds a run takes on one processor, from its resolved keys."""
+    mesh, solver = parameters.mesh, parameters.solver
+    ratio = capped_ratio(parameters)
+    stiff = math.sqrt((1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio)) / 1.2)
+    step = STEPS[mesh.order] / mesh.divisions * 2.0 * solver.step_share / max(stiff, 1.0)
+    return parameters.run.duration / time_unit(parameters) / step * nodes_of(mesh.divisions) * SECONDS
+
+
+def nodes_of(divisions: int) -> int:
+    """Number of nodes of half the disc."""
+    return 3 * divisions**2 // 2 + 2 * divisions + 1
+
+
+def check(parameters: SoftDiscsScene) -> list[str]:
+    """What is impossible although each number alone is legal."""
+    problems = check_run(parameters.run)
+    fast, speed = wave_speed(parameters), wall_speed(parameters)
+    if speed >= fast:
+        problems.append(
+            f"motion.first_velocity brings the disc to the wall at {speed:g} m/s, above the speed of waves in it, "
+            f"sqrt(E/rho) = {fast:.4g} m/s; keep well below, or raise disc.material.young_modulus"
+        )
+    if problems:
+        return problems
+    whole = resolve(parameters)
+    seconds = predicted_seconds(whole)
+    memory = 16.0 * nodes_of(whole.mesh.divisions) * whole.run.duration * whole.run.output_rate
+    if seconds > GREATEST_SECONDS:
+        problems.append(
+            f"mesh.divisions = {whole.mesh.divisions} with solver.step_share = {whole.solver.step_share:g} would take "
+            f"about {seconds / 3600.0:.2g} hours; lower the divisions, or raise the share or wanted.tolerance"
+        )
+    if memory > GREATEST_MEMORY:
+        problems.append(
+            f"the shapes of mesh.divisions = {whole.mesh.divisions} at run.output_rate = {whole.run.output_rate:g} Hz "
+            f"would take {memory:.2g} B; lower one of them"
+        )
+    return problems
+
+
+def resolve(parameters: SoftDiscsScene) -> SoftDiscsScene:
+    """The parameters of a checked scene with the zeros of mesh and run replaced."""
+    mesh = parameters.mesh
+    divisions = mesh.divisions or min(divisions_for(mesh.order, parameters.wanted.tolerance), GREATEST_DIVISIONS)
+    return dataclasses.replace(
+        parameters,
+        mesh=dataclasses.replace(mesh, divisions=fitting(divisions, mesh.order)),
+        run=resolved_run(parameters.run, LONGER * contact_time(parameters), OUTPUTS),
+    )

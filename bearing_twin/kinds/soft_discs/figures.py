@@ -1,0 +1,128 @@
+"""The figures of soft discs: a function of outputs and records alone."""
+
+from typing import Any
+
+from bearing_twin.kinds.impact.figures import ENERGY_GAIN
+from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, wall_speed
+from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+from bearing_twin.report import Choice
+from bearing_twin.sample import Block, Channel, Table
+
+SOFT = 3.0**-0.5  # stretch at which St. Venant-Kirchhoff has no stiffness left in compression
+SMALL = 0.05  # strain up to which small strains are a model
+FEW_BOUNCES = 0.9  # restitution below which vibration takes more than paper 3's discs ever lose
+BALANCE = 1e-9  # of the peak force
+
+IMPACT = Table(
+    "impact",
+    (
+        Channel("time", "s", (), "last contact"),
+        Channel("peak_force", "N", (), "greatest contact force over all steps"),
+        Channel("peak_time", "s", (), "when, since the first touch"),
+        Channel("contact_duration", "s", (), "from first touch to last contact, gaps included"),
+        Channel("impulse", "N s", (), "of the contact force"),
+        Channel("restitution", "1", (), "velocity of the centre of mass away over that before"),
+        Channel("greatest_penetration", "m", (), "depth of the rim below the wall"),
+        Channel("energy_gained", "J", (), "by the numbers alone, greatest by magnitude"),
+        Channel("least_stretch", "1", (), "least principal stretch in the plane, anywhere and ever"),
+        Channel(
+            "force_balance", "N", (), "greatest difference of the force and the integral of density * acceleration"
+        ),
+        Channel("touches", "1", (), "how often the disc touched the wall"),
+        Channel("ended", "1", (), "1 where the disc left the wall for good"),
+    ),
+    "the impact, once it is over",
+)
+ENERGY_GAINED = [column.name for column in IMPACT.columns].index("energy_gained")
+MEANINGS = {
+    "peak_force_n": "contact force on the whole disc, greatest over all steps of the whole motion",
+    "peak_time_s": "when the force is greatest, since the first touch",
+    "contact_duration_s": "from first touch to last contact, gaps included",
+    "impulse_ns": "of the contact force, sum over the whole motion",
+    "restitution": "velocity of the centre of mass away from the wall over that before, after the last contact",
+    "greatest_penetration_m": "depth of the rim below the wall, which the penalty allows, greatest in the whole motion",
+    "energy_closure": "energy gained (+) or lost (-) by the numbers as a share of what was brought, greatest ever",
+    "least_stretch": "least principal stretch in the plane of the disc, anywhere in the whole motion",
+    "force_balance": "greatest difference of the force as sum of pressures and as integral of density * acceleration, "
+    "over the peak force, whole motion",
+    "touches": "how often the disc touched the wall in the whole motion",
+    "wall_speed_m_s": "speed of the disc towards the wall at the first touch; of two equal discs half the relative one",
+}
+
+
+def tables(parameters: SoftDiscsScene) -> tuple[Table, ...]:
+    """What a soft disc records."""
+    return (IMPACT,)
+
+
+def meanings() -> dict[str, str]:
+    """What each key of the figures is."""
+    return MEANINGS
+
+
+class SoftDiscFigures:
+    """Gathers the record of the impact and how far the outputs reach."""
+
+    def __init__(self, parameters: SoftDiscsScene, choice: Choice):
+        self.parameters = parameters
+        self._brought, self._until = 0.0, 0.0
+        self._known: dict[str, float] = {}
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        if not self._brought:
+            self._brought = float(block.values["kinetic_energy"][0])
+        for row in block.records.get("impact", ()):
+            self._known = dict(zip((column.name for column in IMPACT.columns), map(float, row), strict=True))
+        self._until = 1e-9 * float(block.time_ns[-1])
+
+    def figures(self) -> dict[str, Any]:
+        """Numbers by SI-suffixed keys; none of the impact before it is over."""
+        known = self._known
+        return {
+            "peak_force_n": known.get("peak_force"),
+            "peak_time_s": known.get("peak_time"),
+            "contact_duration_s": known.get("contact_duration"),
+            "impulse_ns": known.get("impulse"),
+            "restitution": known.get("restitution"),
+            "greatest_penetration_m": known.get("greatest_penetration"),
+            "energy_closure": known["energy_gained"] / self._brought if known else None,
+            "least_stretch": known.get("least_stretch"),
+            "force_balance": known["force_balance"] / known["peak_force"] if known else None,
+            "touches": int(known["touches"]) if known else None,
+            "wall_speed_m_s": wall_speed(self.parameters),
+        }
+
+    def flags(self) -> list[str]:
+        """What in this impact lies outside the theory or is to be doubted, one sentence each."""
+        parameters, known, flags = self.parameters, self._known, []
+        ratio = parameters.disc.material.poisson_ratio
+        if ratio > GREATEST_RATIO:
+            flags.append(f"Poisson's ratio is capped at {GREATEST_RATIO} in Lame's first parameter")
+        if not known:
+            return flags
+        stretch, touches = known["least_stretch"], int(known["touches"])
+        if parameters.formulation == "stvk" and stretch < SOFT:
+            flags.append(f"a stretch of {stretch:.3g} is below 0.577: St. Venant-Kirchhoff has no stiffness left there")
+        if parameters.formulation == "linear" and stretch < 1.0 - SMALL:
+            flags.append(f"a stretch of {stretch:.3g} is far from 1: small strains are no model for it")
+        if known["restitution"] < FEW_BOUNCES:
+            flags.append(f"a restitution of {known['restitution']:.3g} is low: the disc keeps much as vibration")
+        if touches > 1:
+            flags.append(f"the disc touched the wall {touches} times: contact chatters, or the disc comes back")
+        if self._until < known["contact_duration"] * (1.0 - 1e-9):
+            flags.append(
+                f"the outputs end at {self._until:.4g} s, before the contact does at {known['contact_duration']:.4g} s"
+            )
+        return flags
+
+    def status(self) -> str:
+        """ "done", or what failed."""
+        if not self._known:
+            return "done"
+        if not self._known["ended"]:
+            return "failed: the disc has not left the wall"
+        figures = self.figures()
+        if abs(figures["energy_closure"]) > ENERGY_GAIN:
+            return "failed: energy"
+        return "done" if figures["force_balance"] <= BALANCE else "failed: momentum"

@@ -1,0 +1,169 @@
+"""The mesh of half a disc of radius 1 about the origin, x >= 0, cut by the line on which it flies.
+
+A quarter is three blocks: a core and two blocks between it and the rim. With N divisions a block has N/2 intervals of
+nodes each way, so that the half disc has 1.5 N^2 of them whatever the order; elements of order p take p intervals each
+way. Geometry is interpolated at the same nodes as displacement.
+"""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearing_twin.kinds.soft_discs.elements import gauss, lagrange, lobatto, on_square
+from bearing_twin.kinds.soft_discs.lanes import GROUP, LANES
+
+CORE, CORNER = 0.55, 0.43  # of the radius: half the width of the core on the axes, and its corner
+RIM_POINTS = 4  # contact points of an edge, times its nodes: where contact ends the pressure has a kink
+NEAR = 1e-9  # nodes nearer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Half a disc of radius, thickness and density 1.
+
+    `x`, `y`, `mass` of the nodes (n,), where the last node is none: it takes what lanes without an element give.
+    `nodes` (blocks, nodes of an element, LANES) by their numbers; `gradients` (blocks, points, rows of LANES) of the
+    shape functions, x and y of each node in turn, filled up with zeros to whole GROUPs; `weights` (blocks, points,
+    LANES), the first `full` points for the part with the shear modulus, the others for Lame's first parameter.
+    `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, `rim_shapes` (rim points, nodes of an edge),
+    `rim_weights` (edges, rim points); `on_axis` numbers of the nodes on x = 0, `outline` of those on the rim from the
+    bottom to the top; `elements` (e, nodes of an element).
+    """
+
+    order: int
+    x: np.ndarray
+    y: np.ndarray
+    mass: np.ndarray
+    nodes: np.ndarray
+    gradients: np.ndarray
+    weights: np.ndarray
+    full: int
+    rim_nodes: np.ndarray
+    rim_shapes: np.ndarray
+    rim_weights: np.ndarray
+    on_axis: np.ndarray
+    outline: np.ndarray
+    elements: np.ndarray
+
+
+@functools.lru_cache(maxsize=4)
+def half_disc(divisions: int, order: int, integration: str) -> Mesh:
+    """The mesh with `divisions` N, a multiple of twice the order; `integration` is selective or full."""
+    points, elements, edges = _numbered(divisions // (2 * order), order)
+    full, reduced = order + 1, order if integration == "selective" else order + 1
+    corners = points[elements]
+    sets = [_at_points(corners, order, full), _at_points(corners, order, reduced)]
+    gradients = np.concatenate([one[0] for one in sets], axis=1)
+    missing = -elements.shape[1] % GROUP
+    gradients = np.pad(gradients, ((0, 0), (0, 0), (0, missing), (0, 0)))
+    weights = np.concatenate([one[1] for one in sets], axis=1)
+    mass = np.zeros(len(points) + 1)
+    np.add.at(mass, elements, _lumped(corners, order))
+    mass[-1] = 1.0
+    outline = np.unique(edges)
+    outline = outline[np.argsort(points[outline, 1])]
+    edges = edges[points[edges, 1].max(axis=1) < NEAR]
+    shapes, rim_weights = _rim(points, edges, order)
+    on_axis = np.flatnonzero(points[:, 0] < NEAR)
+    x, y = (np.append(points[:, axis], 0.0) for axis in (0, 1))
+    x[on_axis] = 0.0
+    return Mesh(
+        order, x, y, mass,
+        _in_lanes(elements, fill=len(points)), _rows(gradients), _in_lanes(weights),
+        full**2, edges, shapes, rim_weights, on_axis, outline, elements,
+    )  # fmt: skip
+
+
+def _numbered(count, order):
+    """Nodes (n, 2), elements (e, nodes) and edges of the rim (edges, nodes), `count` elements along a block."""
+    inside = 0.5 * (lobatto(order)[0] + 1.0)
+    along = np.append((np.arange(count)[:, None] + inside[:-1]).ravel(), count) / count
+    s, t = np.meshgrid(along, along, indexing="ij")  # (first, second) direction of a block
+    grids, rims = [], []
+    for lower in (False, True):
+        for block in (_core, _side, _top):
+            grid = block(s, t)
+            # The mirror image turns the sense of rotation, so its directions change places.
+            grids.append(np.swapaxes(grid, 0, 1) * (1.0, -1.0) if lower else grid)
+            rims.append(None if block is _core else (1 if lower else 0))
+    size = len(along)
+    flat = np.concatenate([grid.reshape(-1, 2) for grid in grids])
+    _, first, number = np.unique(np.rint(flat / NEAR).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    numbers = number.reshape(len(grids), size, size)
+    elements, edges = [], []
+    for grid, outer in zip(numbers, rims, strict=True):
+        for i in range(count):
+            for j in range(count):
+                part = grid[i * order : (i + 1) * order + 1, j * order : (j + 1) * order + 1]
+                elements.append(part.T.ravel())
+        if outer is not None:
+            rim = grid[-1] if outer == 0 else grid[:, -1]
+            edges += [rim[i * order : (i + 1) * order + 1] for i in range(count)]
+    return flat[first], np.array(elements), np.array(edges)
+
+
+def _core(s, t):
+    """The block at the centre: (s, t) over its quadrilateral."""
+    right, top, far = np.array([CORE, 0.0]), np.array([0.0, CORE]), np.array([CORNER, CORNER])
+    s, t = s[..., None], t[..., None]
+    return s * (1.0 - t) * right + (1.0 - s) * t * top + s * t * far
+
+
+def _side(s, t):
+    """The block at the x axis: s outwards, t up to the diagonal."""
+    return _outer(s, t, np.array([CORE, 0.0]), np.array([CORNER, CORNER]), 0.0)
+
+
+def _top(s, t):
+    """The block at the y axis: s outwards, t on to the axis."""
+    return _outer(s, t, np.array([CORNER, CORNER]), np.array([0.0, CORE]), 0.25 * np.pi)
+
+
+def _outer(s, t, start, end, angle):
+    turn = angle + 0.25 * np.pi * t
+    s, t = s[..., None], t[..., None]
+    return (1.0 - s) * ((1.0 - t) * start + t * end) + s * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+
+
+def _jacobians(corners, slopes):
+    """Derivatives (e, q, 2, 2) of place by reference coordinates, and their determinants."""
+    jacobian = np.einsum("ena,qnb->eqab", corners, slopes)
+    return jacobian, np.linalg.det(jacobian)
+
+
+def _at_points(corners, order, points):
+    """Gradients (e, q, n, 2) of the shape functions and weights (e, q) at points^2 Gauss points."""
+    _, slopes, weights = on_square(order, points)
+    jacobian, determinant = _jacobians(corners, slopes)
+    return np.einsum("qnb,eqba->eqna", slopes, np.linalg.inv(jacobian)), weights * determinant
+
+
+def _lumped(corners, order):
+    """Mass (e, n) by Gauss-Lobatto quadrature, whose points are the nodes."""
+    nodes, weights = lobatto(order)
+    values, slopes = lagrange(nodes, nodes)
+    along = np.einsum("jb,ia->jiba", values, slopes).reshape(len(nodes) ** 2, -1)
+    across = np.einsum("jb,ia->jiba", slopes, values).reshape(len(nodes) ** 2, -1)
+    return np.outer(weights, weights).ravel() * _jacobians(corners, np.stack([along, across], axis=2))[1]
+
+
+def _rim(points, edges, order):
+    """Shape functions (c, n) along an edge and weights (edges, c), undeformed lengths."""
+    places, weights = gauss(RIM_POINTS * (order + 1))
+    values, slopes = lagrange(lobatto(order)[0], places)
+    tangents = np.einsum("ena,cn->eca", points[edges], slopes)
+    return values, weights * np.linalg.norm(tangents, axis=2)
+
+
+def _in_lanes(array, fill=0):
+    """(e, ...) as (blocks, ..., LANES); what is missing is `fill`."""
+    missing = -len(array) % LANES
+    whole = np.concatenate([array, np.full((missing, *array.shape[1:]), fill, array.dtype)])
+    return np.ascontiguousarray(np.moveaxis(whole.reshape(-1, LANES, *array.shape[1:]), 1, -1))
+
+
+def _rows(gradients):
+    """Gradients (e, q, n, 2) as (blocks, q, rows of LANES); elements that are none have none."""
+    lanes = _in_lanes(gradients)
+    return lanes.reshape(*lanes.shape[:2], -1)

@@ -1,0 +1,95 @@
+"""A soft disc on a rigid wall, or on an equal disc, as a run: channels at any instant, and what the impact was.
+
+Two equal discs are each other's mirror image: the plane between them is a wall without friction, to which each comes at
+half the relative speed; positions, velocities and energies are those of one disc.
+"""
+
+import numpy as np
+
+from bearing_twin.kinds.impact.collision import Contact
+from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
+from bearing_twin.kinds.soft_discs.derived import nodes_of, resolve, wall_speed
+from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+from bearing_twin.kinds.soft_discs.solve import GREATEST_FRAMES, Solved, solve
+from bearing_twin.report import Choice
+from bearing_twin.sample import Channel
+
+
+def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
+    """What one sample of this scene holds."""
+    nodes = nodes_of(resolve(parameters).mesh.divisions)
+    return (
+        Channel("normal_load", "N", (), "contact force on the whole disc, away from the wall"),
+        Channel("position", "m", (), "height of the centre of mass above the wall"),
+        Channel("velocity", "m/s", (), "of the centre of mass, away from the wall"),
+        Channel("penetration", "m", (), "greatest depth of the rim below the wall"),
+        Channel("least_stretch", "1", (), "least principal stretch in the plane of the disc"),
+        Channel("kinetic_energy", "J", (), "of the whole disc, product of the velocities half a step before and after"),
+        Channel("elastic_energy", "J", (), "strain energy of the whole disc"),
+        Channel("contact_energy", "J", (), "stored in the penalty between disc and wall"),
+        Channel("shape", "m", (nodes, 2), "nodes of the half disc x >= 0: x from the line of flight, y off the wall"),
+    )
+
+
+OF_HISTORY = {
+    "normal_load": "force", "position": "position", "velocity": "velocity", "penetration": "depth",
+    "least_stretch": "least_stretch", "kinetic_energy": "kinetic", "elastic_energy": "elastic",
+    "contact_energy": "contact",
+}  # fmt: skip
+"""Columns of the history by channel."""
+
+
+def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") -> Impact:
+    """The impact; raises IntegrationError where the disc collapses."""
+    parameters = resolve(parameters)
+    outputs = round(parameters.run.duration * parameters.run.output_rate) + 1
+    found = solve(parameters, min(outputs, GREATEST_FRAMES))
+    force, speed = found.column("force"), wall_speed(parameters)
+    peak = int(np.argmax(force))
+    total = found.column("kinetic") + found.column("elastic") + found.column("contact")
+    brought = total[0]
+    duration, touches = duration_and_touches(found)
+    restitution = float(found.column("velocity")[-1]) / speed
+    contact = Contact(0.0, duration, float(force[peak]), float(force.sum()) * found.step)
+    deepest = float(found.column("depth").max())
+    gained = float(total[int(np.argmax(np.abs(total - brought)))] - brought)
+    known = [
+        duration, contact.peak_force, peak * found.step, duration, contact.impulse, restitution, deepest, gained,
+        float(found.column("least_stretch").min()), float(np.abs(found.column("balance")).max()),
+        float(touches), float(found.ended),
+    ]  # fmt: skip
+    radius = parameters.disc.radius
+    return Impact(
+        names=(*OF_HISTORY, "shape"),
+        at=lambda times: (*(found.at(name, times) for name in OF_HISTORY.values()), found.shape_at(radius, times)),
+        run=parameters.run,
+        contacts=(contact,),
+        restitution=restitution,
+        peak_force=contact.peak_force,
+        greatest_approach=deepest,
+        energy_closure=gained / brought,
+        costs={"steps": len(force), "nodes": len(found.mesh.x) - 1, "elements": len(found.mesh.elements)},
+        records={"impact": np.array([known])},
+    )
+
+
+def duration_and_touches(found: Solved) -> tuple[float, int]:
+    """From first touch to last contact [s], gaps included, and how often the disc touched the wall.
+
+    The force of the last steps is drawn on by a straight line to where it is zero, at most one step.
+    """
+    force = found.column("force")
+    inside = force > 0.0
+    touching = np.flatnonzero(inside)
+    if not len(touching):
+        return 0.0, 0
+    last = touching[-1]
+    fall = force[last - 1] - force[last] if last else 0.0
+    beyond = min(1.0, force[last] / fall) if fall > 0.0 else 1.0
+    touches = int(np.sum(inside[1:] & ~inside[:-1]) + inside[0])
+    return float((last + beyond) * found.step), touches
+
+
+def motion(parameters: SoftDiscsScene, choice: Choice) -> ImpactMotion:
+    """The impact as a run."""
+    return ImpactMotion(solved_impact, parameters, choice.law, choice.stepper)

@@ -1,0 +1,104 @@
+"""Soft discs: YAML keys, units, defaults and limits."""
+# ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
+
+from dataclasses import dataclass
+
+from bearing_twin.contact.materials import Material
+from bearing_twin.kinds.sections import Run, WantedImpact
+from bearing_twin.parameters import choice, quantity, section
+
+RUBBER = Material(1.0e5, 0.25, 960.0, 0.0)
+GREATEST_DIVISIONS = 512
+
+
+@dataclass(frozen=True)
+class SoftDisc:
+    """The disc; of two equal ones, both."""
+
+    radius: float = quantity(0.1, "m", "radius", above=0.0)
+    thickness: float = quantity(0.01, "m", "along the disc's axis", above=0.0)
+    material: Material = section(Material, default=RUBBER)
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """The pressure between disc and wall: stiffness_ratio * young_modulus * (depth / radius)^exponent."""
+
+    stiffness_ratio: float = quantity(
+        10.0, "1", "k r / E: pressure over Young's modulus at a depth of one radius", above=0.0, at_most=1e4
+    )
+    exponent: float = quantity(1.0, "1", "power m of the depth", at_least=1.0, at_most=4.0)
+
+
+@dataclass(frozen=True)
+class Thrown:
+    """How the disc comes: it just touches at the start and moves as a whole."""
+
+    first_velocity: float = quantity(
+        1.0, "m/s", "velocity of the disc towards the wall, or towards the other disc, which is at rest", above=0.0
+    )
+
+
+@dataclass(frozen=True)
+class DiscMesh:
+    """How half the disc is cut into quadrilaterals."""
+
+    divisions: int = quantity(
+        0,
+        "1",
+        "N: about 1.5 N^2 intervals between nodes on half the disc; 0 = from the tolerance",
+        at_least=0,
+        at_most=GREATEST_DIVISIONS,
+    )
+    order: int = quantity(3, "1", "of the elements; 1 = bilinear, above = spectral", at_least=1, at_most=4)
+    integration: str = choice(
+        "selective",
+        ("selective", "full"),
+        "of the part with Lame's first parameter; full locks where Poisson's ratio comes near 0.5",
+    )
+
+
+@dataclass(frozen=True)
+class CentralDifferences:
+    """How the disc is moved on in time."""
+
+    step_share: float = quantity(
+        0.5, "1", "step as a share of the bound on the stable one, penalty included", above=0.0, at_most=1.0
+    )
+
+
+@dataclass(frozen=True)
+class WantedOfDisc(WantedImpact):
+    """What is wanted of a soft disc."""
+
+    tolerance: float = quantity(
+        2e-3, "1", "wanted relative error of the force, root mean square over the contact", at_least=1e-4, at_most=0.1
+    )
+
+
+@dataclass(frozen=True)
+class SoftDiscsScene:
+    """A soft disc on a rigid wall, or two equal ones, by finite elasticity (paper 3, section 5.2), without gravity."""
+
+    disc: SoftDisc = section(SoftDisc)
+    against: str = choice(
+        "wall",
+        ("wall", "disc"),
+        "what the disc meets: a rigid wall without friction, or another disc, equal and at rest",
+        refused={
+            "unequal_disc": "is not offered: two unequal discs need a contact of two meshes; take wall, or disc for "
+            "two equal ones, or kind: two_discs for small deformations"
+        },
+    )
+    plane: str = choice("strain", ("strain", "stress"), "plane strain, or plane stress for a thin disc")
+    formulation: str = choice(
+        "stvk",
+        ("stvk", "neo_hookean", "linear"),
+        "stvk = St. Venant-Kirchhoff, which paper 3 takes; linear = small strains",
+    )
+    contact: Penalty = section(Penalty)
+    motion: Thrown = section(Thrown)
+    mesh: DiscMesh = section(DiscMesh)
+    solver: CentralDifferences = section(CentralDifferences)
+    wanted: WantedOfDisc = section(WantedOfDisc)
+    run: Run = section(Run)

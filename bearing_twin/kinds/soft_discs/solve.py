@@ -1,0 +1,181 @@
+"""A soft disc on a rigid wall, solved: the disc without units is marched until it has left the wall, then read off."""
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from bearing_twin.errors import IntegrationError
+from bearing_twin.kinds.soft_discs.derived import capped_ratio, contact_time, time_unit, wall_speed, wave_speed
+from bearing_twin.kinds.soft_discs.elasticity import FORMULATIONS, LINEAR, NEO_HOOKEAN
+from bearing_twin.kinds.soft_discs.march import COLUMNS, Body, State, march, stiff_part
+from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc
+from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+
+PIECE = 50_000  # nodes times steps between looks at whether all is over: 5 ms, after which Ctrl-C is heard
+GONE = 0.2  # of the time so far: out of contact for so long the disc does not come back
+LONGEST = 6.0  # estimates of the contact time, after which a disc that has not left is given up
+FEWEST_PIECE = 50
+GREATEST_FRAMES = 601
+BOUND = 1e-3  # relative tolerance of the eigenvalues in the bound, added to it
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The march of one disc in SI: `history` (steps, COLUMNS) of the whole disc at multiples of `step` [s].
+
+    `frames` (f, 2, n) are displacements [m] of the half disc at multiples of `frame_step` [s]. Heights are above the
+    wall. `ended` tells that the disc has left for good.
+    """
+
+    step: float
+    history: np.ndarray
+    frame_step: float
+    frames: np.ndarray
+    mesh: Mesh
+    ended: bool
+
+    def column(self, name: str) -> np.ndarray:
+        """One column of the history."""
+        return self.history[:, COLUMNS.index(name)]
+
+    def at(self, name: str, times: np.ndarray) -> np.ndarray:
+        """One column at times [s], by straight lines between steps."""
+        return np.interp(times, self.step * np.arange(len(self.history)), self.column(name))
+
+    def shape_at(self, radius: float, times: np.ndarray) -> np.ndarray:
+        """Places (t, n, 2) [m] of the nodes at times [s], x from the line of flight, y from the wall."""
+        place = np.clip(np.asarray(times) / self.frame_step, 0.0, len(self.frames) - 1.0)
+        low = np.minimum(place.astype(int), max(len(self.frames) - 2, 0))
+        share = (place - low)[:, None, None]
+        high = np.minimum(low + 1, len(self.frames) - 1)
+        moved = (1.0 - share) * self.frames[low] + share * self.frames[high]
+        rest = radius * np.stack([self.mesh.x[:-1], self.mesh.y[:-1] + 1.0])
+        return np.moveaxis(rest + moved[:, :, :-1], 1, 2)
+
+
+def body_of(parameters: SoftDiscsScene) -> Body:
+    """The disc without units: lengths in radii, stresses in Young's moduli."""
+    mesh = half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration)
+    ratio, law = capped_ratio(parameters), FORMULATIONS[parameters.formulation]
+    mu, lame = 0.5 / (1.0 + ratio), ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
+    plane_stress = parameters.plane == "stress"
+    if plane_stress and law != NEO_HOOKEAN:
+        lame = 2.0 * lame * mu / (lame + 2.0 * mu)
+    return _body(mesh, law, plane_stress, mu, lame, parameters.contact.stiffness_ratio, parameters.contact.exponent)
+
+
+def _body(mesh, law, plane_stress, mu, lame, stiffness, exponent) -> Body:
+    return Body(
+        mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.gradients, mesh.weights, mesh.full,
+        mesh.rim_nodes, mesh.rim_shapes, mesh.rim_weights, mesh.on_axis,
+        law, plane_stress, mu, lame, stiffness, exponent,
+    )  # fmt: skip
+
+
+def stable_step(parameters: SoftDiscsScene) -> float:
+    """A bound from below on the greatest stable step of the undeformed disc, in r sqrt(rho/E), penalty included.
+
+    The greatest eigenvalue of a sum of stiffnesses is at most the sum of theirs (Weyl), so that those of shear, volume
+    and penalty are found once for a mesh.
+    """
+    body, mesh = body_of(parameters), parameters.mesh
+    shear, volume, penalty = _greatest_eigenvalues(mesh.divisions, mesh.order, mesh.integration)
+    stiffness = body.stiffness
+    if body.exponent > 1.0:
+        # The depth that stops a plane wave, twice for what comes after it.
+        pressure = wall_speed(parameters) / wave_speed(parameters) * math.sqrt(body.lame + 2.0 * body.mu)
+        depth = min(1.0, 2.0 * (pressure / stiffness) ** (1.0 / body.exponent))
+        stiffness *= body.exponent * depth ** (body.exponent - 1.0)
+    return 2.0 / math.sqrt(body.mu * shear + body.lame * volume + stiffness * penalty)
+
+
+@functools.lru_cache(maxsize=8)
+def _greatest_eigenvalues(divisions, order, integration) -> tuple[float, float, float]:
+    """Of mass^-1 stiffness: with mu = 1 alone, with lambda = 1 alone, with k = 1 alone."""
+    mesh = half_disc(divisions, order, integration)
+    parts = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    return tuple(_greatest_eigenvalue(_body(mesh, LINEAR, False, *part, 1.0)) for part in parts)
+
+
+def _greatest_eigenvalue(body) -> float:
+    size = len(body.mass)
+    root, load = np.sqrt(body.mass), np.zeros((2, size))
+
+    def operate(vector):
+        stiff_part(body, vector.reshape(2, size) / root, load)
+        load[:, -1] = 0.0
+        return -(load / root).ravel()
+
+    start = np.random.default_rng(1).standard_normal(2 * size)
+    found = eigsh(
+        LinearOperator((2 * size, 2 * size), operate, dtype=float), k=1, which="LA", tol=BOUND, v0=start,
+        return_eigenvectors=False,
+    )  # fmt: skip
+    return float(found[0]) * (1.0 + BOUND)
+
+
+def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
+    """Marches the disc of resolved parameters until it has left the wall and the run is over; about `frames` shapes.
+
+    Raises IntegrationError where an element turns inside out (reason "collapsed") or a number is no longer finite.
+    """
+    body, unit, radius = body_of(parameters), time_unit(parameters), parameters.disc.radius
+    step = parameters.solver.step_share * stable_step(parameters)
+    size = len(body.mass)
+    state = State(*(np.zeros((2, size)) for _ in range(3)))
+    state.velocity[1, :-1] = -wall_speed(parameters) / wave_speed(parameters)
+    least = parameters.run.duration / unit
+    most = max(LONGEST * contact_time(parameters) / unit, least)
+    every = max(1, math.floor(least / step / max(frames - 1, 1)))
+    kept = np.zeros((min(frames, math.ceil(least / step / every)) + 1, 2, size))
+    pieces, done, last, over, ended = [], 0, -1, False, False
+    while not over:
+        rows = np.zeros((max(PIECE // size, FEWEST_PIECE), len(COLUMNS)))
+        filled = march(body, state, step, rows, kept, every, done)
+        rows = rows[:filled]
+        touching = np.flatnonzero(rows[:, 0] > 0.0)
+        last = done + touching[-1] if len(touching) else last
+        _refuse_collapse(parameters, rows, done, step * unit)
+        pieces.append(rows)
+        done += filled
+        ended = last >= 0 and done - last > GONE * last + 1.0
+        over = (ended and step * done > least) or step * done > most
+    history = np.concatenate(pieces)
+    _give_units(history, parameters)
+    held = min(len(kept), (done - 1) // every + 1)
+    return Solved(
+        step * unit, history, every * step * unit, radius * kept[:held],
+        half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration), ended,
+    )  # fmt: skip
+
+
+def _refuse_collapse(parameters, rows, done, step):
+    det = rows[-1, COLUMNS.index("least_det")]
+    seconds = step * (done + len(rows) - 1)
+    if not np.isfinite(rows[-1]).all():
+        raise IntegrationError(
+            "the disc's numbers are not finite; lower solver.step_share", "not finite", seconds, "disc"
+        )
+    if det <= 0.0 and parameters.formulation != "linear":
+        raise IntegrationError(
+            f"the disc collapses at {seconds:.4g} s: an element turns inside out; lower motion.first_velocity, raise "
+            "disc.material.young_modulus, or take formulation: neo_hookean, which stiffens in compression",
+            "collapsed",
+            seconds,
+            "disc",
+        )
+
+
+def _give_units(history, parameters):
+    """Multiplies the columns of a history without units, in place."""
+    disc, speed = parameters.disc, wave_speed(parameters)
+    force = disc.material.young_modulus * disc.radius * disc.thickness
+    units = {
+        "force": force, "balance": force, "position": disc.radius, "velocity": speed, "depth": disc.radius,
+        **dict.fromkeys(("kinetic", "elastic", "contact"), force * disc.radius),
+    }  # fmt: skip
+    for column, name in enumerate(COLUMNS):
+        history[:, column] *= units.get(name, 1.0)

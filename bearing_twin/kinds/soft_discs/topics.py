@@ -1,0 +1,97 @@
+"""The topics of soft discs: wrenches, the contact, frames and markers, as fields of messages.
+
+The frame of the scene has its origin on the wall where the disc touches first, x along the wall, y away from it and z
+along the axis of the disc. Of two equal discs the other is the mirror image below the plane y = 0.
+"""
+
+import functools
+
+import numpy as np
+
+from bearing_twin.kinds.contract import PUBLISH, Output, Topic
+from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, marker
+from bearing_twin.kinds.soft_discs.derived import resolve
+from bearing_twin.kinds.soft_discs.mesh import half_disc
+from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.sample import Sample, Wrench
+
+FRAME = "soft_discs_link"
+STILL = (0.0, 0.0, 0.0)
+
+
+def bodies(parameters: SoftDiscsScene) -> tuple[str, str]:
+    """The disc, and what it meets."""
+    return ("disc", "wall") if parameters.against == "wall" else ("disc", "other_disc")
+
+
+def topics(parameters: SoftDiscsScene) -> tuple[Topic, ...]:
+    """The topics of a soft disc."""
+    disc, other = bodies(parameters)
+    about = "the point of first touch" if other == "wall" else "its centre of mass"
+    texts = {disc: f"on the disc, by the {other}, about its centre of mass", other: f"on the {other}, about {about}"}
+    return (
+        *body_topics(FRAME, wrenches, origins, texts),
+        contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
+        Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "outlines of the deformed bodies", FRAME),
+    )
+
+
+def origins(parameters: SoftDiscsScene, sample: Sample) -> dict[str, np.ndarray]:
+    """Centres of mass [m]; of a wall the point of first touch."""
+    disc, other = bodies(parameters)
+    height = float(sample["position"])
+    return {disc: np.array([0.0, height, 0.0]), other: np.array([0.0, 0.0 if other == "wall" else -height, 0.0])}
+
+
+def wrenches(parameters: SoftDiscsScene, sample: Sample) -> list[Wrench]:
+    """On disc and wall by each other; the force goes through both points."""
+    return opposed(*bodies(parameters), "centre", (0.0, float(sample["normal_load"]), 0.0), STILL, STILL)
+
+
+def contacts(parameters: SoftDiscsScene, sample: Sample) -> dict:
+    """The fields of Contacts: half the length and half the width of the contact, and the pressure where it is greatest.
+
+    The pressure is that of the penalty per undeformed length; the width that of the rim's nodes below the wall.
+    """
+    disc, penalty, depth = parameters.disc, parameters.contact, float(sample["penetration"])
+    rim = sample["shape"][_outline(parameters)]
+    below = rim[rim[:, 1] < 0.0, 0]
+    share = (depth / disc.radius) ** penalty.exponent
+    return one_contact(
+        *bodies(parameters),
+        approach=depth, normal_load=float(sample["normal_load"]), semi_major=0.5 * disc.thickness,
+        semi_minor=float(below.max(initial=0.0)),
+        peak_pressure=penalty.stiffness_ratio * disc.material.young_modulus * share,
+        point=STILL, normal=(0.0, 1.0, 0.0), major_axis=(0.0, 0.0, 1.0),
+    )  # fmt: skip
+
+
+def marker_fields(output: Output) -> dict:
+    """visualization_msgs/MarkerArray: the rim of the deformed disc, the wall or the other disc, and the force."""
+    parameters, sample = output.parameters, output.sample
+    radius = parameters.disc.radius
+    rim = sample["shape"][_outline(parameters)]
+    line = np.zeros((2 * len(rim), 3))
+    line[:, :2] = np.concatenate([rim, rim[::-1] * (-1.0, 1.0)])
+    wall = np.array([(-1.5 * radius, 0.0, 0.0), (1.5 * radius, 0.0, 0.0)])
+    other = wall if parameters.against == "wall" else line * (1.0, -1.0, 1.0)
+    width = (0.02 * radius, 0.0, 0.0)
+    text = f"{float(sample['normal_load']):.4g} N"
+    return {
+        "markers": [
+            marker("disc", 0, LINE_STRIP, width, ORANGE, points=line),
+            marker("other", 0, LINE_STRIP, width, STEEL if parameters.against == "wall" else BLUE, points=other),
+            marker("force", 0, TEXT, (0.0, 0.0, 0.2 * radius), GREEN, (1.2 * radius, 0.3 * radius, 0.0), text=text),
+        ]
+    }
+
+
+def _outline(parameters: SoftDiscsScene) -> np.ndarray:
+    return _rim(resolve(parameters).mesh)
+
+
+@functools.lru_cache(maxsize=4)
+def _rim(mesh) -> np.ndarray:
+    """Numbers of the nodes on the rim, from the bottom to the top."""
+    return half_disc(mesh.divisions, mesh.order, mesh.integration).outline

@@ -1,0 +1,357 @@
+"""A soft disc on a wall by finite elasticity: patches, balances, published numbers, and where it breaks."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from runs import reported
+
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.soft_discs.derived import contact_time, fitting, nodes_of, predicted_error
+from bearing_twin.kinds.soft_discs.elements import ORDERS, lobatto
+from bearing_twin.kinds.soft_discs.figures import SoftDiscFigures
+from bearing_twin.kinds.soft_discs.march import inner_forces
+from bearing_twin.kinds.soft_discs.mesh import half_disc
+from bearing_twin.kinds.soft_discs.models import choose
+from bearing_twin.kinds.soft_discs.solve import body_of, solve, stable_step
+from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, energy_density
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+
+FORMULATIONS = ("stvk", "neo_hookean", "linear")
+COARSE = ("mesh.divisions=16", "mesh.order=1")
+SMALL = ("mesh.divisions=8", "mesh.order=2")
+TIMES = np.linspace(0.0, 0.07, 1401)
+
+
+def scene_of(*overrides):
+    """The parameters of the mean problem, changed."""
+    return load_scene("soft_discs_mean", overrides).parameters
+
+
+@cache
+def force_of(*overrides):
+    """The force at TIMES."""
+    return solve(scene_of(*overrides), frames=2).at("force", TIMES)
+
+
+def deviation(force, reference):
+    return float(np.sqrt(np.mean((force - reference) ** 2) / np.mean(reference**2)))
+
+
+def forces_and_energy(parameters, gradient):
+    """Forces (2, n) and energy of half the disc of radius and modulus 1 under u = (F - 1) x."""
+    body, mesh = body_of(parameters), parameters.mesh
+    mesh = half_disc(mesh.divisions, mesh.order, mesh.integration)
+    displacement = (np.asarray(gradient) - np.eye(2)) @ np.stack([mesh.x, mesh.y])
+    displacement[:, -1] = 0.0
+    load = np.zeros_like(displacement)
+    return load[:, :-1], inner_forces(body, displacement, load), mesh
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_a_mesh_is_a_disc(order):
+    """Area, rim and number of nodes; every element is right way round; geometry converges with its order."""
+    off = []
+    for divisions in (fitting(8, order), 2 * fitting(8, order)):
+        mesh = half_disc(divisions, order, "selective")
+        assert len(mesh.x) - 1 == nodes_of(divisions)
+        assert len(mesh.elements) * order**2 == 1.5 * divisions**2
+        assert mesh.weights.min() >= 0.0
+        assert np.count_nonzero(mesh.weights[:, 0]) == len(mesh.elements)
+        assert mesh.mass.min() > 0.0
+        assert mesh.x.min() == 0.0
+        assert mesh.rim_weights.sum() == pytest.approx(0.5 * np.pi, rel=1e-2)
+        off.append(abs(mesh.mass[:-1].sum() - 0.5 * np.pi))
+        places = np.stack([mesh.x[mesh.outline], mesh.y[mesh.outline]])
+        assert np.hypot(*places) == pytest.approx(1.0, abs=1e-12)
+        assert np.all(np.diff(places[1]) > 0.0)
+    assert np.log2(off[0] / off[1]) > 1.9 * order or off[1] < 1e-9
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_lobatto_is_exact_to_its_degree(order):
+    nodes, weights = lobatto(order)
+    for degree in range(2 * order):
+        exact = (1.0 - (-1.0) ** (degree + 1)) / (degree + 1)
+        assert weights @ nodes**degree == pytest.approx(exact, abs=1e-13)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_patch_test(order, formulation):
+    """A uniform gradient meets no force at nodes inside, and its energy is that of the law written another way."""
+    gradient = np.array([[1.08, 0.03], [-0.05, 0.9]])
+    for plane in ("strain", "stress"):
+        parameters = scene_of("mesh.divisions=8", f"mesh.order={order}", f"formulation={formulation}", f"plane={plane}")
+        load, (energy, det, stretch), mesh = forces_and_energy(parameters, gradient)
+        inside = (np.hypot(mesh.x[:-1], mesh.y[:-1]) < 0.99) & (mesh.x[:-1] > 0.0)
+        assert np.abs(load[:, ~inside]).max() > 1e-3
+        assert np.abs(load[:, inside]).max() < 1e-13
+        density = energy_density(parameters, gradient) / parameters.disc.material.young_modulus
+        area = mesh.weights[:, : mesh.full].sum()
+        assert energy == pytest.approx(density * area, rel=1e-9)
+        assert det == pytest.approx(np.linalg.det(gradient), rel=1e-12)
+        assert stretch == pytest.approx(np.linalg.svd(gradient)[1].min(), rel=1e-12)
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_forces_are_the_slope_of_the_energy(formulation):
+    """At a random shape, along a random direction: by central differences of the energy."""
+    random = np.random.default_rng(3)
+    for plane in ("strain", "stress"):
+        body = body_of(scene_of(*SMALL, f"formulation={formulation}", f"plane={plane}"))
+        size = len(body.mass)
+        shape, along = 0.02 * random.standard_normal((2, size)), random.standard_normal((2, size))
+        shape[:, -1] = along[:, -1] = 0.0
+        load, other = np.zeros((2, size)), np.zeros((2, size))
+        inner_forces(body, shape, load)
+        ahead, behind = (inner_forces(body, shape + step * along, other)[0] for step in (1e-6, -1e-6))
+        assert (ahead - behind) / 2e-6 == pytest.approx(-np.sum(load * along), rel=1e-7)
+
+
+@pytest.mark.parametrize("formulation", ["stvk", "neo_hookean"])
+def test_a_turned_disc_is_without_stress(formulation):
+    turned = np.array([[np.cos(1.1), -np.sin(1.1)], [np.sin(1.1), np.cos(1.1)]])
+    load, (energy, _, stretch), _ = forces_and_energy(scene_of(*SMALL, f"formulation={formulation}"), turned)
+    assert np.abs(load).max() < 1e-14
+    assert abs(energy) < 1e-14
+    assert stretch == pytest.approx(1.0, abs=1e-14)
+
+
+def test_small_strains_turn_a_linear_disc_stiff():
+    """What the linear law does not know, and the others do."""
+    turned = np.array([[np.cos(0.1), -np.sin(0.1)], [np.sin(0.1), np.cos(0.1)]])
+    _, (energy, _, _), _ = forces_and_energy(scene_of(*SMALL, "formulation=linear"), turned)
+    assert energy > 1e-6
+
+
+@pytest.mark.parametrize("formulation", ["stvk", "neo_hookean"])
+def test_small_strain_is_linear_elasticity(formulation):
+    """The difference of forces falls as the square of the strain, in both planes, all at the same points."""
+    random = np.random.default_rng(5)
+    for plane in ("strain", "stress"):
+        whole = (*SMALL, "mesh.integration=full", f"plane={plane}")
+        bodies = [body_of(scene_of(*whole, f"formulation={one}")) for one in (formulation, "linear")]
+        shape = random.standard_normal((2, len(bodies[0].mass)))
+        shape[:, -1] = 0.0
+        apart = []
+        for size in (1e-3, 1e-4):
+            loads = [np.zeros_like(shape) for _ in bodies]
+            for body, load in zip(bodies, loads, strict=True):
+                inner_forces(body, size * shape, load)
+            apart.append(np.abs(loads[0] - loads[1]).max())
+        assert np.log10(apart[0] / apart[1]) == pytest.approx(2.0, abs=0.05)
+
+
+def test_the_mean_problem_of_paper_3():
+    """Section 5.2: converged by two programs; here with the mesh that its tolerance chooses."""
+    found = reported("soft_discs_mean")
+    figures = found.figures
+    assert found.status == "done"
+    assert found.flags == ()
+    assert figures["peak_force_n"] == pytest.approx(14.86, rel=3e-3)
+    assert figures["contact_duration_s"] == pytest.approx(0.0631, rel=2e-3)
+    assert figures["restitution"] == pytest.approx(0.977, abs=5e-4)
+    assert abs(figures["energy_closure"]) < 1e-4
+    assert figures["force_balance"] < 1e-13
+    assert figures["touches"] == 1
+    mass = 960.0 * np.pi * 0.1**2 * 0.01
+    assert figures["impulse_ns"] == pytest.approx(mass * (1.0 + figures["restitution"]), rel=1e-6)
+    assert 0.03 < figures["peak_time_s"] < 0.035
+
+
+def test_the_mean_problem_in_plane_stress():
+    figures = reported("soft_discs_mean", "plane=stress", "mesh.order=2", "mesh.divisions=24").figures
+    assert figures["peak_force_n"] == pytest.approx(14.605, rel=4e-3)
+    assert figures["contact_duration_s"] == pytest.approx(0.06488, rel=2e-3)
+
+
+def test_meshes_err_by_what_they_say():
+    """Force over time against a mesh several times finer, and the rate between two meshes."""
+    reference = force_of("mesh.divisions=40", "mesh.order=4", "solver.step_share=0.9")
+    for order, divisions, least in ((1, 16, 1.2e-2), (2, 16, 1.2e-2), (3, 18, 1.2e-2), (2, 32, 3.5e-3)):
+        off = deviation(force_of(f"mesh.divisions={divisions}", f"mesh.order={order}"), reference)
+        assert off < least
+        assert 0.4 < off / predicted_error(order, divisions) < 2.5
+
+
+def test_energy_and_momentum_close():
+    """The energy's drift falls with the square of the step; momentum is round-off alone, whatever the step."""
+    drifts = []
+    for share in (0.8, 0.4):
+        found = solve(scene_of(*COARSE, f"solver.step_share={share}"), frames=2)
+        total = found.column("kinetic") + found.column("elastic") + found.column("contact")
+        drifts.append(np.abs(total / total[0] - 1.0).max())
+        momentum = found.column("velocity") * 960.0 * np.pi * 0.1**2 * 0.01
+        gained = momentum[-1] - momentum[0]
+        # The polygon of bilinear elements has 0.16 % less mass than the disc.
+        assert found.column("force").sum() * found.step == pytest.approx(gained, rel=2e-3)
+        assert np.abs(found.column("balance")).max() < 1e-13 * found.column("force").max()
+    assert drifts[1] < 1e-4
+    assert np.log2(drifts[0] / drifts[1]) == pytest.approx(2.0, abs=0.4)
+
+
+def test_a_linear_disc_keeps_its_energy_to_round_off_until_contact_changes():
+    found = solve(scene_of(*SMALL, "formulation=linear", "motion.first_velocity=1e-3"), frames=2)
+    total = found.column("kinetic") + found.column("elastic") + found.column("contact")
+    free = found.column("force") == 0.0
+    free[: np.flatnonzero(~free)[-1] + 1] = False
+    assert np.ptp(total[free]) < 1e-12 * total[0]
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+def test_the_step_is_below_the_bound_and_not_far(exponent):
+    """At the whole bound the disc runs; at twice it, an instability ends it."""
+    overrides = (*COARSE, f"contact.exponent={exponent}")
+    found = solve(scene_of(*overrides, "solver.step_share=1.0"), frames=2)
+    assert found.column("velocity")[-1] == pytest.approx(0.977, abs=0.02)
+    step = stable_step(scene_of(*overrides))
+    whole = scene_of(*overrides)
+    assert step * 2.0 * 16.0 < 2.0
+    unstable = whole.__class__(**{**vars(whole), "solver": whole.solver.__class__(step_share=2.0)})
+    with pytest.raises(IntegrationError):
+        solve(unstable, frames=2)
+
+
+def test_full_integration_locks_and_selective_does_not():
+    """At a Poisson's ratio of 0.499: 14.444 N and 0.05956 s; bilinear elements in full give 16.4 N and 0.056 s."""
+    near = ("disc.material.poisson_ratio=0.499", *COARSE, "solver.step_share=0.9")
+    kept, locked = (solve(scene_of(*near, f"mesh.integration={one}"), frames=2) for one in ("selective", "full"))
+    assert kept.column("force").max() == pytest.approx(14.444, rel=5e-3)
+    assert locked.column("force").max() > 1.1 * 14.444
+    spans = [one.step * np.flatnonzero(one.column("force"))[-1] for one in (kept, locked)]
+    assert spans[0] == pytest.approx(0.05956, rel=2e-2)
+    assert spans[1] < 0.95 * 0.05956
+    assert "locks" in choose(scene_of(*near, "mesh.integration=full")).warnings[-1]
+
+
+def test_a_collapse_is_caught():
+    """St. Venant-Kirchhoff gives way at 2 m/s; the neo-Hookean disc does not."""
+    with pytest.raises(IntegrationError, match="collapses") as caught:
+        reported("soft_discs_mean", "motion.first_velocity=2.0", *COARSE)
+    assert caught.value.reason == "collapsed"
+    assert 0.0 < caught.value.seconds < 0.05
+    found = reported("soft_discs_mean", "motion.first_velocity=2.0", "formulation=neo_hookean", *COARSE)
+    assert found.status == "done"
+    assert found.figures["least_stretch"] > 0.5
+
+
+def test_a_ratio_near_one_half_is_capped_and_said():
+    found = reported("soft_discs_mean", "disc.material.poisson_ratio=0.4999", *SMALL)
+    assert any("capped" in flag for flag in found.flags)
+    same = reported("soft_discs_mean", "disc.material.poisson_ratio=0.4995", *SMALL)
+    assert not any("capped" in flag for flag in same.flags)
+    assert found.figures["peak_force_n"] == same.figures["peak_force_n"]
+
+
+def test_two_equal_discs_are_a_disc_on_a_wall():
+    """At twice the speed: each meets the plane between them at half of it."""
+    wall = reported("soft_discs_mean", *SMALL).figures
+    discs = reported("soft_discs_mean", *SMALL, "against=disc", "motion.first_velocity=2.0").figures
+    assert discs == wall
+
+
+def test_units_scale():
+    """Force as E r thickness, time as r sqrt(rho/E), at the same speed over sqrt(E/rho)."""
+    one = reported("soft_discs_mean", *SMALL).figures
+    other = reported(
+        "soft_discs_mean", *SMALL, "disc.radius=0.2", "disc.thickness=0.05", "disc.material.young_modulus=4e5",
+        "motion.first_velocity=2.0",
+    ).figures  # fmt: skip
+    assert other["peak_force_n"] == pytest.approx(one["peak_force_n"] * 4.0 * 2.0 * 5.0, rel=1e-9)
+    assert other["contact_duration_s"] == pytest.approx(one["contact_duration_s"], rel=1e-9)
+    assert other["restitution"] == pytest.approx(one["restitution"], rel=1e-9)
+
+
+def test_the_impact_is_not_symmetrical_under_time_reversal():
+    """Paper 3, section 6: waves that come back make rise and fall of the force differ; slowly they are alike."""
+
+    def asymmetry(*overrides):
+        force = solve(scene_of("mesh.divisions=16", "mesh.order=2", *overrides), frames=2).column("force")
+        force = force[: np.flatnonzero(force)[-1] + 1]
+        return deviation(force[::-1], force)
+
+    assert asymmetry() > 0.1
+    assert asymmetry("motion.first_velocity=0.01") < 0.03
+
+
+def test_the_same_scene_gives_the_same_bits():
+    ones = [solve(scene_of(*SMALL)) for _ in range(2)]
+    assert np.array_equal(ones[0].history, ones[1].history)
+    assert np.array_equal(ones[0].frames, ones[1].frames)
+
+
+def test_outputs_are_the_march_and_the_shape_goes_with_them():
+    run = simulate(load_scene("soft_discs_mean", SMALL))
+    blocks = list(run.blocks())
+    shape, position = (np.concatenate([one.values[name] for one in blocks]) for name in ("shape", "position"))
+    mesh = half_disc(8, 2, "selective")
+    weights = mesh.mass[:-1] / mesh.mass[:-1].sum()
+    assert shape.shape == (len(position), nodes_of(8), 2)
+    assert np.abs(shape[:, :, 1] @ weights - position).max() < 1e-5
+    assert np.all(shape[:, mesh.on_axis, 0] == 0.0)
+    load = np.concatenate([one.values["normal_load"] for one in blocks])
+    assert load.min() == 0.0
+    assert np.all(np.concatenate([one.values["penetration"] for one in blocks])[load > 0.0] > 0.0)
+
+
+def test_the_energy_over_the_mesh_adds_up_to_that_of_the_march():
+    parameters = scene_of("mesh.divisions=16", "mesh.order=4")
+    found = solve(parameters)
+    times = np.array([0.033])
+    shape = found.shape_at(0.1, times)[0]
+    density = density_at_nodes(parameters, found.mesh, shape)
+    whole = 2.0 * 0.01 * 0.1**2 * float(found.mesh.mass[:-1] @ density)
+    assert whole == pytest.approx(float(found.at("elastic", times)[0]), rel=5e-3)
+
+
+def test_a_run_is_long_enough_for_its_contact():
+    """The estimate of the contact time, over soft and stiff penalties, slow and fast."""
+    for overrides in (
+        ("contact.stiffness_ratio=1.0", "motion.first_velocity=0.01"),
+        ("contact.stiffness_ratio=100.0", "motion.first_velocity=1.3"),
+        ("contact.exponent=1.5", "motion.first_velocity=0.5"),
+        ("plane=stress", "disc.material.poisson_ratio=0.45"),
+    ):
+        parameters = scene_of(*SMALL, *overrides)
+        found = solve(parameters, frames=2)
+        lasted = found.step * np.flatnonzero(found.column("force"))[-1]
+        assert found.ended
+        assert 0.85 < lasted / contact_time(parameters) < 1.3
+
+
+def test_doubts_are_said():
+    scene = load_scene("soft_discs_mean", [*SMALL, "formulation=linear", "run.duration=0.03"])
+    run = simulate(scene)
+    for _ in run.blocks():
+        pass
+    flags = " ".join(run.report.flags)
+    assert "small strains are no model" in flags
+    assert "the outputs end at 0.03 s" in flags
+    empty = SoftDiscFigures(scene.parameters, run.choice)
+    assert empty.status() == "done"
+    assert empty.figures()["peak_force_n"] is None
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("disc.material.young_modulus=0", "above 0"),
+        ("disc.material.poisson_ratio=0.5", "below 0.5"),
+        ("motion.first_velocity=20", "above the speed of waves"),
+        ("solver.step_share=1e-6", "hours"),
+        ("mesh.divisions=600", "at most 512"),
+        ("run.output_rate=1e7", "lower one of them"),
+        ("against=unequal_disc", "not offered"),
+        ("formulation=ogden", "legal: stvk, neo_hookean, linear"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_sentence(override, words):
+    with pytest.raises(SceneError, match=words):
+        load_scene("soft_discs_mean", [override])
+
+
+def test_a_coarse_mesh_says_what_it_errs_by():
+    assert "errs by about" in choose(load_scene("soft_discs_mean", COARSE).parameters).warnings[0]
+    assert choose(load_scene("soft_discs_mean").parameters).warnings == ()
