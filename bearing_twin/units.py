@@ -68,6 +68,8 @@ UNITS = {  # by the symbol that declarations use
     "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
     "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
     "rad": Unit("rad", "rad", greatest=1e6),
+    "K": Unit("k", "K", least=1.0, greatest=1e5),
+    "1/K": Unit("per_k", "1/K", greatest=1.0),
     "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
     "W": Unit("w", "W", ALL),
     "N": Unit("n", "N", ALL, greatest=1e12),

@@ -258,6 +258,13 @@ def _ellipses(moduli, small, large, load, semi_major, semi_minor, pressure):
                 pressure[k, side] = found.peak_pressure
 
 
+def ellipses(moduli, small, large, load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the raceways' E*."""
+    found = np.zeros_like(load), np.zeros_like(load), np.zeros_like(load)
+    _ellipses(moduli, small, large, load, *found)
+    return found
+
+
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
     """`in_contact` (N, 2), `semi_major`, `semi_minor` [m], `peak_pressure` [Pa] (N, 2) and `major_axis` (N, 2, 3).
 
@@ -270,8 +277,7 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
         effective_modulus(materials.ball, materials.inner_ring),
         effective_modulus(materials.ball, materials.outer_ring),
     )
-    semi_major, semi_minor, pressure = np.zeros_like(load), np.zeros_like(load), np.zeros_like(load)
-    _ellipses(moduli, sample["curvature_small"], sample["curvature_large"], load, semi_major, semi_minor, pressure)
+    semi_major, semi_minor, pressure = ellipses(moduli, sample["curvature_small"], sample["curvature_large"], load)
     normal = sample["normal"]
     axis = np.array([0.0, 0.0, 1.0]) - normal[..., 2:] * normal
     return {
