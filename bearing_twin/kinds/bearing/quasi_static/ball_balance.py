@@ -22,7 +22,8 @@ TINY = 1e-300  # keeps a direction defined where its length is zero
 MOST_STEPS, MOST_HALVINGS, MOST_BISECTIONS = 40, 6, 70
 EXACT = 1e-12  # of the loads: what is left of a ball's balance
 LEVEL = 0.5  # cosine of an angle beyond which no contact is legal
-SMALLEST_STEP = 1e-15  # of the groove's radius: a step below it changes nothing any more
+ENOUGH = 1e-9  # of the loads: as above, where rounding lets no step improve any more
+SMALLEST_STEP = 4e-17  # of the groove's radius: a step below it changes nothing any more
 
 
 class Setting(NamedTuple):
@@ -342,22 +343,17 @@ def _newton(setting, opening_r, opening_z, place_r, place_z, weight_r, weight_z)
         step_z = (c * here.left_r - a * here.left_z) / determinant
         if abs(step_r) + abs(step_z) <= smallest:
             return place_r, place_z, here, True
-        factor = 1.0
+        factor, better = 1.0, False
         for _ in range(MOST_HALVINGS):
-            near = balance_at(
-                setting,
-                opening_r,
-                opening_z,
-                place_r + factor * step_r,
-                place_z + factor * step_z,
-                weight_r,
-                weight_z,
-            )
-            if abs(near.left_r) + abs(near.left_z) < size:
+            near_r, near_z = place_r + factor * step_r, place_z + factor * step_z
+            near = balance_at(setting, opening_r, opening_z, near_r, near_z, weight_r, weight_z)
+            better = abs(near.left_r) + abs(near.left_z) < size
+            if better or size <= ENOUGH * here.scale:
                 break
             factor *= 0.35
-        place_r, place_z = place_r + factor * step_r, place_z + factor * step_z
-        here = near
+        if not better:
+            return place_r, place_z, here, size <= ENOUGH * here.scale
+        place_r, place_z, here = near_r, near_z, near
     return place_r, place_z, here, False
 
 

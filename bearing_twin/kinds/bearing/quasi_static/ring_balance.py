@@ -15,19 +15,25 @@ from bearing_twin.kinds.bearing.quasi_static.ball_balance import ball_in_balance
 
 COORDINATES = 5
 MOST_STEPS, MOST_TRIALS = 80, 40
-EXACT = 1e-12  # of the loads: what is left of the ring's balance
+PLACES = 8  # numbers kept of a ball's balance
+EXACT = 1e-11  # of the loads: what is left of the ring's balance
 ENOUGH = 1e-10  # of the loads: as above, where no step improves any more
+ROUNDING = 4e-15  # of the opening: what the place of a ball is known to
 SOFT = 1e-9  # of the greatest stiffness: what is softer counts as not held
 FOUND, NOTHING_CARRIES, TOO_MUCH = range(3)
 
 
 @inlined
 def _load_ball(setting, cosine, sine, q, place, weight, k):
-    """Opening and balance of ball k; keeps its place for the next start."""
+    """Balance of ball k, begun where its place of last time leads to with the opening of now."""
     opening_r = (setting.inner.locus_radius - setting.outer.locus_radius) + q[0] * cosine + q[1] * sine
     opening_z = q[2] + setting.arm * (q[3] * sine - q[4] * cosine)
+    by_r, by_z = opening_r - place[k, 2], opening_z - place[k, 3]
+    place[k, 2], place[k, 3] = opening_r, opening_z
+    begin_r = place[k, 0] + place[k, 4] * by_r + place[k, 5] * by_z
+    begin_z = place[k, 1] + place[k, 6] * by_r + place[k, 7] * by_z
     place_r, place_z, here = ball_in_balance(
-        setting, opening_r, opening_z, place[k, 0], place[k, 1], weight[k, 0], weight[k, 1]
+        setting, opening_r, opening_z, begin_r, begin_z, weight[k, 0], weight[k, 1]
     )
     place[k, 0], place[k, 1] = place_r, place_z
     return here
@@ -48,8 +54,8 @@ def _add_row(stiffness, i, share, by_radial, by_axial, cosine, sine, arm):
 def ring_loads(setting, azimuths, q, place, weight, load, stiffness):
     """External load (5,) [N, N m] that holds the ring at `q` (5,), and its derivative (5, 5); returns the loads' scale.
 
-    `azimuths` (N, 2) holds cos and sin of the balls, `place` (N, 2) where their balances begin (NaN: cold) and end,
-    `weight` (N, 2) the forces on them (radial, axial). Condensed: d(force) = (F_o - F_p G_p^-1 G_o) d(opening).
+    `azimuths` (N, 2) holds cos and sin of the balls, `place` (N, PLACES) begins with theirs (NaN: cold) and goes
+    on with the opening and d(place)/d(opening), `weight` (N, 2) the forces on them (radial, axial). Condensed: d(force) = (F_o - F_p G_p^-1 G_o) d(opening).
     """
     load[:] = 0.0
     stiffness[:] = 0.0
@@ -67,12 +73,14 @@ def ring_loads(setting, azimuths, q, place, weight, load, stiffness):
         a, b, c, d = here.left_p
         determinant = a * d - b * c
         if determinant == 0.0:
+            place[k, 4:] = 0.0
             continue
         o, p = here.left_o, here.force_p
         inverse = 1.0 / determinant
         # d(place)/d(opening) = -G_p^-1 G_o
         rr, rz = (b * o[2] - d * o[0]) * inverse, (b * o[3] - d * o[1]) * inverse
         zr, zz = (c * o[0] - a * o[2]) * inverse, (c * o[1] - a * o[3]) * inverse
+        place[k, 4], place[k, 5], place[k, 6], place[k, 7] = rr, rz, zr, zz
         f_rr = here.force_o[0] + p[0] * rr + p[1] * zr
         f_rz = here.force_o[1] + p[0] * rz + p[1] * zz
         f_zr = here.force_o[2] + p[2] * rr + p[3] * zr
@@ -90,10 +98,10 @@ def ring_loads(setting, azimuths, q, place, weight, load, stiffness):
 
 @kernel
 def _solved(matrix, right, free, scales, step):
-    """The Newton step of the free coordinates by elimination with pivots; False where the ring is not held.
+    """The Newton step of the free coordinates by elimination; False where something does not hold the ring.
 
-    Rows and columns are scaled by `scales` [1 or m]; a pivot that is soft against the greatest entry is lifted, so
-    that a coordinate nothing holds stays where it is.
+    Rows and columns are scaled by `scales` [1 or m] and taken by the greatest pivot on the diagonal, as the matrix is
+    nearly symmetric and has no negative direction; a soft pivot is lifted: what nothing holds stays where it is.
     """
     n = 0
     index = np.empty(COORDINATES, np.int64)
@@ -107,21 +115,23 @@ def _solved(matrix, right, free, scales, step):
     for i in range(n):
         for j in range(n):
             a[i, j] = matrix[index[i], index[j]] / (scales[index[i]] * scales[index[j]])
-            greatest = max(greatest, abs(a[i, j]))
         a[i, n] = right[index[i]] / scales[index[i]]
-    held = True
-    soft = SOFT * greatest
+        greatest = max(greatest, abs(a[i, i]))
     if greatest == 0.0:
         return False
+    held = True
     for i in range(n):
         best = i
         for r in range(i + 1, n):
-            if abs(a[r, i]) > abs(a[best, i]):
+            if a[r, r] > a[best, best]:
                 best = r
         if best != i:
+            index[i], index[best] = index[best], index[i]
             for j in range(n + 1):
                 a[i, j], a[best, j] = a[best, j], a[i, j]
-        if abs(a[i, i]) < soft:
+            for r in range(n):
+                a[r, i], a[r, best] = a[r, best], a[r, i]
+        if a[i, i] < SOFT * greatest:
             held = False
             a[i, i] = greatest
         for r in range(i + 1, n):
@@ -129,10 +139,10 @@ def _solved(matrix, right, free, scales, step):
             for j in range(i, n + 1):
                 a[r, j] -= factor * a[i, j]
     for i in range(n - 1, -1, -1):
-        total = a[i, n]
         for j in range(i + 1, n):
-            total -= a[i, j] * step[index[j]] * scales[index[j]]
-        step[index[i]] = total / a[i, i] / scales[index[i]]
+            a[i, n] -= a[i, j] * a[j, n]
+        a[i, n] /= a[i, i]
+        step[index[i]] = a[i, n] / scales[index[i]]
     return held
 
 
@@ -167,6 +177,15 @@ def _size(q, scales):
     greatest = 0.0
     for i in range(COORDINATES):
         greatest = max(greatest, abs(q[i]) * scales[i])
+    return greatest
+
+
+@kernel
+def _stiffest(stiffness, scales):
+    """The greatest stiffness against a displacement [N/m]."""
+    greatest = 0.0
+    for i in range(COORDINATES):
+        greatest = max(greatest, abs(stiffness[i, i]) / (scales[i] * scales[i]))
     return greatest
 
 
@@ -231,8 +250,9 @@ def ring_in_balance(setting, azimuths, q, free, wanted, place, weight, longest, 
     for i in range(COORDINATES):
         asked = max(asked, abs(wanted[i]) / scales[i] if free[i] else 0.0)
     cap = 0.05 * longest
+    rounding = ROUNDING * (setting.inner.locus_radius - setting.outer.locus_radius)
     for _ in range(MOST_STEPS):
-        if size <= EXACT * max(asked, 1e-3 * scale):
+        if size <= EXACT * max(asked, 1e-3 * scale) or size <= rounding * _stiffest(stiffness, scales):
             break
         held = _solved(stiffness, left, free, scales, step)
         length = _size(step, scales)
@@ -268,7 +288,7 @@ def ring_in_balance(setting, azimuths, q, free, wanted, place, weight, longest, 
         if stalled and size <= ENOUGH * max(asked, 1e-3 * scale):
             break
     carried = abs(load[0]) + abs(load[1]) + abs(load[2]) + abs(load[3]) + abs(load[4])
-    if size > 1e-9 * max(asked, 1e-3 * scale):
+    if size > max(1e-9 * max(asked, 1e-3 * scale), rounding * _stiffest(stiffness, scales)):
         return TOO_MUCH, size, scale
     any_free = free[0] or free[1] or free[2] or free[3] or free[4]
     if any_free and carried == 0.0 and stiffness[0, 0] == 0.0 and stiffness[2, 2] == 0.0:

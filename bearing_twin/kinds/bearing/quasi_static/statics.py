@@ -13,6 +13,7 @@ from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_con
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import (
     FOUND,
     NOTHING_CARRIES,
+    PLACES,
     SOFT,
     first_ring,
     ring_in_balance,
@@ -101,7 +102,7 @@ class Solver:
         self.longest = LONGEST * 2.0 * setting.ball_radius
         self.scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
         self.q, self.load, self.stiffness = np.zeros(5), np.zeros(5), np.zeros((5, 5))
-        self.place = np.full((balls, 2), np.nan)
+        self.place = np.full((balls, PLACES), np.nan)
 
     def _cold(self, support: Support, share: float) -> tuple[int, float]:
         """From nothing: along the load, then by Newton's method, `share` of loads and held coordinates."""
@@ -159,7 +160,7 @@ class Solver:
             raise SceneError(self._refusal(support))
         contacts = empty_contacts(len(self.azimuths))
         write_contacts(self.setting, self.directions, self.q, self.place, contacts)
-        arrays = self.q.copy(), self.load.copy(), self.stiffness.copy(), self.azimuths, self.place.copy()
+        arrays = self.q.copy(), self.load.copy(), self.stiffness.copy(), self.azimuths, self.place[:, :2].copy()
         return Equilibrium(*arrays, contacts, left)
 
     def _refusal(self, support: Support) -> str:
