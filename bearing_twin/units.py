@@ -76,7 +76,7 @@ UNITS = {  # by the symbol that declarations use
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15),
     "B": Unit("bytes", "B", least=1.0, greatest=1e15),
-    "N m": Unit("nm", "N m", ALL),
+    "N m": Unit("nm", "N m", ALL, greatest=1e12),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),
     "kg m^2/s": Unit("", "kg m²/s"),

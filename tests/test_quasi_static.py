@@ -186,7 +186,9 @@ def test_a_solve_of_all_equations_at_once_agrees(speed):
         q = x[:5] * np.array([1e-6, 1e-6, 1e-6, 1e-6 / arm, 1e-6 / arm])
         ring, balls = np.zeros(5), []
         groove = given_.geometry.inner_conformity * ball
-        for psi, (q_i, q_o, ci, si, co, so, f, g) in zip(azimuths, contacts(q, 1e-6 * x[5:].reshape(8, 2)), strict=True):
+        for psi, (q_i, q_o, ci, si, co, so, f, g) in zip(
+            azimuths, contacts(q, 1e-6 * x[5:].reshape(8, 2)), strict=True
+        ):
             balls += [q_o * co - q_i * ci - g * (so - si) - f, q_o * so - q_i * si + g * (co - ci)]
             radial, axial = q_i * ci - g * si, q_i * si + g * ci
             moment = arm * axial - groove * g
@@ -216,7 +218,9 @@ def test_the_stiffness_is_the_slope_of_the_loads(arm, law):
             there[j] += sign * step
             ends.append(solved(given_, held_at(*there), 0.3, law, arm=arm)[1].loads)
         slope = (ends[0] - ends[1]) / (2.0 * step)
-        scale = np.abs(found.stiffness / np.outer(solver.scales, solver.scales)).max() * solver.scales * solver.scales[j]
+        scale = (
+            np.abs(found.stiffness / np.outer(solver.scales, solver.scales)).max() * solver.scales * solver.scales[j]
+        )
         assert np.abs(slope - found.stiffness[:, j]).max() <= 3e-6 * scale.max()
         assert np.abs((slope - found.stiffness[:, j]) / scale).max() <= 3e-6
 
@@ -264,7 +268,7 @@ def random_case(random):
 
 
 def test_random_loads_are_balanced_or_refused_with_a_reason():
-    base, random, found, refused = parameters(), np.random.default_rng(13), 0, 0
+    base, random, found, reasons = parameters(), np.random.default_rng(13), 0, []
     for _ in range(400):
         clearance, speed, support, angle = random_case(random)
         given_ = dataclasses.replace(
@@ -276,8 +280,7 @@ def test_random_loads_are_balanced_or_refused_with_a_reason():
         try:
             answer = solver.solve(support)
         except SceneError as error:
-            refused += 1
-            assert any(word in str(error) for word in ("the greatest in this direction", "no ball touches", "finds no"))
+            reasons.append(str(error))
             continue
         found += 1
         missing = np.where(support.free, np.array(support.loads) - answer.loads, 0.0) / solver.scales
@@ -290,15 +293,17 @@ def test_random_loads_are_balanced_or_refused_with_a_reason():
         push = contacts.load * force * np.array([1.0, -1.0]) + contacts.friction * across
         push = push.sum(axis=-1) + np.stack([contacts.centrifugal, np.zeros(8)])
         assert np.abs(push).max() <= 1e-9 * (contacts.load.max() + 1e-3)
+    said = ("the greatest in this direction", "no ball touches", "finds no contact")
+    assert all(any(words in reason for words in said) for reason in reasons)
     assert found > 250
-    assert refused > 10
+    assert len(reasons) > 10
 
 
 @given(st.integers(min_value=1, max_value=30), st.floats(-1.0, 1.0), st.floats(0.0, 6.28))
 @settings(max_examples=25)
 def test_any_number_of_balls_carries_a_thrust(balls, radial, angle):
     given_ = parameters(f"geometry.balls={min(balls, 13)}", "geometry.ball_diameter=6e-3")
-    solver, found = solved(given_, pushed((0.0, 0.0, 50.0), (False, False, True, False, False)), angle)
+    _, found = solved(given_, pushed((0.0, 0.0, 50.0), (False, False, True, False, False)), angle)
     assert found.loads[2] == pytest.approx(50.0, rel=1e-9)
     assert (found.contacts.load > 0.0).all()
 
@@ -358,7 +363,7 @@ def test_a_thrust_on_a_bearing_with_much_clearance_leaves_the_grooves():
 
 
 def test_a_loose_ring_without_load_has_no_place():
-    with pytest.raises(SceneError, match="no ball touches both rings.*along x, y, z; load it, or hold it"):
+    with pytest.raises(SceneError, match=r"no ball touches both rings.*along x, y, z; load it, or hold it"):
         solved(parameters("geometry.radial_clearance=1e-5"), pushed((0.0, 0.0, 0.0)))
 
 

@@ -52,10 +52,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.command.terminal import said_if_slow
 
     with said_if_slow("solving; the first time on a machine its kernels are compiled"):
-        if sweep:
-            result = _swept(arguments, given, angle, *sweep)
-        else:
-            result = _solved(arguments, given, angle)
+        result = _swept(arguments, given, angle, *sweep) if sweep else _solved(arguments, given, angle)
     if picture:
         from bearing_twin.kinds.bearing.quasi_static import picture as pictures
 

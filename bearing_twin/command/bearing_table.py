@@ -36,7 +36,9 @@ def _short(value):
 def _balls(result):
     show_text()
     show_text(f"{'ball':>4}{'azimuth':>9}{'load [N]':>18}{'angle [°]':>16}{'pressure [GPa]':>17}{'inner a x b':>15}")
-    show_text(f"{'':>4}{'[°]':>9}{'inner':>10}{'outer':>8}{'inner':>9}{'outer':>7}{'inner':>10}{'outer':>7}{'[mm]':>15}")
+    show_text(
+        f"{'':>4}{'[°]':>9}{'inner':>10}{'outer':>8}{'inner':>9}{'outer':>7}{'inner':>10}{'outer':>7}{'[mm]':>15}"
+    )
     for k, azimuth in enumerate(result["ball_azimuth_rad"]):
         load = [result[f"normal_load_{race}_n"][k] for race in ("inner", "outer")]
         angle = [math.degrees(result[f"contact_angle_{race}_rad"][k]) for race in ("inner", "outer")]
@@ -54,7 +56,9 @@ def _lives(result):
     parts = result["clearance_m"]
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
     show_text(f"clearance              {1e6 * parts['operating']:.4g} µm ({', '.join(shown)})")
-    show_text(f"rating                 C {result['basic_dynamic_rating_n']:.5g} N, C0 {result['basic_static_rating_n']:.5g} N")
+    show_text(
+        f"rating                 C {result['basic_dynamic_rating_n']:.5g} N, C0 {result['basic_static_rating_n']:.5g} N"
+    )
     basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
     show_text(f"basic life             {basic} (ISO 281)")
     show_text(f"reference life         {reference} (ISO/TS 16281)")
@@ -95,7 +99,7 @@ def show_sweep(result: dict) -> None:
         stiff = "".join(f"{_tiny(1e-6 * result['stiffness'][k][i][i]):>8}" for i in range(3))
         life = result["reference_life_mrev"][k]
         show_text(f"{shown}{moved}{stiff}{_tiny(result['greatest_normal_load_inner_n'][k]):>8}{_tiny(life):>10}")
-    show_text(NO_PROMISE)
+    show_text(textwrap.fill(NO_PROMISE, 80))
 
 
 def _tiny(value):

@@ -101,8 +101,8 @@ def clearance_of(parameters) -> Clearance:
     geometry, materials, heat = parameters.geometry, parameters.materials, parameters.temperatures
     inner, outer = (geometry.pitch_diameter + side * geometry.ball_diameter for side in (-1.0, 1.0))
     initial = clearance_at_angle(geometry) if geometry.contact_angle > 0.0 else geometry.radial_clearance
-    shaft = -_shaft_fit(parameters.fits.shaft, materials.inner_ring, inner)
-    housing = -_housing_fit(parameters.fits.housing, materials.outer_ring, outer)
+    shaft = 0.0 - _shaft_fit(parameters.fits.shaft, materials.inner_ring, inner)
+    housing = 0.0 - _housing_fit(parameters.fits.housing, materials.outer_ring, outer)
     balls = heat.balls or 0.5 * (heat.inner_ring + heat.outer_ring)
     warmer = [one - heat.reference for one in (heat.inner_ring, balls, heat.outer_ring)]
     warm = (

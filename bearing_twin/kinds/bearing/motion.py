@@ -4,11 +4,7 @@ import numpy as np
 from scipy.integrate import DOP853, Radau
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.equations import (
-    RingDrive,
-    mark_near,
-    time_apart,
-)
+from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.groups import group_chunk, groups_of
 from bearing_twin.kinds.bearing.imex import imex_chunk
@@ -16,7 +12,9 @@ from bearing_twin.kinds.bearing.jacobian import nudges
 from bearing_twin.kinds.bearing.layout import COLUMNS, DRIVE_WORK, GROSS_WORK, LANE_ROWS, MOTION, ORBIT_ANGLE, new_lanes
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, lone_chunk
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.kinds.bearing.steps import (
@@ -53,6 +51,11 @@ FIXED_STEP = ("rk4", "imex")
 TOGETHER = 0.05  # share of what is left of a chunk: balls that may meet sooner are integrated together
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 SCIPY = {"dop853": DOP853, "radau": Radau}
+
+
+def bearing_motion(parameters: BearingScene, choice: Choice):
+    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion."""
+    return (QuasiStaticMotion if choice.stepper == QUASI_STATIC else BearingMotion)(parameters, choice)
 
 
 class BearingMotion:

@@ -98,7 +98,7 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
         Channel("drilling_torque", "N m", (n, 2), "friction on the ball about the line from its centre to the contact"),
         Channel("inner_ring_angle", "rad", (), "not wrapped"),
         Channel("inner_ring_speed", "rad/s", (), "about +z"),
-        Channel("inner_ring_offset", "m", (3,), "prescribed displacement of the inner ring's centre"),
+        Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
         Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls"),
         Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre"),
         Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),
@@ -259,7 +259,7 @@ def _ellipses(moduli, small, large, load, semi_major, semi_minor, pressure):
 
 
 def ellipses(moduli, small, large, load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the raceways' E*."""
+    """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the races' E*."""
     found = np.zeros_like(load), np.zeros_like(load), np.zeros_like(load)
     _ellipses(moduli, small, large, load, *found)
     return found

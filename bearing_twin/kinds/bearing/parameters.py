@@ -101,7 +101,9 @@ class Drive:
     speed: float = quantity(183.26, "rad/s", "speed of the inner ring about +z")
     acceleration: float = quantity(2000.0, "rad/s^2", "rate at which a commanded speed is approached", above=0.0)
     offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "displacement of the inner ring's centre")
-    tilt: tuple[float, float] = quantity((0.0, 0.0), "rad", "misalignment of the inner ring about x and y; quasi_static")
+    tilt: tuple[float, float] = quantity(
+        (0.0, 0.0), "rad", "misalignment of the inner ring about x and y; quasi_static"
+    )
     change: Change = section(Change)
 
 
@@ -177,11 +179,11 @@ def resolve(parameters: BearingScene) -> BearingScene:
 
 def check(parameters: BearingScene) -> list[str]:
     """What is impossible although each number alone is legal; one line a problem, naming keys, values and limits."""
-    geometry, run = operating_geometry(parameters), parameters.run
-    ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
     problems = clearance_problems(parameters)
     if problems:
         return problems
+    geometry, run = operating_geometry(parameters), parameters.run
+    ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
     if pitch <= ball:
         problems.append(
             f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "

@@ -1,7 +1,7 @@
 """Catalogue numbers of a ball bearing from its geometry: ratings, lives, static safety (ISO 281, ISO 76, ISO/TS 16281).
 
-Radial ball bearings of one row, nominal contact angle up to 45 degrees. A life is that which nine of ten bearings reach,
-by the standards' own assumptions about steel, film and dirt; it is no promise about one bearing.
+Radial ball bearings of one row, nominal contact angle up to 45 degrees. A life is that which nine of ten bearings
+reach, by the standards' own assumptions about steel, film and dirt; it is no promise about one bearing.
 """
 
 import math

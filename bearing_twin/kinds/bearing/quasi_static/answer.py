@@ -17,7 +17,7 @@ RACES = ("inner", "outer")
 
 
 def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
-    """Fault frequencies [Hz] of balls that roll in one cage: over the outer and the inner ring, cage, ball about itself.
+    """Fault frequencies [Hz] of balls that roll in one cage: over outer and inner ring, cage, ball about itself.
 
     The cage's speed is the mean of the orbit speeds by load; a spot on a ball strikes a raceway at twice `ball_spin`.
     """

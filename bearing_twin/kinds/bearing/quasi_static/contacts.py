@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.quasi_static.ball_balance import LEVEL, orbit_and_roll, push_of, speeds_of
+from bearing_twin.kinds.bearing.quasi_static.forces import LEVEL, orbit_and_roll, push_of, speeds_of
 
 
 class Contacts(NamedTuple):
@@ -68,7 +68,7 @@ def write_contacts(setting, azimuths, q, place, out):
 
 @kernel
 def shared(contacts, values):
-    """What balls in one cage share of `values` (N,), such as orbit speeds: the mean by their loads on the inner ring."""
+    """What balls in one cage share of `values` (N,), such as orbit speeds: the mean by load on the inner ring."""
     weight, total = 0.0, 0.0
     for k in range(len(values)):
         weight += contacts.load[k, 0]

@@ -16,10 +16,11 @@ def draw_equilibrium(result: dict, path) -> Path:
     """Draws the loads around the bearing, angles and pressures of the balls; `result` as of `answer_of`."""
     figure = Figure(figsize=(15.0, 8.2), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
-    edges = {"left": 0.05, "right": 0.975, "top": 0.87, "bottom": 0.12}
+    edges = {"left": 0.05, "right": 0.975, "top": 0.86, "bottom": 0.12}
     grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.05), wspace=0.12, **edges)
     right = grid[1].subgridspec(2, 1, hspace=0.28)
-    _draw_loads(figure.add_subplot(grid[0], projection="polar"), result)
+    left = grid[0].subgridspec(2, 1, height_ratios=(0.06, 1.0), hspace=0.0)
+    _draw_loads(figure.add_subplot(left[1], projection="polar"), result)
     angles, pressures = figure.add_subplot(right[0]), figure.add_subplot(right[1])
     azimuth = np.degrees(np.asarray(result["ball_azimuth_rad"]))
     azimuth = (azimuth + 180.0) % 360.0 - 180.0
@@ -30,10 +31,10 @@ def draw_equilibrium(result: dict, path) -> Path:
     )
     for axis, name, unit, scale, label, words in rows:
         frame(axis)
-        for race, colour, mark in zip(RACEWAYS, RACEWAY_COLOURS, "os", strict=True):
+        for race, colour, mark, aside in zip(RACEWAYS, RACEWAY_COLOURS, "os", (-3.0, 3.0), strict=True):
             loaded = np.asarray(result[f"normal_load_{race}_n"]) > 0.0
             values = np.where(loaded, scale * np.asarray(result[f"{name}_{race}_{unit}"]), np.nan)
-            axis.plot(azimuth[order], values[order], mark, ms=8, color=colour, label=f"{race} raceway")
+            axis.plot(azimuth[order] + aside, values[order], mark, ms=8, color=colour, label=f"{race} raceway")
         axis.set_xlim(-190.0, 190.0)
         axis.set_xticks(np.arange(-180, 181, 45))
         axis.set_ylabel(label)
@@ -41,11 +42,11 @@ def draw_equilibrium(result: dict, path) -> Path:
     low, high = pressures.get_ylim()
     pressures.set_ylim(0.0, 1.08 * high)
     low, high = angles.get_ylim()
-    if high - low < 0.02:
+    if high - low < 0.5:
         angles.set_ylim(-1.0, 1.0)
     angles.legend(frameon=False, fontsize=11, loc="best")
     pressures.set_xlabel("azimuth of the ball, from +x [°]")
-    return finish(figure, _title(result), _footer(result), path)
+    return finish(figure, _title(result), _footer(result), path, size=17)
 
 
 def _draw_loads(axis, result):
@@ -59,22 +60,22 @@ def _draw_loads(axis, result):
     axis.grid(True, color="white", linewidth=1.2)
     axis.spines["polar"].set_color(STYLE["edge"])
     axis.set_ylim(0.0, 1.12 * greatest or 1.0)
-    axis.set_rlabel_position(np.degrees(azimuth[0] + 0.5 * width))
+    heaviest = int(np.argmax(result["normal_load_inner_n"]))
+    axis.set_rlabel_position(np.degrees(azimuth[heaviest] + np.pi + 0.5 * width))
     axis.tick_params(labelsize=11, labelcolor=STYLE["ink"])
     force = -np.asarray(result["ring_force_n"][:2])
     if np.linalg.norm(force) > 1e-6 * greatest:
         direction = np.arctan2(force[1], force[0])
         look = {"arrowstyle": "-|>", "lw": 2.5, "color": STYLE["ink"], "mutation_scale": 20}
-        axis.annotate("", (direction, 0.42 * greatest), (direction + np.pi, 0.05 * greatest), arrowprops=look, zorder=5)
-    axis.set_title(
-        "Load on each ball [N]; 0° is +x, 90° is +y", loc="left", fontsize=13.5, color=STYLE["ink"], pad=22
-    )
+        axis.annotate("", (direction, 0.0), (direction + np.pi, 0.6 * greatest), arrowprops=look, zorder=5)
+        axis.text(direction + np.pi, 0.68 * greatest, "load", ha="center", va="center", fontsize=12, color=STYLE["ink"])
+    axis.set_title("Load on each ball [N]; 0° is +x, 90° is +y", loc="left", fontsize=13.5, color=STYLE["ink"], pad=24)
     axis.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.08, -0.1))
 
 
 def _title(result):
-    shown = [f"{1e6 * value:.4g}" for value in result["ring_displacement_m"]]
-    load = ", ".join(f"{0.0 - value:.4g}" for value in result["ring_force_n"])
+    shown = [f"{round(1e6 * value, 6) + 0.0:.4g}" for value in result["ring_displacement_m"]]
+    load = ", ".join(f"{0.0 - round(value, 6):.4g}" for value in result["ring_force_n"])
     return f"{result['scene']}: load ({load}) N moves the inner ring by ({', '.join(shown)}) µm"
 
 
@@ -92,9 +93,7 @@ def draw_sweep(result: dict, path) -> Path:
     """Draws displacement, stiffness, greatest ball load and reference life over the swept number."""
     figure = Figure(figsize=(15.0, 9.0), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
-    grid = figure.add_gridspec(
-        2, 2, left=0.07, right=0.975, top=0.87, bottom=0.11, wspace=0.2, hspace=0.34
-    )
+    grid = figure.add_gridspec(2, 2, left=0.07, right=0.975, top=0.87, bottom=0.11, wspace=0.2, hspace=0.34)
     scale, label = result["axis"]["scale"], result["axis"]["label"]
     values = scale * np.asarray(result["values"])
     curves = {
@@ -134,6 +133,8 @@ def _filled(one, key):
 
 
 def _sweep_footer(result):
-    lost = f"{len(result['refused'])} of {len(result['values'])} values have no equilibrium" if result["refused"] else ""
+    lost = (
+        f"{len(result['refused'])} of {len(result['values'])} values have no equilibrium" if result["refused"] else ""
+    )
     words = (f"law {result['law']}", lost, f"bearing_twin {__version__}")
     return "   ·   ".join(word for word in words if word)

@@ -11,7 +11,8 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.ball_balance import ball_in_balance, push_of
+from bearing_twin.kinds.bearing.quasi_static.ball_balance import ball_in_balance
+from bearing_twin.kinds.bearing.quasi_static.forces import push_of
 
 COORDINATES = 5
 MOST_STEPS, MOST_TRIALS = 80, 40
@@ -54,8 +55,9 @@ def _add_row(stiffness, i, share, by_radial, by_axial, cosine, sine, arm):
 def ring_loads(setting, azimuths, q, place, weight, load, stiffness):
     """External load (5,) [N, N m] that holds the ring at `q` (5,), and its derivative (5, 5); returns the loads' scale.
 
-    `azimuths` (N, 2) holds cos and sin of the balls, `place` (N, PLACES) begins with theirs (NaN: cold) and goes
-    on with the opening and d(place)/d(opening), `weight` (N, 2) the forces on them (radial, axial). Condensed: d(force) = (F_o - F_p G_p^-1 G_o) d(opening).
+    `azimuths` (N, 2) holds cos and sin of the balls, `weight` (N, 2) the forces on them (radial, axial). `place`
+    (N, PLACES) is where their balances begin (NaN: cold) and end, with the opening there and d(place)/d(opening).
+    Condensed: d(force) = (F_o - F_p G_p^-1 G_o) d(opening).
     """
     load[:] = 0.0
     stiffness[:] = 0.0

@@ -8,8 +8,8 @@ import numpy as np
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.quasi_static.ball_balance import Setting
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_contacts, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import (
     FOUND,
     NOTHING_CARRIES,
@@ -47,7 +47,7 @@ class Support(NamedTuple):
 class Equilibrium(NamedTuple):
     """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
 
-    `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is what is missing of the ring's balance.
+    `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance.
     """
 
     coordinates: np.ndarray
