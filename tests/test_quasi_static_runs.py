@@ -54,7 +54,7 @@ def test_loads_and_angles_are_those_of_the_settled_motion(speed, within):
             [c.reshape(shape) * x - s.reshape(shape) * y, s.reshape(shape) * x + c.reshape(shape) * y, z], -1
         )
 
-    for name, size in (("position", 1e-8), ("velocity", 1e-3), ("point", 2e-8), ("normal", 1e-3)):
+    for name, size in (("position", 1e-8), ("velocity", 1e-3), ("point", 1e-7), ("normal", 1e-3)):
         scale = np.abs(getattr(settled, name)[0]).max()
         assert np.abs(getattr(found, name)[0] - back(getattr(settled, name)[0])).max() <= size * max(scale, 1.0), name
     rates = found.angular_velocity[0], back(settled.angular_velocity[0])
@@ -91,8 +91,8 @@ def test_the_rig_under_load_is_in_balance_at_every_output():
     orbit = (values["orbit_angle"][-1] - values["orbit_angle"][0]) / 0.2
     assert orbit == pytest.approx(0.5 * 157.0796 * (1.0 - 6.75 / 28.55), rel=1e-9)
     assert abs(report.figures["energy_closure"]) < 1e-9
-    # the outer ring takes the load and the weight of the balls
-    weight = 8.0 * 7850.0 * math.pi / 6.0 * 6.75e-3**3 * 9.80665
+    # the outer ring takes the load and the half of the balls' weight that is across their orbits; the cage the other
+    weight = 4.0 * 7850.0 * math.pi / 6.0 * 6.75e-3**3 * 9.80665
     assert values["outer_ring_force"][:, 1] == pytest.approx(-(1000.0 + weight), rel=1e-5)
 
 
@@ -106,7 +106,8 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
     assert force.min() == pytest.approx(975.5, rel=1e-3)
     assert force.max() == pytest.approx(1000.1, rel=1e-3)
     turns = values["orbit_angle"][:, 0]
-    amplitude = 2.0 * abs(np.mean(force * np.exp(8j * turns)))
+    whole_passes = turns < 2.0 * np.pi / 8.0 * 30.0
+    amplitude = 2.0 * abs(np.mean((force * np.exp(8j * turns))[whole_passes]))
     assert amplitude == pytest.approx(12.7, rel=0.03)
 
 
@@ -201,8 +202,8 @@ def test_a_load_that_cannot_be_carried_ends_a_run_before_it_begins():
 
 
 def test_a_change_that_cannot_be_borne_ends_a_run_at_its_time():
-    change = ("drive.change.time=5e-3", "drive.change.offset=[0,0,1.35e-4]", "geometry.radial_clearance=1e-4")
-    scene = load_scene("bearing_6203", [*change, QUASI_STATIC, "run.duration=0.02", "drive.offset=[0,0,1.3e-4]"])
+    change = ("drive.change.time=5e-3", "drive.change.offset=[0,0,1e-4]", "drive.offset=[0,0,0]")
+    scene = load_scene("bearing_6203", [*change, "drive.tilt=[0.015,0]", "run.duration=0.02"])
     with pytest.raises(IntegrationError, match="squeezed too hard, or leaves the grooves") as caught:
         list(simulate(scene))
     assert caught.value.seconds == pytest.approx(5e-3, abs=1.1e-3)
