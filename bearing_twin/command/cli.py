@@ -23,6 +23,9 @@ DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
 
 
 class _Parser(argparse.ArgumentParser):
+    def parse_known_args(self, args=None, namespace=None):
+        return super().parse_known_args(_joined(sys.argv[1:] if args is None else args), namespace)
+
     def error(self, message):
         raise BearingTwinError(f"{message}; see {self.prog} --help")
 
@@ -57,7 +60,7 @@ def _main(argv) -> int:
         from bearing_twin.parameters import echo, unknown
 
         raise BearingTwinError(f"{echo(word)} is not a subcommand; {unknown(word, COMMANDS)}")
-    arguments, rest = parser.parse_known_args(_joined(argv))
+    arguments, rest = parser.parse_known_args(argv)
     if rest:
         _refuse(rest, subparsers[arguments.command])
     outcome = COMMANDS[arguments.command].run(arguments)
