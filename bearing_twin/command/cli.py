@@ -9,6 +9,7 @@ Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss 
 import argparse
 import contextlib
 import os
+import re
 import signal
 import sys
 
@@ -17,10 +18,14 @@ from bearing_twin.command.commands import COMMANDS
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.report import json_text, plain_json
 
+_NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
 
 
 class _Parser(argparse.ArgumentParser):
+    def parse_known_args(self, args=None, namespace=None):
+        return super().parse_known_args(_joined(sys.argv[1:] if args is None else args), namespace)
+
     def error(self, message):
         raise BearingTwinError(f"{message}; see {self.prog} --help")
 
@@ -85,6 +90,17 @@ def _parsers():
         sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")
         subparsers[name] = sub
     return parser, subparsers
+
+
+def _joined(argv) -> list[str]:
+    """The words with values that begin with a minus, such as -,-1000,0 or -1e-3, tied to the option before them."""
+    words = []
+    for word in argv:
+        if words and words[-1].startswith("--") and "=" not in words[-1] and _NEGATIVE.match(word):
+            words[-1] += f"={word}"
+        else:
+            words.append(word)
+    return words
 
 
 def _refuse(rest, subparser):

@@ -5,7 +5,14 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from bearing_twin.command import chart_command, compile_command, contact_command, study_command, topics_command
+from bearing_twin.command import (
+    bearing_command,
+    chart_command,
+    compile_command,
+    contact_command,
+    study_command,
+    topics_command,
+)
 from bearing_twin.command.outcome import Outcome, listed, new_log, picture_path
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, read_number
@@ -228,6 +235,7 @@ COMMANDS = {
     "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
     "compile": Command(compile_command.HELP, compile_command.add_arguments, compile_command.run),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
+    "bearing": Command(bearing_command.HELP, bearing_command.add_arguments, bearing_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
     "topics": Command(topics_command.HELP, topics_command.add_arguments, topics_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),

@@ -15,15 +15,16 @@ class Material:
     yield_strength: float = quantity(
         2.0e9, "Pa", "uniaxial yield strength; a contact yields from 1.6 times it on; 0 = not known", at_least=0.0
     )
+    thermal_expansion: float = quantity(1.15e-5, "1/K", "linear thermal expansion", at_least=0.0)
 
 
 YIELD_ONSET = 1.6
 """Peak pressure over yield strength at which a Hertz contact begins to yield (Johnson, Contact Mechanics, 6.1)."""
 
 MATERIALS = {
-    "steel": Material(2.075e11, 0.3, 7850.0, 2.0e9),
-    "silicon_nitride": Material(3.1e11, 0.27, 3250.0, 0.0),
-    "aluminium": Material(7.0e10, 0.33, 2700.0, 2.8e8),
+    "steel": Material(2.075e11, 0.3, 7850.0, 2.0e9, 1.15e-5),
+    "silicon_nitride": Material(3.1e11, 0.27, 3250.0, 0.0, 3.2e-6),
+    "aluminium": Material(7.0e10, 0.33, 2700.0, 2.8e8, 2.36e-5),
 }
 
 

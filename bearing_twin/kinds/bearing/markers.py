@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.markers import (
     BLUE,
     CYLINDER,
@@ -56,7 +57,7 @@ def _balls(parameters, sample):
 
 def _rings(parameters, sample):
     """A solid inner ring with spokes, so that its turning is seen, in a translucent outer one."""
-    geometry = parameters.geometry
+    geometry = operating_geometry(parameters)
     diameter = geometry.ball_diameter
     reach = 0.5 * diameter + 0.25 * geometry.radial_clearance
     inner, outer = geometry.pitch_diameter - 2.0 * reach, geometry.pitch_diameter + 2.0 * reach

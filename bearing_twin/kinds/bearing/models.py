@@ -7,6 +7,7 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
 from bearing_twin.report import Choice
 
@@ -20,6 +21,27 @@ def law_error(law: str, parameters) -> float:
         exact = hertz_coefficient(small, large, 1.0)
         worst = max(worst, abs(coefficient_of(law, small, large, 1.0, exact) / exact - 1.0))
     return worst
+
+
+def _balance(parameters, warnings: list[str]) -> list[str]:
+    """Why every output is an equilibrium; adds what such a run leaves out to the warnings."""
+    ignored = [
+        key
+        for key, given in (
+            ("solver.stepper", parameters.solver.stepper != "auto"),
+            ("initial.motion: rest", parameters.initial.motion == "rest"),
+        )
+        if given
+    ]
+    if ignored:
+        warnings.append(f"{' and '.join(ignored)}: a run from equilibria has no transients")
+    asked = parameters.model.dimension == QUASI_STATIC
+    return [
+        "quasi_static, as the scene asks"
+        if asked
+        else "quasi_static, because the inner ring is loaded or tilted: every output is an equilibrium, in a cage that "
+        "spaces the balls evenly; friction torque, skidding and ringing are not in it"
+    ]
 
 
 def choose(parameters) -> Choice:
@@ -46,6 +68,8 @@ def choose(parameters) -> Choice:
             f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
 
+    if dimension_of(parameters) == QUASI_STATIC:
+        return Choice(law, QUASI_STATIC, error, "; ".join([*reasons, *_balance(parameters, warnings)]), tuple(warnings))
     if pinned_stepper != "auto":
         stepper = pinned_stepper
         reasons.append(f"{stepper}, as the scene asks")

@@ -4,17 +4,15 @@ import numpy as np
 from scipy.integrate import DOP853, Radau
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.equations import (
-    RingDrive,
-    mark_near,
-    time_apart,
-)
+from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
 from bearing_twin.kinds.bearing.layout import DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE
 from bearing_twin.kinds.bearing.linear_system import new_coupling
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
@@ -52,6 +50,11 @@ TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 SCIPY = {"dop853": DOP853, "radau": Radau}
+
+
+def bearing_motion(parameters: BearingScene, choice: Choice):
+    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion."""
+    return (QuasiStaticMotion if choice.stepper == QUASI_STATIC else BearingMotion)(parameters, choice)
 
 
 class BearingMotion:

@@ -85,7 +85,7 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
         Channel("drilling_torque", "N m", (n, 2), "friction on the ball about the line from its centre to the contact"),
         Channel("inner_ring_angle", "rad", (), "not wrapped"),
         Channel("inner_ring_speed", "rad/s", (), "about +z"),
-        Channel("inner_ring_offset", "m", (3,), "prescribed displacement of the inner ring's centre"),
+        Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
         Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls"),
         Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre"),
         Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),
@@ -158,6 +158,13 @@ def _ellipses(moduli, small, large, load, semi_major, semi_minor, pressure):
                 pressure[k, side] = found.peak_pressure
 
 
+def ellipses(moduli, small, large, load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the races' E*."""
+    found = np.zeros_like(load), np.zeros_like(load), np.zeros_like(load)
+    _ellipses(moduli, small, large, load, *found)
+    return found
+
+
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
     """`in_contact` (N, 2), `semi_major`, `semi_minor` [m], `peak_pressure` [Pa] (N, 2) and `major_axis` (N, 2, 3).
 
@@ -172,8 +179,7 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
     )
     flat = load.reshape(-1, 2)
     small, large = (sample[name].reshape(-1, 2) for name in ("curvature_small", "curvature_large"))
-    found = np.zeros((3, *flat.shape))
-    _ellipses(moduli, small, large, flat, *found)
+    found = np.array(ellipses(moduli, small, large, flat))
     semi_major, semi_minor, pressure = found.reshape(3, *load.shape)
     normal = sample["normal"]
     axis = np.array([0.0, 0.0, 1.0]) - normal[..., 2:] * normal

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import law_names, numbers_missing
+from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
+from bearing_twin.kinds.bearing.rings import Model, Rings, ring_problems
 from bearing_twin.kinds.sections import (
     Friction,
     PointElastic,
@@ -29,6 +31,7 @@ CARRIES = (
 REFUSED_LAWS = dict.fromkeys(set(law_names("point", (*GIVES, "state"))) - set(law_names("point", GIVES)), CARRIES)
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
+STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise
 
 
@@ -45,6 +48,13 @@ class Geometry:
         -6.0e-6,
         "m",
         "radial internal clearance: free travel of the inner ring across a diameter; negative = interference",
+    )
+    contact_angle: float = quantity(
+        0.0,
+        "rad",
+        "of a bearing without load, in place of radial_clearance; 0 = radial_clearance holds",
+        at_least=0.0,
+        at_most=STEEPEST,
     )
 
 
@@ -91,7 +101,18 @@ class Drive:
     speed: float = quantity(183.26, "rad/s", "speed of the inner ring about +z")
     acceleration: float = quantity(2000.0, "rad/s^2", "rate at which a commanded speed is approached", above=0.0)
     offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "displacement of the inner ring's centre")
+    tilt: tuple[float, float] = quantity(
+        (0.0, 0.0), "rad", "misalignment of the inner ring about x and y; quasi_static"
+    )
     change: Change = section(Change)
+
+
+@dataclass(frozen=True)
+class GivenRatings:
+    """Ratings of a catalogue, in place of those that follow from the geometry."""
+
+    dynamic: float = quantity(0.0, "N", "basic dynamic rating; 0 = by ISO 281 from the geometry", at_least=0.0)
+    static: float = quantity(0.0, "N", "basic static rating; 0 = by ISO 76 from the geometry", at_least=0.0)
 
 
 @dataclass(frozen=True)
@@ -118,9 +139,14 @@ class BearingScene:
     """Balls between two grooved raceways (paper 1, section 5)."""
 
     geometry: Geometry = section(Geometry)
+    fits: Fits = section(Fits)
+    temperatures: Temperatures = section(Temperatures)
+    ratings: GivenRatings = section(GivenRatings)
     materials: Materials = section(Materials)
+    model: Model = section(Model)
     contact: BearingContact = section(BearingContact, default=CONTACT)
     drive: Drive = section(Drive)
+    rings: Rings = section(Rings)
     gravity: tuple[float, float, float] = quantity(
         (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
     )
@@ -154,9 +180,11 @@ def resolve(parameters: BearingScene) -> BearingScene:
 
 def check(parameters: BearingScene) -> list[str]:
     """What is impossible although each number alone is legal; one line a problem, naming keys, values and limits."""
-    geometry, run = parameters.geometry, parameters.run
+    problems = clearance_problems(parameters)
+    if problems:
+        return problems
+    geometry, run = operating_geometry(parameters), parameters.run
     ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
-    problems = []
     if parameters.wanted.tolerance < LEAST_TOLERANCE:
         problems.append(
             f"wanted.tolerance = {parameters.wanted.tolerance:g} is less than double precision gives in a "
@@ -192,6 +220,7 @@ def check(parameters: BearingScene) -> list[str]:
         if found:
             problems.append(found)
             break
+    problems += ring_problems(parameters)
     problems += numbers_missing(parameters.contact)
     problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})
     problems += check_run(run)

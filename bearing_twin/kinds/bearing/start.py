@@ -13,6 +13,7 @@ from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, COLUMNS, HEIGHT, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
@@ -31,7 +32,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
 
     Raises SceneError where the law does not reach. Balls meet each other by Hertz's law, whatever the raceways do.
     """
-    geometry, materials, contact = parameters.geometry, parameters.materials, parameters.contact
+    geometry, materials, contact = operating_geometry(parameters), parameters.materials, parameters.contact
     radius = 0.5 * geometry.ball_diameter
     mass = materials.ball.density * 4.0 / 3.0 * math.pi * radius**3
     pair = effective_modulus(materials.ball, materials.ball)

@@ -1,0 +1,185 @@
+"""The subcommand `bearing`: one bearing in balance under loads. Imports are late, so that --help is quick."""
+
+import argparse
+import math
+
+from bearing_twin.command.outcome import Outcome, picture_path
+from bearing_twin.errors import SceneError
+
+HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
+SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
+MOST_VALUES = 10_000
+VECTORS = {  # option: names of its numbers, unit
+    "load": (("FX", "FY", "FZ"), "N"),
+    "moment": (("MX", "MY"), "N m"),
+    "displacement": (("X", "Y", "Z"), "m"),
+    "misalignment": (("TX", "TY"), "rad"),
+}
+WORDS = {
+    "load": "force on the inner ring [N]; - leaves a coordinate to --displacement",
+    "moment": "moment on the inner ring about x and y [N m]",
+    "displacement": "hold the ring's centre there [m]; - leaves a coordinate to --load",
+    "misalignment": "hold the ring's tilt about x and y there [rad]; without it and --moment: 0",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `bearing` to its parser."""
+    parser.add_argument("scene", help="name of a bearing scene (see `bearing_twin scenes`) or path of a YAML file")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
+    for name, (names, _) in VECTORS.items():
+        parser.add_argument(f"--{name}", metavar=",".join(names), help=WORDS[name])
+    parser.add_argument(
+        "--arm", choices=("groove", "pitch"), default="groove", help="arm of a tilt: groove centre, or pitch circle"
+    )
+    parser.add_argument(
+        "--control", choices=("shared", "outer"), default="shared", help="raceways that carry the gyroscopic moment"
+    )
+    parser.add_argument("--ball-angle", metavar="DEG", help="azimuth of ball 0 from +x (default: on the load line)")
+    parser.add_argument(
+        "--sweep", metavar="KEY=FROM:TO:N", help="curves over N values of load [N], clearance, speed or a scene's key"
+    )
+    parser.add_argument("--plot", metavar="PNG", help="draw the loads around the bearing, or the curves of --sweep")
+
+
+def run(arguments: argparse.Namespace) -> Outcome:
+    """One equilibrium, or a sweep of them; raises BearingTwinError with a sentence for what has none."""
+    picture = picture_path(arguments.plot) if arguments.plot else None
+    given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
+    angle = None if arguments.ball_angle is None else math.radians(_number("--ball-angle", arguments.ball_angle))
+    sweep = _sweep(arguments.sweep) if arguments.sweep else None
+
+    from bearing_twin.command.terminal import said_if_slow
+
+    with said_if_slow("solving; the first time on a machine its kernels are compiled"):
+        result = _swept(arguments, given, angle, *sweep) if sweep else _solved(arguments, given, angle)
+    if picture:
+        from bearing_twin.kinds.bearing.quasi_static import picture as pictures
+
+        draw = pictures.draw_sweep if sweep else pictures.draw_equilibrium
+        result["plot"] = str(draw(result, picture))
+    from bearing_twin.command import bearing_table
+
+    show = bearing_table.show_sweep if sweep else bearing_table.show_equilibrium
+    return Outcome(result, result.get("flags", []), lambda: show(result))
+
+
+def _number(option: str, text: str) -> float:
+    from bearing_twin.parameters import echo, read_number
+
+    value, problem = read_number(text)
+    if problem:
+        raise SceneError(f"{option} {echo(text)} {problem}")
+    return float(value)
+
+
+def _vector(name: str, text: str | None) -> list[float | None] | None:
+    """The numbers of an option, None for a `-`; None where it is not given."""
+    from bearing_twin.parameters import echo
+
+    if text is None:
+        return None
+    names, unit = VECTORS[name]
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != len(names):
+        raise SceneError(f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}")
+    return [None if part == "-" else _number(f"--{name}", part) for part in parts]
+
+
+def _support(given: dict, parameters):
+    """What holds and loads the ring: by the options, or as the scene says where there is none."""
+    from bearing_twin.kinds.bearing.quasi_static.statics import Support, support_of
+
+    if all(values is None for values in given.values()):
+        return support_of(parameters)
+    free, loads, held = [], [], []
+    for load, place in (("load", "displacement"), ("moment", "misalignment")):
+        count = len(VECTORS[load][0])
+        pushed, kept = (given[name] or [None] * count for name in (load, place))
+        tilts_rest = load == "moment" and given[load] is None and given[place] is None
+        for i in range(count):
+            if pushed[i] is not None and kept[i] is not None:
+                axis = VECTORS[load][0][i], VECTORS[place][0][i]
+                raise SceneError(f"{axis[0]} of --{load} and {axis[1]} of --{place} are both given; leave one out by -")
+            free.append(kept[i] is None and not tilts_rest)
+            loads.append(pushed[i] or 0.0)
+            held.append(kept[i] or 0.0)
+    return Support(tuple(free), tuple(loads), tuple(held))
+
+
+def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
+    """One equilibrium; `factor` multiplies the loads."""
+    from bearing_twin.kinds.bearing.quasi_static import answer, statics
+    from bearing_twin.run.fidelity import choose
+    from bearing_twin.run.scene import load_scene
+
+    scene = load_scene(arguments.scene, [*arguments.set, *overrides])
+    if scene.kind != "bearing":
+        raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a bearing")
+    parameters, law = scene.parameters, choose(scene).law
+    support = _support(given, parameters)
+    if factor is not None:
+        support = support._replace(loads=tuple(factor * value for value in support.loads))
+    first = statics.load_line(support) if angle is None else angle
+    solver = statics.solver_of(parameters, law, first, arguments.arm, arguments.control)
+    found = solver.solve(support)
+    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": arguments.control}
+    return head | {"speed_rad_s": parameters.drive.speed} | answer.answer_of(parameters, solver, support, found)
+
+
+def _sweep(text: str) -> tuple[str, list[float]]:
+    """The key and the values of KEY=FROM:TO:N."""
+    from bearing_twin.parameters import echo
+
+    key, equals, rest = text.partition("=")
+    parts = rest.split(":")
+    if not equals or not key.strip() or len(parts) != 3:
+        raise SceneError(f"--sweep {echo(text)} must look like load=100:2000:20, a key with first, last and how many")
+    first, last = (_number("--sweep", part) for part in parts[:2])
+    count = _number("--sweep", parts[2])
+    if count != int(count) or not 2 <= count <= MOST_VALUES:
+        raise SceneError(f"--sweep {echo(text)} must have 2 to {MOST_VALUES} values; give their number after TO:")
+    step = (last - first) / (int(count) - 1)
+    return key.strip(), [first + step * k for k in range(int(count))]
+
+
+def _swept(arguments, given, angle, key, values) -> dict:
+    """Curves over a sweep, with how its axis is shown."""
+    from bearing_twin.kinds.bearing.quasi_static.sweep import curves_of
+    from bearing_twin.run.scene import load_scene
+
+    scene = load_scene(arguments.scene, arguments.set)
+    if key == "load":
+        support = _support(given, scene.parameters) if scene.kind == "bearing" else None
+        size = math.dist(support.loads[:3], (0.0,) * 3) if support else 0.0
+        if size == 0.0:
+            raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
+        path, axis = key, {"label": "load [N]", "scale": 1.0}
+
+        def solved(value):
+            return _solved(arguments, given, angle, factor=value / size)
+    else:
+        path = SHORT_KEYS.get(key, key)
+        axis = _axis_of(scene, path, values)
+
+        def solved(value):
+            return _solved(arguments, given, angle, overrides=(f"{path}={value!r}",))
+
+    curves = curves_of(values, solved)
+    first = next(k for k, one in enumerate(curves["stiffness"]) if one is not None)
+    head = {name: solved(values[first])[name] for name in ("scene", "law", "arm", "control")}
+    flags = [f"{one['value']:g}: {one['reason']}" for one in curves["refused"][:1]]
+    return head | {"sweep": path, "values": values, "axis": axis} | curves | {"flags": flags}
+
+
+def _axis_of(scene, path: str, values) -> dict:
+    """How the axis of a sweep over a scene's key is shown: words with unit, and the factor into that unit."""
+    from bearing_twin.kinds import KINDS
+    from bearing_twin.parameters import describe, echo, unknown
+    from bearing_twin.units import labelled, prefixed
+
+    rows = {row.key: row for row in describe(KINDS[scene.kind].parameters) if row.type == "number"}
+    if path not in rows:
+        raise SceneError(f"--sweep {echo(path)} is no number of a {scene.kind}; {unknown(path, ['load', *rows])}")
+    scale, unit = prefixed(max(map(abs, values)), rows[path].unit)
+    return {"label": labelled(path, unit), "scale": scale}

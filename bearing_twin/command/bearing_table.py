@@ -1,0 +1,108 @@
+"""What a person sees of `bearing_twin bearing`: engineering units in lines of at most 80 columns."""
+
+import math
+import textwrap
+
+from bearing_twin.command.terminal import show_text
+
+NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
+PARTS = {"initial": "as made", "shaft_fit": "fit on shaft", "housing_fit": "fit in housing", "temperature": "warmth"}
+
+
+def show_equilibrium(result: dict) -> None:
+    """Prints one equilibrium."""
+    speed = result["speed_rad_s"] * 30.0 / math.pi
+    show_text(f"{result['scene']}   law {result['law']}   {speed:.5g} rpm   arm {result['arm']}\n")
+    show_text(f"{'inner ring':<22}" + "".join(f"{name:>11}" for name in ("x", "y", "z", "about x", "about y")))
+    _row("displacement", "µm, mrad", [1e6 * one for one in result["ring_displacement_m"]], result["misalignment_rad"])
+    _row("load", "N, N m", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -1.0)
+    show_text("stiffness: load [N, N m] for 1 µm or 1 mrad more along")
+    for name, row in zip(("x", "y", "z", "about x", "about y"), result["stiffness"], strict=True):
+        scales = (1e-6, 1e-6, 1e-6, 1e-3, 1e-3)
+        show_text(f"  {name:<20}" + "".join(f"{_short(one * by):>11}" for one, by in zip(row, scales, strict=True)))
+    _balls(result)
+    _lives(result)
+
+
+def _row(name, units, lengths, turns, sign=1e3):
+    cells = [*lengths, *(0.0 + sign * one for one in turns)]
+    show_text(f"{name:<13}{units:<9}" + "".join(f"{_short(one):>11}" for one in cells))
+
+
+def _short(value):
+    return "0" if abs(value) < 1e-9 else f"{value:.5g}"
+
+
+def _balls(result):
+    show_text()
+    show_text(f"{'ball':>4}{'azimuth':>9}{'load [N]':>18}{'angle [°]':>16}{'pressure [GPa]':>17}{'inner a x b':>15}")
+    show_text(
+        f"{'':>4}{'[°]':>9}{'inner':>10}{'outer':>8}{'inner':>9}{'outer':>7}{'inner':>10}{'outer':>7}{'[mm]':>15}"
+    )
+    for k, azimuth in enumerate(result["ball_azimuth_rad"]):
+        load = [result[f"normal_load_{race}_n"][k] for race in ("inner", "outer")]
+        angle = [math.degrees(result[f"contact_angle_{race}_rad"][k]) for race in ("inner", "outer")]
+        pressure = [1e-9 * result[f"peak_pressure_{race}_pa"][k] for race in ("inner", "outer")]
+        size = [1e3 * result[f"semi_{axis}_inner_m"][k] for axis in ("major", "minor")]
+        degrees = (math.degrees(azimuth) + 180.0) % 360.0 - 180.0
+        show_text(
+            f"{k:>4}{degrees:>9.2f}{load[0]:>10.5g}{load[1]:>8.5g}{angle[0]:>9.3f}{angle[1]:>7.3f}"
+            f"{pressure[0]:>10.4f}{pressure[1]:>7.4f}{size[0]:>8.4f}{size[1]:>7.4f}"
+        )
+
+
+def _lives(result):
+    show_text()
+    parts = result["clearance_m"]
+    shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
+    show_text(f"clearance              {1e6 * parts['operating']:.4g} µm ({', '.join(shown)})")
+    show_text(
+        f"rating                 C {result['basic_dynamic_rating_n']:.5g} N, C0 {result['basic_static_rating_n']:.5g} N"
+    )
+    basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
+    show_text(f"basic life             {basic} (ISO 281)")
+    show_text(f"reference life         {reference} (ISO/TS 16281)")
+    for line in textwrap.wrap(NO_PROMISE, 56):
+        show_text(f"{'':23}{line}")
+    show_text(f"static safety          {_finite(result['static_safety'])}")
+    frequencies = result["fault_frequencies_hz"]
+    show_text(
+        "fault frequencies [Hz] "
+        + ", ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in frequencies.items())
+    )
+
+
+def _finite(value):
+    return f"{value:.4g}" if math.isfinite(value) else "without limit"
+
+
+def _life(turns, result):
+    if not math.isfinite(turns):
+        return "without limit"
+    speed = abs(result["speed_rad_s"])
+    hours = f", {1e6 * turns * 2.0 * math.pi / speed / 3600.0:.4g} h" if speed else ""
+    return f"{turns:.5g} million turns{hours}"
+
+
+def show_sweep(result: dict) -> None:
+    """Prints the curves of a sweep, one line a value."""
+    show_text(f"{result['scene']}   law {result['law']}   arm {result['arm']}   over {result['sweep']}\n")
+    head = result["axis"]["label"].rpartition("[")[2].rstrip("]")
+    show_text(f"{head:>10}{'displacement [µm]':>24}{'stiffness [N/µm]':>24}{'ball':>8}{'life':>10}")
+    show_text(f"{'':>10}{'x':>8}{'y':>8}{'z':>8}{'x':>8}{'y':>8}{'z':>8}{'[N]':>8}{'[1e6]':>10}")
+    for k, value in enumerate(result["values"]):
+        shown = f"{_short(result['axis']['scale'] * value):>10}"
+        if result["stiffness"][k] is None:
+            show_text(f"{shown}   no equilibrium")
+            continue
+        moved = "".join(f"{_tiny(1e6 * one):>8}" for one in result["ring_displacement_m"][k])
+        stiff = "".join(f"{_tiny(1e-6 * result['stiffness'][k][i][i]):>8}" for i in range(3))
+        life = result["reference_life_mrev"][k]
+        show_text(f"{shown}{moved}{stiff}{_tiny(result['greatest_normal_load_inner_n'][k]):>8}{_tiny(life):>10}")
+    show_text(textwrap.fill(NO_PROMISE, 80))
+
+
+def _tiny(value):
+    if not math.isfinite(value):
+        return "none"
+    return "0" if abs(value) < 1e-6 else f"{value:.4g}"

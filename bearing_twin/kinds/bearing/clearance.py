@@ -1,0 +1,142 @@
+"""The clearance a bearing runs with: as made, less what tight fits and warmer parts take of it."""
+# ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from bearing_twin.contact.materials import MATERIALS, Material
+from bearing_twin.parameters import quantity, section
+
+ROOM = 293.15  # K
+SAME = 1e-9  # relative: a clearance that is already the one of the contact angle
+
+
+@dataclass(frozen=True)
+class Seat:
+    """Where a ring sits: the shaft below the inner ring, or the housing around the outer one."""
+
+    interference: float = quantity(
+        0.0, "m", "of the diameters of ring and seat before they are joined; 0 = a loose fit", at_least=0.0
+    )
+    diameter: float = quantity(
+        0.0, "m", "of the seat: bore of the inner ring, outside of the outer ring; wanted with an interference",
+        at_least=0.0,
+    )  # fmt: skip
+    other_diameter: float = quantity(
+        0.0, "m", "bore of a hollow shaft, 0 = solid; outside of the housing, 0 = without end", at_least=0.0
+    )
+    material: Material = section(Material, "steel", MATERIALS)
+
+
+@dataclass(frozen=True)
+class Fits:
+    """The seats of both rings."""
+
+    shaft: Seat = section(Seat)
+    housing: Seat = section(Seat)
+
+
+@dataclass(frozen=True)
+class Temperatures:
+    """Temperatures of the parts, each taken as even; expansion by `materials.*.thermal_expansion`."""
+
+    reference: float = quantity(ROOM, "K", "at which the clearance was measured", above=0.0)
+    inner_ring: float = quantity(ROOM, "K", "of the inner ring", above=0.0)
+    outer_ring: float = quantity(ROOM, "K", "of the outer ring", above=0.0)
+    balls: float = quantity(0.0, "K", "of the balls; 0 = the mean of the rings", at_least=0.0)
+
+
+class Clearance(NamedTuple):
+    """Radial internal clearance [m]: as made, what each cause adds (below zero: takes), and their sum."""
+
+    initial: float
+    shaft_fit: float
+    housing_fit: float
+    temperature: float
+    operating: float
+
+
+def clearance_at_angle(geometry) -> float:
+    """The radial clearance [m] that gives `geometry.contact_angle` without load: 2 A (1 - cos), A = (f_i + f_o - 1) D.
+
+    Harris, Rolling Bearing Analysis, the free contact angle.
+    """
+    between = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
+    return 2.0 * between * (1.0 - math.cos(geometry.contact_angle))
+
+
+def _shaft_fit(seat: Seat, ring: Material, raceway: float) -> float:
+    """Growth [m] of the inner raceway's diameter: two thick-walled rings (Lame) pressed on each other."""
+    if seat.interference == 0.0:
+        return 0.0
+    bore, shaft = seat.diameter, seat.material
+    own = (raceway**2 + bore**2) / (raceway**2 - bore**2) + ring.poisson_ratio
+    other = (bore**2 + seat.other_diameter**2) / (bore**2 - seat.other_diameter**2) - shaft.poisson_ratio
+    pressure = seat.interference / bore / (own / ring.young_modulus + other / shaft.young_modulus)
+    return 2.0 * pressure * bore**2 * raceway / (ring.young_modulus * (raceway**2 - bore**2))
+
+
+def _housing_fit(seat: Seat, ring: Material, raceway: float) -> float:
+    """How much [m] the outer raceway's diameter shrinks; as `_shaft_fit`."""
+    if seat.interference == 0.0:
+        return 0.0
+    outside, housing = seat.diameter, seat.material
+    own = (outside**2 + raceway**2) / (outside**2 - raceway**2) - ring.poisson_ratio
+    wall = 1.0
+    if seat.other_diameter > 0.0:
+        wall = (seat.other_diameter**2 + outside**2) / (seat.other_diameter**2 - outside**2)
+    other = wall + housing.poisson_ratio
+    pressure = seat.interference / outside / (own / ring.young_modulus + other / housing.young_modulus)
+    return 2.0 * pressure * outside**2 * raceway / (ring.young_modulus * (outside**2 - raceway**2))
+
+
+def clearance_of(parameters) -> Clearance:
+    """The clearance of a bearing scene and its parts; raceways are taken as rings d_m -+ D in diameter.
+
+    Fits: interference times the ratio of the ring's diameters for a solid shaft of the ring's material (Harris). Heat:
+    a_i (d_m - D) dT_i + 2 a_b D dT_b - a_o (d_m + D) dT_o is lost.
+    """
+    geometry, materials, heat = parameters.geometry, parameters.materials, parameters.temperatures
+    inner, outer = (geometry.pitch_diameter + side * geometry.ball_diameter for side in (-1.0, 1.0))
+    initial = clearance_at_angle(geometry) if geometry.contact_angle > 0.0 else geometry.radial_clearance
+    shaft = 0.0 - _shaft_fit(parameters.fits.shaft, materials.inner_ring, inner)
+    housing = 0.0 - _housing_fit(parameters.fits.housing, materials.outer_ring, outer)
+    balls = heat.balls or 0.5 * (heat.inner_ring + heat.outer_ring)
+    warmer = [one - heat.reference for one in (heat.inner_ring, balls, heat.outer_ring)]
+    warm = (
+        materials.outer_ring.thermal_expansion * outer * warmer[2]
+        - materials.inner_ring.thermal_expansion * inner * warmer[0]
+        - 2.0 * materials.ball.thermal_expansion * geometry.ball_diameter * warmer[1]
+    )
+    return Clearance(initial, shaft, housing, warm, initial + shaft + housing + warm)
+
+
+def operating_geometry(parameters):
+    """The scene's geometry with the clearance it runs with."""
+    return dataclasses.replace(parameters.geometry, radial_clearance=clearance_of(parameters).operating)
+
+
+def clearance_problems(parameters) -> list[str]:
+    """What is impossible about contact angle and fits, one sentence each."""
+    geometry, fits, problems = parameters.geometry, parameters.fits, []
+    if geometry.contact_angle > 0.0 and geometry.radial_clearance != type(geometry).radial_clearance:
+        problems.append(
+            f"geometry.contact_angle = {geometry.contact_angle:g} rad and geometry.radial_clearance = "
+            f"{geometry.radial_clearance:g} m say the same thing; keep one of them"
+        )
+    bore, outside = (geometry.pitch_diameter + side * geometry.ball_diameter for side in (-1.0, 1.0))
+    shaft, housing = fits.shaft, fits.housing
+    if shaft.interference > 0.0 and not shaft.other_diameter < shaft.diameter < bore:
+        problems.append(
+            f"fits.shaft.diameter = {shaft.diameter:g} m must lie between fits.shaft.other_diameter = "
+            f"{shaft.other_diameter:g} m and the inner raceway's {bore:g} m: give the ring's bore"
+        )
+    far = housing.other_diameter or math.inf
+    if housing.interference > 0.0 and not outside < housing.diameter < far:
+        problems.append(
+            f"fits.housing.diameter = {housing.diameter:g} m must lie between the outer raceway's {outside:g} m and "
+            f"fits.housing.other_diameter = {far:g} m: give the ring's outside"
+        )
+    return problems

@@ -1,0 +1,99 @@
+"""A bearing in balance as numbers for people and programs: loads, ellipses, stiffness, lives, frequencies, doubts."""
+
+import math
+
+import numpy as np
+
+from bearing_twin.contact.materials import effective_modulus, yield_pressure
+from bearing_twin.contact.validity import WIDEST_IN_GROOVE, gathered, pressure_doubt, width_doubt
+from bearing_twin.kinds.bearing.clearance import clearance_of
+from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
+from bearing_twin.kinds.bearing.outputs import ellipses
+from bearing_twin.kinds.bearing.quasi_static.contacts import shared
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, loose_directions
+from bearing_twin.kinds.bearing.ratings import lives_of, ratings_of
+
+RACES = ("inner", "outer")
+
+
+def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
+    """Fault frequencies [Hz] of balls that roll in one cage: over outer and inner ring, cage, ball about itself.
+
+    The cage's speed is the mean of the orbit speeds by load; a spot on a ball strikes a raceway at twice `ball_spin`.
+    """
+    cage, spin = (shared(contacts, values) for values in (contacts.orbit, np.hypot(contacts.roll, contacts.pitch)))
+    turn = 0.5 / math.pi
+    return {
+        "bpfo": abs(balls * cage * turn),
+        "bpfi": abs(balls * (speed - cage) * turn),
+        "ftf": abs(cage * turn),
+        "ball_spin": abs(spin * turn),
+    }
+
+
+def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) -> dict:
+    """What `bearing_twin bearing` gives out: SI units at the end of each key, a list has one entry a ball.
+
+    `ring_force_n` and `ring_moment_nm` are those of the balls on the inner ring, about its centre; `stiffness` is
+    d(external load)/d(coordinate) in the order x, y, z, theta_x, theta_y.
+    """
+    geometry, materials, contacts = parameters.geometry, parameters.materials, found.contacts
+    touching = contacts.load > 0.0
+    moduli = tuple(effective_modulus(materials.ball, ring) for ring in (materials.inner_ring, materials.outer_ring))
+    spots = ellipses(moduli, contacts.curvature_small, contacts.curvature_large, contacts.load)
+    columns = {
+        "normal_load": ("n", contacts.load),
+        "contact_angle": ("rad", np.where(touching, contacts.angle, 0.0)),
+        "peak_pressure": ("pa", spots[2]),
+        "semi_major": ("m", spots[0]),
+        "semi_minor": ("m", spots[1]),
+    }
+    ratings = ratings_of(parameters)
+    lives = lives_of(parameters, ratings, found.loads[:3], *contacts.load.T)
+    clearance = clearance_of(parameters)
+    return {
+        "ring_displacement_m": found.coordinates[:3].tolist(),
+        "misalignment_rad": found.coordinates[3:].tolist(),
+        "ring_force_n": (-found.loads[:3]).tolist(),
+        "ring_moment_nm": (-found.loads[3:]).tolist(),
+        "ball_azimuth_rad": found.azimuths.tolist(),
+        **{
+            f"{name}_{race}_{unit}": values[:, side].tolist()
+            for name, (unit, values) in columns.items()
+            for side, race in enumerate(RACES)
+        },
+        "centrifugal_load_n": contacts.centrifugal.tolist(),
+        "stiffness": found.stiffness.tolist(),
+        "basic_dynamic_rating_n": ratings.dynamic,
+        "basic_static_rating_n": ratings.static,
+        "basic_life_mrev": lives.basic,
+        "reference_life_mrev": lives.reference,
+        "static_safety": lives.static_safety,
+        "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
+        "clearance_m": clearance._asdict(),
+        "unbalanced_n": found.left,
+        "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
+    }
+
+
+def flags_of(parameters, solver: Solver, support: Support, found: Equilibrium, spots, safety: float) -> list[str]:
+    """What is doubtful about an equilibrium, one sentence each."""
+    materials, contacts = parameters.materials, found.contacts
+    pressure, width = spots[2].max(), spots[0].max()
+    limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
+    loose = loose_directions(found, support, solver.scales)
+    friction = parameters.contact.friction_coefficient
+    held = contacts.load > 0.0
+    slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
+    return gathered(
+        f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
+        pressure_doubt(pressure, limit),
+        f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
+        if pressure > PERMANENT_PRESSURE
+        else None,
+        f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
+        width_doubt(width, 0.5 * parameters.geometry.ball_diameter, WIDEST_IN_GROOVE),
+        "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
+        if slips
+        else None,
+    )

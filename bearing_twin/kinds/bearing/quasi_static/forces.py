@@ -1,0 +1,153 @@
+"""What acts on one ball: the push of a groove on it, and what its orbit and its turning do; with all derivatives.
+
+Vectors lie in the ball's meridian plane, (radial, axial); t = (-n_z, n_r) is across a direction n.
+"""
+
+import math
+from typing import NamedTuple
+
+from bearing_twin.compiled import inlined
+from bearing_twin.contact.elastic import elastic
+from bearing_twin.contact.slope import coefficient_and_slope
+from bearing_twin.kinds.bearing.equations import Raceway
+
+TINY = 1e-300  # keeps a direction defined where its length is zero
+LEVEL = 0.5  # cosine of an angle beyond which no contact is legal
+
+
+class Setting(NamedTuple):
+    """The numbers of the balance (SI): grooves, ball, `arm` of a tilt, speed [rad/s], shares of the gyroscopic moment.
+
+    `arm` [m] turns a tilt into axial displacement and an axial force into a moment; `lever` [m] is the arm of the
+    friction that carries the gyroscopic moment, about the point at the end of `arm`.
+    """
+
+    inner: Raceway
+    outer: Raceway
+    ball_radius: float
+    ball_mass: float
+    pitch_diameter: float
+    arm: float
+    lever: float
+    speed: float
+    share_inner: float
+    share_outer: float
+
+
+class Push(NamedTuple):
+    """One contact: approach [m], load [N], direction, distance of the centres [m], and derivatives of its force.
+
+    `stiffness` is d(load)/d(approach), `turning` the derivative of the load along t.
+    """
+
+    approach: float
+    load: float
+    n_r: float
+    n_z: float
+    distance: float
+    stiffness: float
+    turning: float
+
+
+class Speeds(NamedTuple):
+    """Centrifugal load [N] and gyroscopic moment over D [N], and their derivatives by both contact angles [N/rad]."""
+
+    centrifugal: float
+    centrifugal_by_outer: float
+    centrifugal_by_inner: float
+    gyroscopic: float
+    gyroscopic_by_outer: float
+    gyroscopic_by_inner: float
+
+
+@inlined
+def push_of(setting, raceway, side, v_r, v_z):
+    """The contact where `v` [m] points from the ball's centre to the groove's (inner, side -1) or back (outer, +1)."""
+    distance = math.sqrt(v_r * v_r + v_z * v_z + TINY)
+    n_r, n_z = v_r / distance, v_z / distance
+    approach = distance + setting.ball_radius - raceway.groove_radius
+    if approach <= 0.0:
+        return Push(approach, 0.0, n_r, n_z, distance, 0.0, 0.0)
+    # as `surfaces.ball_in_groove`
+    ball = 1.0 / setting.ball_radius
+    bottom = raceway.locus_radius + side * raceway.groove_radius * n_r
+    small, large = 0.5 * (ball - 1.0 / raceway.groove_radius), 0.5 * (ball - side * n_r / bottom)
+    coefficient, slope = coefficient_and_slope(raceway.law, small, large)
+    answer = elastic(coefficient, raceway.law.power, approach)
+    by_radial = -0.5 * side * raceway.locus_radius / (bottom * bottom) * slope * answer.load / coefficient
+    return Push(approach, answer.load, n_r, n_z, distance, answer.stiffness, -by_radial * n_z / distance)
+
+
+@inlined
+def gradient_of(push):
+    """The 2 x 2 derivative of the force load * n by the vector between the centres, rows first."""
+    n_r, n_z, across = push.n_r, push.n_z, push.load / push.distance
+    t_r, t_z = -n_z, n_r
+    return (
+        push.stiffness * n_r * n_r + push.turning * n_r * t_r + across * t_r * t_r,
+        push.stiffness * n_r * n_z + push.turning * n_r * t_z + across * t_r * t_z,
+        push.stiffness * n_z * n_r + push.turning * n_z * t_r + across * t_z * t_r,
+        push.stiffness * n_z * n_z + push.turning * n_z * t_z + across * t_z * t_z,
+    )
+
+
+@inlined
+def orbit_and_roll(setting, inner, outer):
+    """Orbit speed [rad/s], roll speed times the sine and times the cosine of its axis's pitch [rad/s].
+
+    Harris, Rolling Bearing Analysis (speeds and inertial loads of balls): inner ring turning, pitch of the ball's axis
+    by tan(beta) = sin(alpha_o)/(cos(alpha_o) + gamma), gamma = D/d_m.
+    """
+    gamma = 2.0 * setting.ball_radius / setting.pitch_diameter
+    pitch = outer.n_z / (outer.n_r + gamma)
+    p_o = (outer.n_r + pitch * outer.n_z) / (1.0 + gamma * outer.n_r)
+    p_i = (inner.n_r + pitch * inner.n_z) / (1.0 - gamma * inner.n_r)
+    roll = setting.speed / ((p_o + p_i) * gamma)
+    return setting.speed * p_o / (p_o + p_i), roll * pitch, roll
+
+
+@inlined
+def level_load(setting):
+    """The centrifugal load [N] at contact angle zero, where the orbit speed is (1 - gamma)/2 of the ring's."""
+    orbit = 0.5 * setting.speed * (1.0 - 2.0 * setting.ball_radius / setting.pitch_diameter)
+    return 0.5 * setting.ball_mass * setting.pitch_diameter * orbit * orbit
+
+
+@inlined
+def speeds_of(setting, inner, outer):
+    """Centrifugal load F_c = m d_m omega_m^2 / 2 and M_g / D, M_g = J omega_R omega_m sin(beta), J = m D^2/10.
+
+    Beyond 60 degrees, where only a ball off a raceway has its centre, as at contact angle zero.
+    """
+    if setting.speed == 0.0:
+        return Speeds(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    diameter = 2.0 * setting.ball_radius
+    gamma = diameter / setting.pitch_diameter
+    c_o, s_o, c_i, s_i = outer.n_r, outer.n_z, inner.n_r, inner.n_z
+    centrifugal = 0.5 * setting.ball_mass * setting.pitch_diameter * setting.speed * setting.speed
+    if c_o < LEVEL or c_i < LEVEL:
+        return Speeds(level_load(setting), 0.0, 0.0, 0.0, 0.0, 0.0)
+    b_o, b_i, lean = 1.0 + gamma * c_o, 1.0 - gamma * c_i, c_o + gamma
+    pitch = s_o / lean
+    pitch_by = b_o / (lean * lean)
+    a_o, a_i = c_o + pitch * s_o, c_i + pitch * s_i
+    p_o, p_i = a_o / b_o, a_i / b_i
+    p_o_by = (-s_o + pitch_by * s_o + pitch * c_o + p_o * gamma * s_o) / b_o
+    p_i_by_outer = pitch_by * s_i / b_i
+    p_i_by_inner = (-s_i + pitch * c_i - p_i * gamma * s_i) / b_i
+    total = p_o + p_i
+    share = p_o / total
+    share_by_outer = (p_o_by * p_i - p_o * p_i_by_outer) / (total * total)
+    share_by_inner = -p_o * p_i_by_inner / (total * total)
+    gyroscopic = 0.1 * setting.ball_mass * diameter * setting.speed * setting.speed / gamma
+    roll = pitch / total
+    roll_by_outer = (pitch_by - roll * (p_o_by + p_i_by_outer)) / total
+    roll_by_inner = -roll * p_i_by_inner / total
+    return Speeds(
+        centrifugal * share * share,
+        2.0 * centrifugal * share * share_by_outer,
+        2.0 * centrifugal * share * share_by_inner,
+        gyroscopic * roll * share,
+        gyroscopic * (roll_by_outer * share + roll * share_by_outer),
+        gyroscopic * (roll_by_inner * share + roll * share_by_inner),
+    )

@@ -1,0 +1,149 @@
+"""A run from equilibria: the ring turns as driven, the balls go round in one cage, every output is a static answer."""
+
+import numpy as np
+
+from bearing_twin.errors import IntegrationError
+from bearing_twin.kinds.bearing.outputs import Outputs
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, BearingScene
+from bearing_twin.kinds.bearing.quasi_static.channels import outputs_of
+from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
+from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
+from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of
+from bearing_twin.report import Choice
+
+SAME = 1e-9  # relative: instants nearer than this are one
+
+
+class QuasiStaticMotion:
+    """A bearing whose every output is an equilibrium: no inertia but that of the orbits, no history but the cage's way.
+
+    `goal_speed` [rad/s] is approached at the drive's acceleration; `counts` are outputs solved.
+    """
+
+    def __init__(self, parameters: BearingScene, choice: Choice):
+        self.parameters = parameters
+        self.setting = setting_of(parameters, choice.law, parameters.drive.speed)
+        self.support = support_of(parameters)
+        balls = parameters.geometry.balls
+        azimuths = azimuths_of(balls, 0.0)
+        gravity, mass = np.asarray(parameters.gravity), self.setting.ball_mass
+        radial = gravity[0] * np.cos(azimuths) + gravity[1] * np.sin(azimuths)
+        weights = mass * np.stack([radial, np.full(balls, gravity[2])], axis=1)
+        solver = Solver(self.setting, azimuths, weights)
+        self._start = solver.solve(self.support)
+        self._longest = solver.longest
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start."""
+        balls = self.parameters.geometry.balls
+        place = np.zeros((balls, PLACES))
+        place[:] = np.nan
+        half = -np.pi * np.arange(balls) / balls
+        zero = np.zeros(balls)
+        attitude = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)
+        self.state = State(np.zeros(2), self._start.coordinates.copy(), place, attitude)
+        self.goal_speed = self.speed = float(self.parameters.drive.speed)
+        self.angle = self.elapsed = 0.0
+        self.solved = 0
+        self._changed = False
+        self._stored = self._first_stored = None
+        self._gross = 0.0
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """None: the outputs of a bearing say all."""
+        return {}
+
+    def costs(self) -> dict[str, int]:
+        """Equilibria of the ring solved so far."""
+        return {"equilibria": self.solved}
+
+    def first_outputs(self) -> Outputs:
+        """The outputs at the present instant."""
+        course, angle = self._course(np.zeros(1))
+        return self._outputs(course, angle)
+
+    def advance(self, times: np.ndarray, duration: float) -> Outputs:
+        """The outputs at `times` [s] from now, moved on by `duration` [s]; raises IntegrationError."""
+        instants = np.asarray(times, dtype=float)
+        if duration > instants[-1] * (1.0 + SAME):
+            instants = np.append(instants, duration)
+        if self._stored is None:
+            self.first_outputs()
+        course, angle = self._course(instants)
+        out = self._outputs(course, angle)
+        self.elapsed += duration
+        return Outputs(*(values[: len(times)] for values in out))
+
+    def _course(self, instants) -> tuple[Course, np.ndarray]:
+        """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
+        drive, change = self.parameters.drive, self.parameters.drive.change
+        begin, speed, angle, parts = 0.0, self.speed, self.angle, []
+        # knots: the goal changes once, and each speed is approached evenly until it is there
+        when = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
+        speeds, angles = np.empty(len(instants)), np.empty(len(instants))
+        for row, instant in enumerate(instants):
+            while begin < instant or begin == when:
+                if begin >= when:
+                    self.goal_speed += change.speed
+                    self._changed, when = True, np.inf
+                end = min(instant, when)
+                missing = self.goal_speed - speed
+                ramp = min(abs(missing) / drive.acceleration, end - begin)
+                gained = np.sign(missing) * drive.acceleration * ramp
+                reached = ramp >= abs(missing) / drive.acceleration * (1.0 - SAME)
+                angle += (speed + 0.5 * gained) * ramp
+                speed = self.goal_speed if reached else speed + gained
+                angle += speed * (end - begin - ramp)
+                begin = end
+            speeds[row], angles[row] = speed, angle
+            parts.append(self._changed)
+        held = np.tile(np.asarray(self.support.held), (len(instants), 1))
+        held[np.array(parts), :3] += change.offset
+        turn = np.diff(angles, prepend=self.angle)
+        steps = np.diff(instants, prepend=0.0)
+        self.speed, self.angle = speed, angle
+        free = np.array(self.support.free, np.bool_)
+        wanted = np.where(free, self.support.loads, 0.0)
+        return Course(steps, turn, speeds, held, free, wanted), angles
+
+    def _outputs(self, course: Course, angle) -> Outputs:
+        found = new_instants(len(angle), self.parameters.geometry.balls)
+        gravity = tuple(map(float, self.parameters.gravity))
+        status, instant = equilibria(self.setting, gravity, course, self.state, self._longest, found)
+        seconds = self.elapsed + float(course.step[: instant + 1].sum())
+        if status != FOUND:
+            raise IntegrationError(
+                f"at {seconds:.9g} s the inner ring finds no balance; lower the load, or see bearing_twin bearing for "
+                "the greatest there is",
+                "no balance",
+                seconds,
+                "inner ring",
+            )
+        self._refuse_illegal(found, course)
+        self.solved += len(angle)
+        out = outputs_of(self.parameters, self.setting, course, angle, found)
+        self._write_work(out)
+        return out
+
+    def _refuse_illegal(self, found, course) -> None:
+        """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
+        contacts = found.contacts
+        squeeze = np.where((contacts.load > 0.0).all(-1), contacts.approach.sum(-1), 0.0)
+        angle = np.where(contacts.load > 0.0, np.abs(contacts.angle), 0.0).max(-1)
+        bad = (squeeze > GREATEST_SQUEEZE * 2.0 * self.setting.ball_radius) | (angle > GREATEST_ANGLE)
+        if bad.any():
+            row, ball = np.argwhere(bad)[0]
+            seconds = self.elapsed + float(course.step[: row + 1].sum())
+            sentence = f"at {seconds:.9g} s ball {ball} is squeezed too hard, or leaves the grooves; lower the load"
+            raise IntegrationError(sentence, "too deep", seconds, f"ball {ball}")
+
+    def _write_work(self, out: Outputs) -> None:
+        """What the balls hold more than at the start came through the inner ring: nothing is lost in an equilibrium."""
+        stored = out.kinetic_energy + out.elastic_energy + out.potential_energy
+        if self._stored is None:
+            self._stored = self._first_stored = stored[0]
+        out.drive_work[:] = stored - self._first_stored
+        gross = np.abs(np.diff(stored, prepend=self._stored)).cumsum()
+        out.gross_work[:] = self._gross + gross
+        self._gross, self._stored = float(out.gross_work[-1]), stored[-1]

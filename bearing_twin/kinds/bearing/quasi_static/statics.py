@@ -1,0 +1,228 @@
+"""The static answer of a bearing: from a scene and what loads or holds its inner ring to displacements and loads."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.clearance import operating_geometry
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_contacts, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.forces import Setting
+from bearing_twin.kinds.bearing.quasi_static.ring_balance import (
+    FOUND,
+    NOTHING_CARRIES,
+    PLACES,
+    SOFT,
+    first_ring,
+    ring_in_balance,
+    ring_loads,
+)
+from bearing_twin.kinds.bearing.rings import COORDINATES, free_coordinates
+from bearing_twin.kinds.bearing.start import bearing_of
+
+ARMS = ("groove", "pitch")
+"""Arm of a tilt: to the inner groove's centre, the true geometry; or to the pitch circle, as commercial programs do."""
+CONTROLS = {"shared": (1.0, 1.0), "outer": (0.0, 2.0)}
+"""Shares of the gyroscopic moment that friction carries on the inner and on the outer raceway."""
+LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
+STAGES = 12  # a load that is not found at once is approached in so many parts
+HALVINGS = 30  # of the search for the greatest load
+CARRIES = 1e-6  # share of a load below which the greatest load is none
+UNITS = ("N", "N", "N", "N m", "N m")
+
+
+class Support(NamedTuple):
+    """What holds the inner ring: of x, y, z, theta_x, theta_y which are `free`, their loads, and where others are held.
+
+    `loads` [N, N m] (5,) act on the ring, `held` [m, rad] (5,) are coordinates; each counts where it applies.
+    """
+
+    free: tuple
+    loads: tuple
+    held: tuple
+
+
+class Equilibrium(NamedTuple):
+    """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
+
+    `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance.
+    """
+
+    coordinates: np.ndarray
+    loads: np.ndarray
+    stiffness: np.ndarray
+    azimuths: np.ndarray
+    places: np.ndarray
+    contacts: Contacts
+    left: float
+
+
+def setting_of(parameters, law: str, speed: float, arm: str = "groove", control: str = "shared") -> Setting:
+    """The numbers of the balance for a scene with the elastic law `law`, the ring turning at `speed` [rad/s]."""
+    bearing = bearing_of(parameters, law)
+    lever = bearing.inner.groove_radius
+    reach = bearing.inner.locus_radius
+    if arm == "pitch":
+        lever, reach = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
+    pitch = parameters.geometry.pitch_diameter
+    sizes = bearing.ball_radius, bearing.ball_mass, pitch, reach, lever, float(speed)
+    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[control])
+
+
+def support_of(parameters) -> Support:
+    """What the scene itself says: its loads, and where its drive holds the rest."""
+    ring, drive = parameters.rings.inner, parameters.drive
+    return Support(free_coordinates(parameters), (*ring.load, *ring.moment), (*drive.offset, *drive.tilt))
+
+
+def load_line(support: Support) -> float:
+    """Azimuth [rad] of what pushes the ring sideways: its load, else its displacement, else its tilting, else 0."""
+    for values in (support.loads, support.held):
+        for x, y in (values[:2], values[3:]):
+            if x or y:
+                return math.atan2(y, x)
+    return 0.0
+
+
+def azimuths_of(balls: int, first: float) -> np.ndarray:
+    """Azimuths [rad] (N,) of balls evenly spaced from `first` on."""
+    return first + 2.0 * math.pi * np.arange(balls) / balls
+
+
+class Solver:
+    """Equilibria of one bearing; what it found last is where it looks first."""
+
+    def __init__(self, setting: Setting, azimuths: np.ndarray, weights: np.ndarray | None = None):
+        balls = len(azimuths)
+        self.setting, self.azimuths = setting, azimuths
+        self.directions = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
+        self.weights = np.zeros((balls, 2)) if weights is None else weights
+        self.longest = LONGEST * 2.0 * setting.ball_radius
+        self.scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
+        self.q, self.load, self.stiffness = np.zeros(5), np.zeros(5), np.zeros((5, 5))
+        self.place = np.full((balls, PLACES), np.nan)
+
+    def _cold(self, support: Support, share: float) -> tuple[int, float]:
+        """From nothing: along the load, then by Newton's method, `share` of loads and held coordinates."""
+        free = np.array(support.free, np.bool_)
+        wanted = share * np.where(free, support.loads, 0.0)
+        self.q[:] = share * np.where(free, 0.0, support.held)
+        self.place[:] = np.nan
+        if not free.any():
+            return self._held()
+        first_ring(self.setting, self.directions, free, wanted, self.scales, self.longest, self.q)
+        return self._newton(free, wanted)
+
+    def _held(self):
+        ring_loads(self.setting, self.directions, self.q, self.place, self.weights, self.load, self.stiffness)
+        return FOUND, 0.0
+
+    def _newton(self, free, wanted):
+        numbers = self.q, free, wanted, self.place, self.weights, self.longest, self.load, self.stiffness
+        status, left, _ = ring_in_balance(self.setting, self.directions, *numbers)
+        return status, left
+
+    def _stepwise(self, support: Support, share: float) -> tuple[int, float]:
+        """As `_cold`, each part of the load beginning where the one before ended."""
+        free = np.array(support.free, np.bool_)
+        status, left = self._cold(support, share / STAGES)
+        for stage in range(2, STAGES + 1):
+            if status != FOUND:
+                return status, left
+            part = share * stage / STAGES
+            self.q[~free] = part * np.array(support.held)[~free]
+            status, left = self._newton(free, part * np.where(free, support.loads, 0.0))
+        return status, left
+
+    def _legal(self) -> tuple[float, float]:
+        """Greatest squeeze and greatest contact angle, each over its limit."""
+        contacts = empty_contacts(len(self.azimuths))
+        write_contacts(self.setting, self.directions, self.q, self.place, contacts)
+        squeeze = np.where((contacts.load > 0.0).all(axis=1), contacts.approach.sum(axis=1), 0.0).max()
+        angle = np.where(contacts.load > 0.0, np.abs(contacts.angle), 0.0).max()
+        return squeeze / (GREATEST_SQUEEZE * 2.0 * self.setting.ball_radius), angle / GREATEST_ANGLE
+
+    def _tried(self, support: Support, share: float) -> tuple[int, float, bool]:
+        """(status, what is left, whether the answer is legal) with `share` of loads and held coordinates."""
+        status, left = self._cold(support, share)
+        if status not in (FOUND, NOTHING_CARRIES):
+            status, left = self._stepwise(support, share)
+        return status, left, status == FOUND and max(self._legal()) <= 1.0
+
+    def solve(self, support: Support) -> Equilibrium:
+        """The equilibrium; raises SceneError with the greatest load, or with the support that is missing."""
+        status, left, legal = self._tried(support, 1.0)
+        if status == NOTHING_CARRIES:
+            raise SceneError(_nothing_carries(support))
+        if not legal:
+            raise SceneError(self._refusal(support))
+        contacts = empty_contacts(len(self.azimuths))
+        write_contacts(self.setting, self.directions, self.q, self.place, contacts)
+        arrays = self.q.copy(), self.load.copy(), self.stiffness.copy(), self.azimuths, self.place[:, :2].copy()
+        return Equilibrium(*arrays, contacts, left)
+
+    def _refusal(self, support: Support) -> str:
+        """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is."""
+        low, high, ratios = 0.0, 1.0, (0.0, 0.0)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            status, _, legal = self._tried(support, middle)
+            # too little to touch anything is no reason against a greater load
+            if legal or status == NOTHING_CARRIES:
+                low = middle
+                ratios = self._legal() if legal else ratios
+            else:
+                high = middle
+        what = _what_acts(support)
+        if low < CARRIES:
+            return f"{what} finds no contact that carries it; hold the ring in this direction, or turn the load"
+        how = "pushes the ring through the balls: a contact bears no more than 2 % of the ball's diameter"
+        if ratios[1] > ratios[0]:
+            how = f"tilts the contacts out of the grooves, beyond {math.degrees(GREATEST_ANGLE):.3g} degrees"
+        return f"{what} {how}; the greatest in this direction is {_what_acts(support, low)}"
+
+
+def _what_acts(support: Support, share: float = 1.0) -> str:
+    """The loads and held coordinates in words."""
+    rows = [
+        (f"{words} of {_vector(values[part], share)} {unit}")
+        for words, unit, values, part, used in (
+            ("a load", "N", support.loads, slice(0, 3), support.free[:3]),
+            ("a moment", "N m", support.loads, slice(3, 5), support.free[3:]),
+            ("a displacement", "m", support.held, slice(0, 3), [not one for one in support.free[:3]]),
+            ("a misalignment", "rad", support.held, slice(3, 5), [not one for one in support.free[3:]]),
+        )
+        if any(value and one for value, one in zip(values[part], used, strict=True))
+    ]
+    return " with ".join(rows) or "no load"
+
+
+def _vector(values, share) -> str:
+    return "(" + ", ".join(f"{share * value:.4g}" for value in values) + ")"
+
+
+def _nothing_carries(support: Support) -> str:
+    free = ", ".join(name for name, one in zip(COORDINATES, support.free, strict=True) if one)
+    return (
+        f"no ball touches both rings, so that nothing holds the inner ring along {free}; load it, or hold it by a "
+        "displacement or by less clearance"
+    )
+
+
+def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
+    """The free coordinates that nothing holds at an equilibrium: their stiffness is that of rounding."""
+    scaled = np.abs(found.stiffness) / np.outer(scales, scales)
+    greatest = scaled.max()
+    return [
+        name
+        for i, (name, one) in enumerate(zip(COORDINATES, support.free, strict=True))
+        if one and scaled[i, i] <= SOFT * greatest
+    ]
+
+
+def solver_of(parameters, law, ball_angle=0.0, arm="groove", control="shared") -> Solver:
+    """The solver of a scene without gravity, ball 0 at `ball_angle` [rad]; see `setting_of`."""
+    setting = setting_of(parameters, law, parameters.drive.speed, arm, control)
+    return Solver(setting, azimuths_of(operating_geometry(parameters).balls, ball_angle))

@@ -1,0 +1,163 @@
+"""The subcommand `bearing`: keys, the meaning of its options, tables, sweeps, pictures, bad input."""
+
+import json
+import math
+
+import pytest
+
+from bearing_twin.command import cli
+
+DOWN = ("bearing", "bearing_6203", "--load", "0,-1000,0")
+
+
+def answered(capsys, *words):
+    assert cli.main([*words, "--json"]) == cli.DONE, capsys.readouterr().err
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys, *words):
+    assert cli.main(list(words)) == cli.BAD_INPUT
+    said = capsys.readouterr()
+    assert said.out == ""
+    lines = [line for line in said.err.splitlines() if "compil" not in line]
+    assert len(lines) == 1
+    return lines[0]
+
+
+def test_the_answer_has_its_keys_in_si_units(capsys):
+    found = answered(capsys, *DOWN)
+    sizes = {"ring_displacement_m": 3, "misalignment_rad": 2, "ring_force_n": 3, "ring_moment_nm": 2}
+    for key, size in sizes.items():
+        assert len(found[key]) == size
+    for name in (
+        "normal_load_{}_n",
+        "contact_angle_{}_rad",
+        "peak_pressure_{}_pa",
+        "semi_major_{}_m",
+        "semi_minor_{}_m",
+    ):
+        for race in ("inner", "outer"):
+            assert len(found[name.format(race)]) == 8
+    assert [len(row) for row in found["stiffness"]] == [5] * 5
+    assert set(found["fault_frequencies_hz"]) == {"bpfo", "bpfi", "ftf", "ball_spin"}
+    assert found["ring_force_n"] == pytest.approx([0.0, 1000.0, 0.0], abs=1e-6)
+    assert found["ring_displacement_m"][1] < -1e-5
+    assert found["basic_life_mrev"] == pytest.approx((found["basic_dynamic_rating_n"] / 1000.0) ** 3, rel=1e-9)
+    assert found["static_safety"] == pytest.approx(found["basic_static_rating_n"] / 1000.0, rel=1e-9)
+    assert found["normal_load_inner_n"][0] == max(found["normal_load_inner_n"])  # ball 0 lies on the load line
+
+
+def test_fault_frequencies_of_a_shaft_turn(capsys):
+    found = answered(capsys, *DOWN, "--set", f"drive.speed={2.0 * math.pi!r}")["fault_frequencies_hz"]
+    wanted = {"bpfi": 4.94681, "bpfo": 3.05319, "ftf": 0.381649, "ball_spin": 0.5 * 3.98802}
+    assert found == pytest.approx(wanted, rel=2e-6)
+    found = answered(capsys, "bearing", "bearing_6203", "--set", f"drive.speed={2.0 * math.pi!r}")
+    assert found["fault_frequencies_hz"]["bpfi"] == pytest.approx(4.9462, abs=1e-4)
+    assert found["fault_frequencies_hz"]["ftf"] == pytest.approx(0.38173, abs=1e-5)
+
+
+def test_without_options_the_ring_is_where_the_scene_holds_it(capsys):
+    found = answered(capsys, "bearing", "bearing_6203")
+    assert found["ring_displacement_m"] == [0.0, 0.0, 1e-5]
+    assert found["normal_load_inner_n"] == pytest.approx([48.497] * 8, rel=1e-4)
+
+
+def test_a_scene_with_loads_is_answered_by_them(capsys):
+    found = answered(capsys, "bearing", "bearing_6203_rig_400N")
+    assert found["ring_force_n"] == pytest.approx([0.0, 400.0, 0.0], abs=1e-6)
+
+
+def test_what_is_neither_loaded_nor_held_is_free_but_tilts_rest(capsys):
+    found = answered(capsys, "bearing", "bearing_6203", "--load", "-,-300,-", "--displacement", "1e-6,-,-")
+    assert found["ring_displacement_m"][0] == 1e-6
+    assert found["ring_displacement_m"][2] == 0.0  # the scene's offset of 10 micrometres is not in it
+    assert found["ring_force_n"][1:] == pytest.approx([300.0, 0.0], abs=1e-6)
+    assert found["misalignment_rad"] == [0.0, 0.0]
+    free = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,50", "--moment", "0.5,0")
+    assert free["ring_moment_nm"] == pytest.approx([-0.5, 0.0], abs=1e-8)
+    held = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,50", "--misalignment", "1e-4,-")
+    assert held["misalignment_rad"][0] == 1e-4
+    assert held["ring_moment_nm"][1] == pytest.approx(0.0, abs=1e-8)
+
+
+def test_a_displacement_gives_loads(capsys):
+    found = answered(capsys, "bearing", "bearing_6203", "--displacement", "0,-1e-5,0")
+    again = answered(capsys, "bearing", "bearing_6203", "--load", f"0,{-found['ring_force_n'][1]!r},0")
+    assert again["ring_displacement_m"][1] == pytest.approx(-1e-5, rel=1e-8)
+
+
+def test_the_arm_of_a_tilt_and_the_place_of_ball_0(capsys):
+    pitch = answered(capsys, "bearing", "bearing_6203", "--moment", "0.5,0", "--arm", "pitch")
+    groove = answered(capsys, "bearing", "bearing_6203", "--moment", "0.5,0")
+    assert 1.005 < pitch["misalignment_rad"][0] / groove["misalignment_rad"][0] < 1.03
+    between = answered(capsys, *DOWN, "--ball-angle", "-67.5")
+    assert between["normal_load_inner_n"][0] == pytest.approx(between["normal_load_inner_n"][7], rel=1e-6)
+    assert between["ball_azimuth_rad"][0] == pytest.approx(math.radians(-67.5))
+
+
+def test_gravity_has_no_part(capsys):
+    assert answered(capsys, *DOWN) == answered(capsys, *DOWN, "--set", "gravity=[0,0,0]")
+
+
+@pytest.mark.parametrize("words", [DOWN, ("bearing", "bearing_218_thrust"), (*DOWN, "--sweep", "load=100:1000:4")])
+def test_tables_fit_eighty_columns(words, capsys):
+    assert cli.main(list(words)) == cli.DONE
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= 80
+    assert "no promise" in out
+
+
+def test_sweeps_are_curves(capsys):
+    found = answered(capsys, *DOWN, "--sweep", "load=100:1000:4")
+    assert found["values"] == pytest.approx([100.0, 400.0, 700.0, 1000.0])
+    assert [force[1] for force in found["ring_force_n"]] == pytest.approx(found["values"])
+    assert found["refused"] == []
+    over = answered(capsys, *DOWN, "--sweep", "clearance=-5e-6:2e-5:3")
+    assert over["sweep"] == "geometry.radial_clearance"
+    moved = [row[1] for row in over["ring_displacement_m"]]
+    assert moved == sorted(moved, reverse=True)
+    fast = answered(capsys, "bearing", "bearing_218_thrust", "--sweep", "speed=0:1000:3")
+    assert fast["greatest_contact_angle_inner_rad"] == sorted(fast["greatest_contact_angle_inner_rad"])
+
+
+def test_values_of_a_sweep_without_an_equilibrium_are_named(capsys):
+    found = answered(capsys, *DOWN, "--sweep", "load=10000:40000:4")
+    assert [one is None for one in found["stiffness"]] == [False, False, True, True]
+    assert [one["value"] for one in found["refused"]] == pytest.approx([30000.0, 40000.0])
+    assert "the greatest in this direction" in found["refused"][0]["reason"]
+
+
+@pytest.mark.parametrize("more", [(), ("--sweep", "load=100:1000:5")])
+def test_pictures_are_written(more, tmp_path, capsys):
+    path = tmp_path / "loads.png"
+    assert answered(capsys, *DOWN, *more, "--plot", str(path))["plot"] == str(path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--load", "1,2"), "must be 3 numbers in N, as FX,FY,FZ"),
+        (("--load", "1,2,x"), "--load 'x' must be a number"),
+        (("--load", "1,2,nan"), "--load 'nan' must be a number"),
+        (("--moment", "1"), "must be 2 numbers in N m, as MX,MY"),
+        (("--load", "1,2,3", "--displacement", "0,-,-"), "FX of --load and X of --displacement are both given"),
+        (("--load", "0,-1e5,0"), "pushes the ring through the balls.*the greatest in this direction is a load of"),
+        (("--load", "0,0,0", "--set", "geometry.radial_clearance=1e-5"), "no ball touches both rings"),
+        (("--ball-angle", "up"), "--ball-angle 'up' must be a number"),
+        (("--sweep", "load=1:2"), "must look like load=100:2000:20"),
+        (("--sweep", "load=1:2:3"), "give its direction by --load"),
+        (("--sweep", "lod=1:2:3"), "is no number of a bearing"),
+        (("--sweep", "speed=0:100:1"), "must have 2 to 10000 values"),
+        (("--load", "0,-1e9,0", "--sweep", "load=1e8:1e9:3"), "no value of this sweep has an equilibrium"),
+    ],
+)
+def test_bad_input_is_one_sentence(words, sentence, capsys):
+    import re
+
+    said = refused(capsys, "bearing", "bearing_6203", *words)
+    assert re.search(sentence, said), said
+
+
+def test_other_kinds_are_refused(capsys):
+    assert "scene two_discs is no bearing" in refused(capsys, "bearing", "two_discs", "--load", "0,0,1")

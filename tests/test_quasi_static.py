@@ -1,0 +1,373 @@
+"""The bearing in balance: numbers of the open literature, independent solves, exact stiffness, reasons for refusals."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize, root
+
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.materials import MATERIALS, effective_modulus
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.quasi_static import statics
+from bearing_twin.kinds.bearing.quasi_static.statics import Support
+from bearing_twin.run.scene import load_scene
+
+NO_TILT = (True, True, True, False, False)
+HELD = (False,) * 5
+ALL = (True,) * 5
+STEEL = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])
+RIG = ("geometry.ball_diameter=6.75e-3", "geometry.pitch_diameter=28.55e-3")
+
+
+def parameters(*overrides, scene="bearing_6203"):
+    return load_scene(scene, overrides).parameters
+
+
+def solved(given, support, angle=0.0, law="hertz", **options):
+    solver = statics.solver_of(given, law, angle, **options)
+    return solver, solver.solve(support)
+
+
+def pushed(load, free=NO_TILT, held=(0.0,) * 5):
+    return Support(free, tuple((*load, 0.0, 0.0)[:5]), held)
+
+
+def held_at(*coordinates):
+    return Support(HELD, (0.0,) * 5, coordinates)
+
+
+# Numbers
+
+
+@pytest.mark.parametrize(
+    ("speed", "control", "load", "angle"),
+    [(183.0, "shared", 48.496, 0.03667), (1000.0, "shared", 47.269, 0.03762), (4000.0, "shared", 30.246, 0.05171),
+     (4000.0, "outer", 30.539, 0.05468)],
+)  # fmt: skip
+def test_a_preloaded_bearing_at_speed(speed, control, load, angle):
+    _, found = solved(parameters(f"drive.speed={speed}"), held_at(0.0, 0.0, 1e-5, 0.0, 0.0), control=control)
+    assert found.contacts.load[:, 0] == pytest.approx(load, rel=1e-4)
+    assert found.contacts.angle[:, 0] == pytest.approx(angle, rel=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("clearance", "load", "between", "moved", "greatest", "stiffness"),
+    [(0.0, 400.0, 0.0, 8.645e-6, 217.3, 69.4e6), (0.0, 400.0, 0.5, 8.705e-6, 195.0, 68.9e6),
+     (1e-5, 1000.0, 0.0, 21.853e-6, 591.5, 94.1e6), (1e-5, 1000.0, 0.5, 22.118e-6, 518.4, 93.0e6)],
+)  # fmt: skip
+def test_operating_points_of_a_test_rig(clearance, load, between, moved, greatest, stiffness):
+    rig = parameters(*RIG, f"geometry.radial_clearance={clearance}", "drive.speed=0.0")
+    _, found = solved(rig, pushed((0.0, -load, 0.0)), -0.5 * math.pi + between * math.pi / 4.0)
+    assert -found.coordinates[1] == pytest.approx(moved, rel=2e-4)
+    assert found.contacts.load.max() == pytest.approx(greatest, rel=3e-4)  # printed with four digits
+    assert found.stiffness[1, 1] == pytest.approx(stiffness, rel=1e-3)  # printed with three
+    assert found.loads[:3] == pytest.approx([0.0, -load, 0.0], abs=1e-9 * load)
+
+
+def test_the_stiffness_of_a_preloaded_bearing():
+    _, found = solved(parameters("drive.speed=0.0"), held_at(0.0, 0.0, 1e-5, 0.0, 0.0))
+    stiffness = found.stiffness
+    for (i, j), size in {
+        (0, 0): 9.137e7, (1, 1): 9.137e7, (2, 2): 1.6659e6, (3, 3): 172.4, (4, 4): 172.4,
+        (0, 4): 4.780e4, (1, 3): 4.780e4, (4, 0): 4.780e4, (3, 1): 4.780e4,
+    }.items():  # fmt: skip
+        assert abs(stiffness[i, j]) == pytest.approx(size, rel=1e-3)
+    zeros = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 4), (2, 3), (2, 4), (3, 4)]
+    scale = np.sqrt(np.outer(np.diag(stiffness), np.diag(stiffness)))
+    assert max(abs(stiffness[i, j]) / scale[i, j] for i, j in zeros) < 1e-12
+
+
+def test_speed_parts_the_angles_of_an_angular_contact_bearing():
+    """Both contacts and the friction that carries the gyroscopic moment hold the thrust, on either raceway."""
+    parted = []
+    for rpm in (0.0, 5000.0, 10000.0):
+        thrust = parameters(f"drive.speed={rpm * math.pi / 30.0}", scene="bearing_218_thrust")
+        _, found = solved(thrust, statics.support_of(thrust))
+        inner, outer = found.contacts.angle[0]
+        load, friction = found.contacts.load[0], found.contacts.friction[0]
+        axial = load * np.sin([inner, outer]) + [1.0, -1.0] * friction * np.cos([inner, outer])
+        assert 16.0 * axial == pytest.approx([17800.0, 17800.0], rel=1e-9)
+        parted.append((inner, outer))
+    angle = thrust.geometry.contact_angle
+    assert parted[0][0] == pytest.approx(parted[0][1], abs=1e-12)
+    assert parted[2][1] < parted[1][1] < angle < parted[0][0] < parted[1][0] < parted[2][0]
+
+
+def test_a_contact_angle_is_that_at_which_the_unloaded_balls_touch():
+    thrust = parameters("rings.inner.load=[0,0,1e-3]", "drive.speed=0.0", scene="bearing_218_thrust")
+    _, found = solved(thrust, statics.support_of(thrust))
+    assert found.contacts.angle == pytest.approx(thrust.geometry.contact_angle, abs=1e-4)
+
+
+# Independent truths
+
+
+def geometry_of(given):
+    """Opening at rest, both reaches and the arm, from the formulas of the literature."""
+    g = given.geometry
+    ball, clearance = g.ball_diameter, g.radial_clearance
+    opening = (g.inner_conformity + g.outer_conformity - 1.0) * ball - 0.5 * clearance
+    arm = 0.5 * g.pitch_diameter + (g.inner_conformity - 0.5) * ball - 0.25 * clearance
+    return opening, (g.inner_conformity - 0.5) * ball, (g.outer_conformity - 0.5) * ball, arm
+
+
+def openings(given, q, azimuths):
+    opening, _, _, arm = geometry_of(given)
+    radial = opening + q[0] * np.cos(azimuths) + q[1] * np.sin(azimuths)
+    return radial, q[2] + arm * (q[3] * np.sin(azimuths) - q[4] * np.cos(azimuths))
+
+
+def coefficient(given, side, cosine):
+    """Hertz's coefficient of a ball on a raceway at this contact angle, by its own curvatures."""
+    g = given.geometry
+    conformity = g.inner_conformity if side < 0.0 else g.outer_conformity
+    groove, reach = conformity * g.ball_diameter, (conformity - 0.5) * g.ball_diameter
+    locus = 0.5 * g.pitch_diameter - side * reach + 0.25 * side * g.radial_clearance
+    rolling = side * cosine / (locus + side * groove * cosine)
+    ball = 2.0 / g.ball_diameter
+    return hertz_coefficient(0.5 * (ball - 1.0 / groove), 0.5 * (ball - rolling), STEEL)
+
+
+def test_the_energy_has_its_least_value_where_the_solver_says():
+    """All coordinates of ring and balls at once, without speed, the coefficients frozen: SciPy against the solver."""
+    given_ = parameters("drive.speed=0.0", "contact.normal=constant", "geometry.radial_clearance=-2e-6")
+    load = np.array([150.0, -300.0, 200.0, 0.4, -0.3])
+    _, found = solved(given_, Support(ALL, tuple(load), (0.0,) * 5), law="constant")
+    opening, reach_i, reach_o, arm = geometry_of(given_)
+    springs = coefficient(given_, -1.0, 1.0), coefficient(given_, 1.0, 1.0)
+    azimuths = 2.0 * np.pi * np.arange(8) / 8
+    units = np.array([1e-6, 1e-6, 1e-6, 1e-6 / arm, 1e-6 / arm])
+
+    def energy(x):
+        radial, axial = openings(given_, units * x[:5], azimuths)
+        place = opening * np.array([0.5, 0.0]) + 1e-6 * x[5:].reshape(8, 2)
+        outer = np.maximum(np.hypot(*place.T) - reach_o, 0.0)
+        inner = np.maximum(np.hypot(radial - place[:, 0], axial - place[:, 1]) - reach_i, 0.0)
+        stored = 0.4 * (springs[0] * inner**2.5 + springs[1] * outer**2.5).sum()
+        return 1e6 * (stored - load @ (units * x[:5]))
+
+    start = np.concatenate([found.coordinates / units * 0.7, (found.places * 1e6 - [0.5e6 * opening, 0.0]).ravel()])
+    least = minimize(energy, start, method="BFGS", options={"gtol": 1e-5, "maxiter": 5000})
+    assert energy(np.concatenate([found.coordinates / units, start[5:]])) <= least.fun * (1.0 - 1e-12)
+    assert least.x[:5] * units == pytest.approx(found.coordinates, rel=2e-3, abs=2e-9)
+
+
+@pytest.mark.parametrize("speed", [0.0, 2500.0])
+def test_a_solve_of_all_equations_at_once_agrees(speed):
+    """Forces of the literature written anew, coefficients that follow the angle, speeds by Harris; SciPy's root."""
+    given_ = parameters(f"drive.speed={speed}", "geometry.radial_clearance=-1e-6")
+    load = np.array([60.0, -200.0, 150.0, 0.3, 0.1])
+    _, found = solved(given_, Support(ALL, tuple(load), (0.0,) * 5))
+    _, reach_i, reach_o, arm = geometry_of(given_)
+    azimuths = 2.0 * np.pi * np.arange(8) / 8
+    ball, pitch = given_.geometry.ball_diameter, given_.geometry.pitch_diameter
+    mass, gamma = 7850.0 * math.pi / 6.0 * ball**3, ball / pitch
+
+    def contacts(q, place):
+        radial, axial = openings(given_, q, azimuths)
+        for k, (x, y) in enumerate(place):
+            outer, inner = math.hypot(x, y), math.hypot(radial[k] - x, axial[k] - y)
+            co, so, ci, si = x / outer, y / outer, (radial[k] - x) / inner, (axial[k] - y) / inner
+            q_o = coefficient(given_, 1.0, co) * max(outer - reach_o, 0.0) ** 1.5
+            q_i = coefficient(given_, -1.0, ci) * max(inner - reach_i, 0.0) ** 1.5
+            beta = math.atan2(so, co + gamma)
+            a_o, a_i = co + math.tan(beta) * so, ci + math.tan(beta) * si
+            orbit = speed / (1.0 + (1.0 + gamma * co) * a_i / ((1.0 - gamma * ci) * a_o))
+            roll = speed / ((a_o / (1.0 + gamma * co) + a_i / (1.0 - gamma * ci)) * gamma * math.cos(beta))
+            centrifugal = 0.5 * mass * pitch * orbit**2
+            gyro = 0.1 * mass * ball**2 * roll * orbit * math.sin(beta) / ball
+            yield q_i, q_o, ci, si, co, so, centrifugal, gyro
+
+    def left(x):
+        q = x[:5] * np.array([1e-6, 1e-6, 1e-6, 1e-6 / arm, 1e-6 / arm])
+        ring, balls = np.zeros(5), []
+        groove = given_.geometry.inner_conformity * ball
+        for psi, (q_i, q_o, ci, si, co, so, f, g) in zip(
+            azimuths, contacts(q, 1e-6 * x[5:].reshape(8, 2)), strict=True
+        ):
+            balls += [q_o * co - q_i * ci - g * (so - si) - f, q_o * so - q_i * si + g * (co - ci)]
+            radial, axial = q_i * ci - g * si, q_i * si + g * ci
+            moment = arm * axial - groove * g
+            c, s = math.cos(psi), math.sin(psi)
+            ring += [radial * c, radial * s, axial, moment * s, -moment * c]
+        return np.concatenate([(ring - load) / [1.0, 1.0, 1.0, arm, arm], balls])
+
+    start = np.concatenate([1e6 * found.coordinates * [1, 1, 1, arm, arm], 1e6 * found.places.ravel()])
+    assert np.abs(left(start)).max() < 1e-6
+    other = root(left, start * 1.02 + 0.01, tol=1e-13)
+    assert np.abs(other.fun).max() < 1e-7
+    assert other.x == pytest.approx(start, rel=1e-6, abs=1e-7)
+
+
+@pytest.mark.parametrize("arm", statics.ARMS)
+@pytest.mark.parametrize("law", ["hertz", "hertz_exact", "constant", "volumetric", "linear"])
+def test_the_stiffness_is_the_slope_of_the_loads(arm, law):
+    asked = (f"contact.normal={law}", *(("contact.stiffness=2e7",) if law == "linear" else ()))
+    given_ = parameters("drive.speed=3000.0", *asked)
+    at = np.array([2e-6, -4e-6, 1.5e-5, 2e-4, -1e-4])
+    solver, found = solved(given_, held_at(*at), 0.3, law, arm=arm)
+    steps = 1e-9 / solver.scales
+    for j, step in enumerate(steps):
+        ends = []
+        for sign in (1.0, -1.0):
+            there = at.copy()
+            there[j] += sign * step
+            ends.append(solved(given_, held_at(*there), 0.3, law, arm=arm)[1].loads)
+        slope = (ends[0] - ends[1]) / (2.0 * step)
+        scale = (
+            np.abs(found.stiffness / np.outer(solver.scales, solver.scales)).max() * solver.scales * solver.scales[j]
+        )
+        assert np.abs(slope - found.stiffness[:, j]).max() <= 3e-6 * scale.max()
+        assert np.abs((slope - found.stiffness[:, j]) / scale).max() <= 3e-6
+
+
+@pytest.mark.parametrize("arm", statics.ARMS)
+def test_the_stiffness_of_springs_without_speed_is_symmetric(arm):
+    given_ = parameters("drive.speed=0.0", "contact.normal=constant")
+    solver, found = solved(given_, held_at(2e-6, -4e-6, 1.5e-5, 2e-4, -1e-4), law="constant", arm=arm)
+    scaled = found.stiffness / np.outer(solver.scales, solver.scales)
+    assert np.abs(scaled - scaled.T).max() <= 1e-12 * np.abs(scaled).max()
+
+
+def test_turning_the_load_turns_the_answer():
+    given_ = parameters()
+    ball = math.pi / 4.0  # one place on
+    _, first = solved(given_, Support(ALL, (300.0, 0.0, 80.0, 0.0, 0.5), (0.0,) * 5), 0.1)
+    c, s = math.cos(ball), math.sin(ball)
+    turned = (300.0 * c, 300.0 * s, 80.0, -0.5 * s, 0.5 * c)
+    _, second = solved(given_, Support(ALL, turned, (0.0,) * 5), 0.1)
+    x, y, z, tx, ty = first.coordinates
+    assert second.coordinates == pytest.approx([c * x - s * y, s * x + c * y, z, c * tx - s * ty, s * tx + c * ty])
+    assert np.roll(first.contacts.load, 1, axis=0) == pytest.approx(second.contacts.load, rel=1e-9, abs=1e-9)
+
+
+def test_held_where_the_load_put_it_the_ring_is_loaded_so():
+    given_ = parameters("geometry.radial_clearance=8e-6")
+    _, first = solved(given_, Support(ALL, (100.0, -250.0, 60.0, 0.2, -0.1), (0.0,) * 5))
+    _, second = solved(given_, held_at(*first.coordinates))
+    assert second.loads == pytest.approx(first.loads, rel=1e-8)
+    assert second.stiffness == pytest.approx(first.stiffness, rel=1e-8, abs=1e-3)
+
+
+# Always an answer or a reason
+
+
+def random_case(random):
+    """A legal bearing, speed, support and azimuth; clearances, loads and tilts of all sizes."""
+    clearance, speed = random.uniform(-10e-6, 40e-6), random.choice([0.0, 1.0]) * 10 ** random.uniform(1.0, 3.5)
+    force = random.normal(size=3) * 10 ** random.uniform(0.0, 4.5, size=3) * (random.random(3) < 0.7)
+    moment = random.normal(size=2) * 10 ** random.uniform(-2.0, 2.5) * (random.random() < 0.6)
+    held = np.concatenate([random.normal(size=3) * 2e-5, random.normal(size=2) * 2e-3]) * (random.random(5) < 0.5)
+    free = random.random(5) < 0.6
+    support = Support(tuple(map(bool, free)), (*force.tolist(), *moment.tolist()), tuple(held.tolist()))
+    return clearance, speed, support, random.uniform(0.0, 2.0 * math.pi)
+
+
+def test_random_loads_are_balanced_or_refused_with_a_reason():
+    base, random, found, reasons = parameters(), np.random.default_rng(13), 0, []
+    for _ in range(400):
+        clearance, speed, support, angle = random_case(random)
+        given_ = dataclasses.replace(
+            base,
+            geometry=dataclasses.replace(base.geometry, radial_clearance=clearance),
+            drive=dataclasses.replace(base.drive, speed=speed),
+        )
+        solver = statics.solver_of(given_, "hertz", angle)
+        try:
+            answer = solver.solve(support)
+        except SceneError as error:
+            reasons.append(str(error))
+            continue
+        found += 1
+        missing = np.where(support.free, np.array(support.loads) - answer.loads, 0.0) / solver.scales
+        asked = np.where(support.free, np.array(support.loads), 0.0) / solver.scales
+        assert np.abs(missing).max() <= 1e-9 * (np.abs(asked).max() or answer.contacts.load.sum())
+        # each ball too: what both contacts and the speed do to it
+        contacts = answer.contacts
+        force = np.stack([np.cos(contacts.angle), np.sin(contacts.angle)])
+        across = np.stack([-np.sin(contacts.angle), np.cos(contacts.angle)])
+        push = contacts.load * force * np.array([1.0, -1.0]) + contacts.friction * across
+        push = push.sum(axis=-1) + np.stack([contacts.centrifugal, np.zeros(8)])
+        assert np.abs(push).max() <= 1e-9 * (contacts.load.max() + 1e-3)
+    said = ("the greatest in this direction", "no ball touches", "finds no contact")
+    assert all(any(words in reason for words in said) for reason in reasons)
+    assert found > 250
+    assert len(reasons) > 10
+
+
+@given(st.integers(min_value=1, max_value=30), st.floats(-1.0, 1.0), st.floats(0.0, 6.28))
+@settings(max_examples=25)
+def test_any_number_of_balls_carries_a_thrust(balls, radial, angle):
+    given_ = parameters(f"geometry.balls={min(balls, 13)}", "geometry.ball_diameter=6e-3")
+    _, found = solved(given_, pushed((0.0, 0.0, 50.0), (False, False, True, False, False)), angle)
+    assert found.loads[2] == pytest.approx(50.0, rel=1e-9)
+    assert (found.contacts.load > 0.0).all()
+
+
+def test_a_ring_that_one_ball_carries_is_found_and_called_loose():
+    from bearing_twin.kinds.bearing.quasi_static.statics import loose_directions
+
+    given_ = parameters("geometry.radial_clearance=2e-5", "drive.speed=0.0")
+    support = pushed((0.0, -1.0, 0.0))
+    solver, found = solved(given_, support, -0.5 * math.pi)
+    assert (found.contacts.load[:, 0] > 0.0).sum() == 1
+    assert found.loads[1] == pytest.approx(-1.0, rel=1e-9)
+    assert "x" in loose_directions(found, support, solver.scales)
+    assert abs(found.coordinates[0]) < 1e-12
+
+
+def test_balls_off_the_inner_ring_press_the_outer_one_by_their_orbit_alone():
+    given_ = parameters("geometry.radial_clearance=2e-5", "drive.speed=1000.0")
+    _, found = solved(given_, pushed((0.0, -50.0, 0.0)), -0.5 * math.pi)
+    off = found.contacts.load[:, 0] == 0.0
+    assert off.sum() >= 3
+    g = given_.geometry
+    orbit = 500.0 * (1.0 - g.ball_diameter / g.pitch_diameter)
+    mass = 7850.0 * math.pi / 6.0 * g.ball_diameter**3
+    assert found.contacts.load[off, 1] == pytest.approx(0.5 * mass * g.pitch_diameter * orbit**2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("support", "words"),
+    [
+        (pushed((0.0, -1e5, 0.0)), "pushes the ring through the balls"),
+        (Support((False,) * 3 + (True,) * 2, (0.0, 0.0, 0.0, 900.0, 0.0), (0.0,) * 5), "through the balls"),
+        (held_at(0.0, 0.0, 5e-4, 0.0, 0.0), "the greatest in this direction is a displacement"),
+    ],
+)
+def test_what_the_bearing_cannot_bear_is_refused_with_the_greatest_there_is(support, words):
+    with pytest.raises(SceneError, match=words) as caught:
+        solved(parameters(), support)
+    assert "the greatest in this direction" in str(caught.value)
+    assert str(caught.value).count(".") <= 12  # one sentence, with numbers
+
+
+def test_the_greatest_load_named_is_borne_and_a_little_more_is_not():
+    with pytest.raises(SceneError) as caught:
+        solved(parameters(), pushed((0.0, -1e5, 0.0)))
+    greatest = float(str(caught.value).rpartition("(0, -")[2].partition(",")[0])
+    assert 1e4 < greatest < 5e4
+    solved(parameters(), pushed((0.0, -0.999 * greatest, 0.0)))
+    with pytest.raises(SceneError):
+        solved(parameters(), pushed((0.0, -1.001 * greatest, 0.0)))
+
+
+def test_a_thrust_on_a_bearing_with_much_clearance_leaves_the_grooves():
+    loose = parameters("geometry.radial_clearance=2.5e-4")
+    with pytest.raises(SceneError, match="out of the grooves"):
+        solved(loose, pushed((0.0, 0.0, 3e4)))
+
+
+def test_a_loose_ring_without_load_has_no_place():
+    with pytest.raises(SceneError, match=r"no ball touches both rings.*along x, y, z; load it, or hold it"):
+        solved(parameters("geometry.radial_clearance=1e-5"), pushed((0.0, 0.0, 0.0)))
+
+
+def test_a_load_no_ball_stands_against_is_refused():
+    two = parameters("geometry.balls=2", "geometry.radial_clearance=1e-5")
+    with pytest.raises(SceneError, match="finds no contact that carries it"):
+        solved(two, pushed((0.0, -500.0, 0.0)), 0.0)

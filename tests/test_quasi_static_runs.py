@@ -1,0 +1,218 @@
+"""Runs from equilibria: against balls that move by themselves, against static answers, in every command."""
+
+import math
+
+import numpy as np
+import pytest
+from bearings import motion
+from made_up_run import a_choice
+
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.kinds.bearing.quasi_static import statics
+from bearing_twin.log.mcap_log import read_log, write_log
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate, verify
+
+NO_GRAVITY = "gravity=[0,0,0]"
+QUASI_STATIC = "model.dimension=quasi_static"
+
+
+def still_motion(*overrides, scene="bearing_6203"):
+    parameters = load_scene(scene, overrides).parameters
+    return bearing_motion(parameters, a_choice("hertz", "quasi_static"))
+
+
+def whole(scene, *overrides):
+    run = simulate(load_scene(scene, overrides))
+    blocks = list(run.blocks())
+    return run.report, {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
+
+
+@pytest.mark.parametrize(
+    ("speed", "within"),
+    [(183.0, 5e-4), (1000.0, 2e-3)],
+)
+def test_loads_and_angles_are_those_of_the_settled_motion(speed, within):
+    scene = (NO_GRAVITY, f"drive.speed={speed}")
+    moving = motion(*scene)
+    for _ in range(5):
+        settled = moving.advance(np.array([0.02]), 0.02)
+    found = still_motion(*scene).first_outputs()
+    for name in ("normal_load", "contact_angle", "approach", "curvature_large"):
+        assert getattr(found, name)[0] == pytest.approx(getattr(settled, name)[0], rel=within), name
+    assert found.inner_ring_force[0] == pytest.approx(settled.inner_ring_force[0], rel=within, abs=1e-3)
+    # places, speeds and turning by the same meaning and sign
+    turned = settled.orbit_angle[0] - found.orbit_angle[0]
+    c, s = np.cos(-turned), np.sin(-turned)
+
+    def back(vectors):
+        x, y, z = np.moveaxis(vectors, -1, 0)
+        shape = (-1,) + (1,) * (x.ndim - 1)
+        return np.stack(
+            [c.reshape(shape) * x - s.reshape(shape) * y, s.reshape(shape) * x + c.reshape(shape) * y, z], -1
+        )
+
+    for name, size in (("position", 1e-8), ("velocity", 1e-3), ("point", 1e-7), ("normal", 1e-3)):
+        scale = np.abs(getattr(settled, name)[0]).max()
+        assert np.abs(getattr(found, name)[0] - back(getattr(settled, name)[0])).max() <= size * max(scale, 1.0), name
+    rates = found.angular_velocity[0], back(settled.angular_velocity[0])
+    assert rates[0][:, 2] == pytest.approx(rates[1][:, 2], rel=2e-3)
+    assert found.roll_rate[0] == pytest.approx(settled.roll_rate[0], rel=1e-3)
+    assert found.kinetic_energy == pytest.approx(settled.kinetic_energy, rel=2e-3)
+    assert found.elastic_energy == pytest.approx(settled.elastic_energy, rel=2e-3)
+    assert found.outer_ring_force[0, 2] == pytest.approx(settled.outer_ring_force[0, 2], rel=within)
+
+
+def test_friction_carries_the_gyroscopic_moment_and_every_ball_is_in_balance():
+    moving = still_motion(NO_GRAVITY, "drive.speed=3000.0", "drive.offset=[0,0,3e-5]")
+    out = moving.first_outputs()
+    mass, radius = moving.setting.ball_mass, moving.setting.ball_radius
+    # Newton and Euler of a ball that goes round evenly: m v' and (d/dt) I w, both turning with the orbit
+    orbit = np.linalg.norm(out.velocity[0], axis=-1) / np.linalg.norm(out.position[0, :, :2], axis=-1)
+    turning = np.stack([np.zeros(8), np.zeros(8), orbit], axis=-1)
+    assert out.raceway_force[0] == pytest.approx(mass * np.cross(turning, out.velocity[0]), rel=2e-2, abs=1e-9)
+    change = 0.4 * mass * radius**2 * np.cross(turning, out.angular_velocity[0])
+    assert np.abs(change).max() > 1e-5
+    assert out.raceway_torque[0] == pytest.approx(change, rel=2e-2, abs=1e-9)
+
+
+def test_the_rig_under_load_is_in_balance_at_every_output():
+    report, values = whole("bearing_6203_rig_1000N", "run.duration=0.2")
+    assert report.stepper == "quasi_static"
+    assert report.status == "done"
+    assert values["inner_ring_force"] == pytest.approx(np.tile([0.0, 1000.0, 0.0], (201, 1)), abs=1e-6)
+    down = -values["inner_ring_offset"][:, 1]
+    assert 21.85e-6 < down.min() < 21.86e-6 + 1e-8
+    assert 22.11e-6 < down.max() < 22.13e-6
+    spacing = np.diff(values["orbit_angle"], axis=1)
+    assert spacing == pytest.approx(math.pi / 4.0, abs=1e-12)
+    orbit = (values["orbit_angle"][-1] - values["orbit_angle"][0]) / 0.2
+    assert orbit == pytest.approx(0.5 * 157.0796 * (1.0 - 6.75 / 28.55), rel=1e-9)
+    assert abs(report.figures["energy_closure"]) < 1e-9
+    # the outer ring takes the load and the half of the balls' weight that is across their orbits; the cage the other
+    weight = 4.0 * 7850.0 * math.pi / 6.0 * 6.75e-3**3 * 9.80665
+    assert values["outer_ring_force"][:, 1] == pytest.approx(-(1000.0 + weight), rel=1e-5)
+
+
+def test_a_held_ring_of_the_rig_feels_balls_pass():
+    """Held at -21.853 micrometres, no gravity: 975.5 to 1000.1 N, 988.2 N on average, 12.7 N at the ball pass."""
+    held = ("rings.inner.load=[0,0,0]", "rings.inner.free=none", QUASI_STATIC, NO_GRAVITY,
+            "drive.offset=[0,-21.853e-6,0]", "run.duration=0.4", "run.output_rate=4000")  # fmt: skip
+    _, values = whole("bearing_6203_rig_1000N", *held)
+    force = values["inner_ring_force"][:, 1]
+    assert force.mean() == pytest.approx(988.2, rel=1e-3)
+    assert force.min() == pytest.approx(975.5, rel=1e-3)
+    assert force.max() == pytest.approx(1000.1, rel=1e-3)
+    turns = values["orbit_angle"][:, 0]
+    whole_passes = turns < 2.0 * np.pi / 8.0 * 30.0
+    swing = force - force[whole_passes].mean()
+    amplitude = 2.0 * abs(np.mean((swing * np.exp(8j * turns))[whole_passes]))
+    assert amplitude == pytest.approx(12.7, rel=0.03)
+
+
+def test_an_output_is_the_static_answer_at_its_place():
+    scene = load_scene("bearing_6203_rig_400N", [NO_GRAVITY, "run.duration=0.01"])
+    *_, last = simulate(scene)
+    solver = statics.solver_of(scene.parameters, "hertz", float(last["orbit_angle"][0]))
+    found = solver.solve(statics.support_of(scene.parameters))
+    assert last["inner_ring_offset"] == pytest.approx(found.coordinates[:3], rel=1e-6, abs=1e-13)
+    assert last["normal_load"] == pytest.approx(found.contacts.load, rel=1e-6, abs=1e-6)
+
+
+def test_a_run_does_not_depend_on_how_it_is_cut():
+    first, second = still_motion(scene="bearing_6203_rig_400N"), still_motion(scene="bearing_6203_rig_400N")
+    for moving in (first, second):
+        moving.goal_speed = 300.0
+    times = 1e-3 * np.arange(1, 21)
+    at_once = first.advance(times, times[-1])
+    parts = [second.advance(1e-3 * np.arange(1, 6), 5e-3) for _ in range(4)]
+    for name, values in zip(at_once._fields, at_once, strict=True):
+        cut = np.concatenate([getattr(part, name) for part in parts])
+        assert cut == pytest.approx(values, rel=1e-6, abs=1e-9), name
+
+
+def test_the_drive_is_followed():
+    change = ("drive.change.time=0.01", "drive.change.speed=100.0", "drive.change.offset=[0,0,2e-6]", QUASI_STATIC)
+    _, values = whole("bearing_6203", *change, "run.duration=0.1")
+    speed, offset = values["inner_ring_speed"], values["inner_ring_offset"][:, 2]
+    assert speed[:11] == pytest.approx(183.26)
+    assert speed[15] == pytest.approx(183.26 + 2000.0 * 0.005)
+    assert speed[-1] == 283.26
+    assert offset[9] == 1e-5
+    assert offset[12] == pytest.approx(1.2e-5)
+    angle = np.concatenate([[0.0], np.cumsum(0.5e-3 * (speed[1:] + speed[:-1]))])
+    assert values["inner_ring_angle"] == pytest.approx(angle, abs=1e-9)
+    # how a ball lies follows from how it turns
+    assert np.linalg.norm(values["orientation"], axis=-1) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_balls_turn_as_fast_as_they_say():
+    moving = still_motion("drive.offset=[0,0,3e-5]")
+    moving.first_outputs()
+    out = moving.advance(1e-6 * np.arange(1, 3), 2e-6)
+    (ax, ay, az, aw), (bx, by, bz, bw) = out.orientation[0, 3], out.orientation[1, 3]
+    # the vector part of b times the conjugate of a is half the turn between them
+    vector = np.array([bx, by, bz]) * aw - np.array([ax, ay, az]) * bw - np.cross([bx, by, bz], [ax, ay, az])
+    assert 2.0 * vector / 1e-6 == pytest.approx(out.angular_velocity[0, 3], rel=1e-3, abs=1e-2)
+
+
+def test_a_log_of_equilibria_verifies_to_zero(tmp_path):
+    path = tmp_path / "still.mcap"
+    write_log(simulate(load_scene("bearing_6203_rig_400N", ["run.duration=0.05"])), path)
+    log = read_log(path)
+    assert verify(log).greatest == 0.0
+    assert parse_scene(log.scene.text, "again") == log.scene
+
+
+def test_auto_is_quasi_static_where_the_ring_is_loaded_free_or_tilted():
+    def stepper(*overrides):
+        return choose(load_scene("bearing_6203", overrides)).stepper
+
+    assert stepper() == "rodas4"
+    assert stepper("rings.inner.load=[0,-10,0]") == "quasi_static"
+    assert stepper("rings.inner.free=axial") == "quasi_static"
+    assert stepper("drive.tilt=[1e-4,0]") == "quasi_static"
+    assert stepper(QUASI_STATIC) == "quasi_static"
+    warned = choose(load_scene("bearing_6203", [QUASI_STATIC, "solver.stepper=rk4", "initial.motion=rest"])).warnings
+    assert "solver.stepper and initial.motion: rest" in warned[0]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["rings.inner.load=[0,-10,0]", "model.dimension=prescribed"], "use model.dimension: quasi_static"),
+        (["drive.tilt=[1e-3,0]", "model.dimension=prescribed"], "drive.tilt is taken by model.dimension: quasi_static"),
+        (
+            ["rings.inner.load=[0,-10,5]", "rings.inner.free=radial"],
+            r"rings.inner.load\[2\] = 5 N acts on a coordinate",
+        ),
+        (["model.dimension=free"], "a ring with mass does not move yet; quasi_static takes loads"),
+    ],
+)
+def test_contradictions_are_refused(overrides, words):
+    with pytest.raises(SceneError, match=words):
+        load_scene("bearing_6203", overrides)
+
+
+def test_a_load_that_cannot_be_carried_ends_a_run_before_it_begins():
+    scene = load_scene("bearing_6203", ["rings.inner.load=[0,-1e5,0]"])
+    with pytest.raises(SceneError, match="the greatest in this direction is a load"):
+        list(simulate(scene))
+
+
+def test_a_change_that_cannot_be_borne_ends_a_run_at_its_time():
+    change = ("drive.change.time=5e-3", "drive.change.offset=[0,0,1e-4]", "drive.offset=[0,0,0]")
+    scene = load_scene("bearing_6203", [*change, "drive.tilt=[0.015,0]", "run.duration=0.02"])
+    with pytest.raises(IntegrationError, match="squeezed too hard, or leaves the grooves") as caught:
+        list(simulate(scene))
+    assert caught.value.seconds == pytest.approx(5e-3, abs=1.1e-3)
+
+
+@pytest.mark.parametrize("balls", [1, 2, 12])
+def test_any_number_of_balls(balls):
+    _, values = whole("bearing_6203", QUASI_STATIC, f"geometry.balls={balls}", "run.duration=0.02")
+    assert all(np.isfinite(one).all() for one in values.values())
+    assert (values["normal_load"] > 0.0).all()
+    assert (values["neighbour_load"] == 0.0).all()

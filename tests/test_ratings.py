@@ -1,0 +1,165 @@
+"""Ratings, lives and operating clearance against the standards' formulas and printed numbers."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing import ratings
+from bearing_twin.kinds.bearing.clearance import clearance_of, operating_geometry
+from bearing_twin.run.scene import load_scene
+
+
+def parameters(*overrides, scene="bearing_6203"):
+    return load_scene(scene, overrides).parameters
+
+
+def test_the_ratings_of_a_6203():
+    geometry = parameters().geometry
+    assert ratings.basic_dynamic_rating(geometry) == pytest.approx(9547.0, rel=1e-3)
+    assert ratings.basic_static_rating(geometry) == pytest.approx(4810.0, rel=1e-3)
+
+
+def test_ratings_that_are_given_replace_those_of_the_geometry():
+    given = parameters("ratings.dynamic=9950", "ratings.static=4750")
+    assert ratings.ratings_of(given) == (9950.0, 4750.0)
+    assert ratings.ratings_of(parameters("ratings.static=4750")).dynamic == pytest.approx(9547.0, rel=1e-3)
+
+
+def test_larger_balls_rate_less_beyond_an_inch():
+    """At 25.4 mm both branches of ISO 281 meet within the standard's rounding."""
+    geometry = dataclasses.replace(parameters().geometry, ball_diameter=25.4e-3, pitch_diameter=110e-3)
+    above = dataclasses.replace(geometry, ball_diameter=25.401e-3)
+    assert ratings.basic_dynamic_rating(above) == pytest.approx(ratings.basic_dynamic_rating(geometry), rel=2e-3)
+
+
+def test_a_radial_load_gives_the_life_of_iso_281():
+    given = parameters()
+    found = ratings.Ratings(9547.0, 4810.0)
+    lives = ratings.lives_of(given, found, (600.0, -800.0, 0.0), np.ones(8), np.ones(8))
+    assert lives.basic == pytest.approx(9.547**3, rel=1e-12)
+    assert lives.static_safety == pytest.approx(4.81, rel=1e-12)
+
+
+def test_reference_life_of_even_loads_by_the_formula_written_out():
+    """A thrust that loads all balls the same: 16281's own sums fall away."""
+    geometry = parameters().geometry
+    gamma = geometry.ball_diameter / geometry.pitch_diameter
+    x = 1.044 * ((1.0 - gamma) / (1.0 + gamma)) ** 1.72
+    rated_inner = 9547.0 / (0.407 * 8.0) * (1.0 + x ** (10.0 / 3.0)) ** 0.3
+    rated_outer = 9547.0 / (0.389 * 8.0) * (1.0 + x ** (-10.0 / 3.0)) ** 0.3
+    wanted = ((rated_inner / 300.0) ** (-10.0 / 3.0) + (rated_outer / 310.0) ** (-10.0 / 3.0)) ** -0.9
+    found = ratings.reference_life(geometry, 9547.0, np.full(8, 300.0), np.full(8, 310.0))
+    assert found == pytest.approx(wanted, rel=1e-12)
+
+
+def test_the_reference_life_under_the_load_distribution_of_the_standard_is_the_basic_life():
+    """ISO/TS 16281 is built so: half the balls loaded (no clearance, epsilon 0.5) gives about (C/P)^3."""
+    from bearing_twin.kinds.bearing.quasi_static import statics
+
+    given = parameters("geometry.radial_clearance=0.0", "drive.speed=0.0", "geometry.balls=9",
+                       "geometry.ball_diameter=6e-3")  # fmt: skip
+    free = (True, True, True, False, False)
+    solver = statics.solver_of(given, "hertz", -0.5 * math.pi)
+    found = solver.solve(statics.Support(free, (0.0, -500.0, 0.0, 0.0, 0.0), (0.0,) * 5))
+    lives = ratings.lives_of(given, ratings.ratings_of(given), (0.0, -500.0, 0.0), *found.contacts.load.T)
+    assert lives.reference == pytest.approx(lives.basic, rel=0.12)
+
+
+def test_nothing_that_loads_wears_nothing():
+    lives = ratings.lives_of(parameters(), ratings.Ratings(9547.0, 4810.0), (0.0, 0.0, 0.0), np.zeros(8), np.zeros(8))
+    assert lives == (math.inf, math.inf, math.inf)
+
+
+@pytest.mark.parametrize(
+    ("radial", "axial", "wanted"),
+    [
+        (1000.0, 0.0, 1000.0),
+        (1000.0, 100.0, 1000.0),  # below e
+        (100.0, 0.345 * 364.1, 56.0 + 1.99 * 0.345 * 364.1),  # a row of the table: f0 Fa/C0 = Fa/(Z D^2) = 0.345
+    ],
+)
+def test_equivalent_loads_of_a_deep_groove(radial, axial, wanted):
+    geometry = parameters().geometry
+    assert 8.0 * (geometry.ball_diameter * 1e3) ** 2 == pytest.approx(364.1, rel=1e-3)
+    found = ratings.equivalent_load(geometry, ratings.Ratings(9547.0, 4810.0), radial, axial)
+    assert found == pytest.approx(wanted, rel=1e-3)
+
+
+def test_equivalent_loads_of_forty_degrees():
+    geometry = parameters(scene="bearing_218_thrust").geometry
+    found = ratings.equivalent_load(geometry, ratings.Ratings(1.0, 1.0), 1000.0, 2000.0)
+    assert found == pytest.approx(0.35 * 1000.0 + 0.57 * 2000.0, rel=1e-6)
+    assert ratings.equivalent_load(geometry, ratings.Ratings(1.0, 1.0), 1000.0, 1000.0) == 1000.0
+    assert ratings.static_load(geometry, 1000.0, 4000.0) == pytest.approx(500.0 + 0.26 * 4000.0, rel=1e-6)
+
+
+# Clearance
+
+
+@pytest.mark.parametrize(("balls", "taken"), [(0.0, 3.28e-6), (303.15, 4.05e-6)])
+def test_a_warmer_inner_ring_takes_clearance(balls, taken):
+    """10 K between the rings: balls at the mean of the rings, or as hot as the inner one."""
+    found = clearance_of(parameters("temperatures.inner_ring=303.15", f"temperatures.balls={balls}"))
+    assert -found.temperature == pytest.approx(taken, rel=2e-3)
+    assert found.operating == pytest.approx(found.initial - taken, abs=1e-8)
+
+
+def test_parts_that_are_all_warmer_by_the_same_change_nothing():
+    warm = [f"temperatures.{part}=350.0" for part in ("inner_ring", "outer_ring")]
+    assert clearance_of(parameters(*warm)).temperature == pytest.approx(0.0, abs=1e-18)
+
+
+def test_ceramic_balls_leave_more_room_when_warm():
+    warm = [f"temperatures.{part}=350.0" for part in ("inner_ring", "outer_ring")]
+    assert clearance_of(parameters(*warm, "materials.ball=silicon_nitride")).temperature > 1e-6
+
+
+def test_fits_take_the_interference_times_the_rings_ratio():
+    """Solid shaft and endless housing of the rings' material: d/D_raceway of the one, D_raceway/D of the other."""
+    tight = ("fits.shaft.interference=10e-6", "fits.shaft.diameter=17e-3",
+             "fits.housing.interference=8e-6", "fits.housing.diameter=40e-3")  # fmt: skip
+    given = parameters(*tight)
+    found, geometry = clearance_of(given), given.geometry
+    inner, outer = (geometry.pitch_diameter + sign * geometry.ball_diameter for sign in (-1.0, 1.0))
+    assert -found.shaft_fit == pytest.approx(10e-6 * 17e-3 / inner, rel=1e-12)
+    assert -found.housing_fit == pytest.approx(8e-6 * outer / 40e-3, rel=1e-12)
+    assert found.operating == pytest.approx(sum(found[:4]), rel=1e-12)
+    assert operating_geometry(given).radial_clearance == found.operating
+
+
+def test_hollow_shafts_and_thin_housings_take_less():
+    solid = ("fits.shaft.interference=10e-6", "fits.shaft.diameter=17e-3")
+    hollow = clearance_of(parameters(*solid, "fits.shaft.other_diameter=12e-3"))
+    assert 0.0 < -hollow.shaft_fit < 0.8 * -clearance_of(parameters(*solid)).shaft_fit
+    soft = clearance_of(parameters(*solid, "fits.shaft.material=aluminium"))
+    assert -hollow.shaft_fit < -soft.shaft_fit < -clearance_of(parameters(*solid)).shaft_fit
+    thick = ("fits.housing.interference=10e-6", "fits.housing.diameter=40e-3")
+    thin = clearance_of(parameters(*thick, "fits.housing.other_diameter=46e-3"))
+    assert 0.0 < -thin.housing_fit < 0.8 * -clearance_of(parameters(*thick)).housing_fit
+
+
+def test_a_run_has_the_operating_clearance():
+    from bearing_twin.kinds.bearing.start import bearing_of
+
+    warm, plain = parameters("temperatures.inner_ring=303.15"), parameters()
+    taken = clearance_of(warm).temperature
+    same = dataclasses.replace(plain, geometry=dataclasses.replace(plain.geometry, radial_clearance=-6e-6 + taken))
+    assert bearing_of(warm, "hertz") == bearing_of(same, "hertz")
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["fits.shaft.interference=1e-5"], "fits.shaft.diameter = 0 m must lie between .* give the ring's bore"),
+        (["fits.shaft.interference=1e-5", "fits.shaft.diameter=22e-3"], "the inner raceway's 0.021754 m"),
+        (["fits.housing.interference=1e-5", "fits.housing.diameter=30e-3"], "the outer raceway's 0.035246 m"),
+        (["geometry.contact_angle=0.3", "geometry.radial_clearance=1e-5"], "say the same thing; keep one of them"),
+        (["temperatures.inner_ring=900"], "geometry.radial_clearance = .* must be between"),
+    ],
+)
+def test_impossible_fits_are_refused(overrides, words):
+    with pytest.raises(SceneError, match=words):
+        parameters(*overrides)
