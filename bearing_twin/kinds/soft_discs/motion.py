@@ -6,7 +6,7 @@ half the relative speed; positions, velocities and energies are those of one dis
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import Contact
+from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.soft_discs.derived import nodes_of, resolve, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
@@ -50,7 +50,7 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     brought = total[0]
     duration, touches = duration_and_touches(found)
     restitution = float(found.column("velocity")[-1]) / speed
-    contact = Contact(0.0, duration, float(force[peak]), float(force.sum()) * found.step)
+    contact = ContactPeriod(0.0, duration, float(force[peak]), float(force.sum()) * found.step)
     deepest = float(found.column("depth").max())
     gained = float(total[int(np.argmax(np.abs(total - brought)))] - brought)
     known = [

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import Material
-from bearing_twin.kinds.sections import Run, WantedImpact
+from bearing_twin.kinds.sections import RunSettings, WantedImpact
 from bearing_twin.parameters import choice, quantity, section
 
 RUBBER = Material(1.0e5, 0.25, 960.0, 0.0)
@@ -101,4 +101,4 @@ class SoftDiscsScene:
     mesh: DiscMesh = section(DiscMesh)
     solver: CentralDifferences = section(CentralDifferences)
     wanted: WantedOfDisc = section(WantedOfDisc)
-    run: Run = section(Run)
+    run: RunSettings = section(RunSettings)

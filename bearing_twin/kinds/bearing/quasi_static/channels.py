@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs
+from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, Instants
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 
@@ -19,13 +19,15 @@ def _column(values):
     return values[..., None]
 
 
-def outputs_of(parameters, setting: Setting, course: Course, angle: np.ndarray, found: Instants) -> Outputs:
+def channels_of(parameters, setting: Setting, course: Course, angle: np.ndarray, found: Instants) -> Outputs:
     """The channels at the instants `found`; `angle` [rad] (T,) is the inner ring's. Works and losses are left at 0.
 
     Friction carries the gyroscopic moment alone. Slip is that of balls in one cage on both raceways.
     """
     count, balls = found.place.shape[:2]
-    out, contacts = empty_outputs(parameters, count), found.contacts
+    matrix, contacts = empty_outputs(parameters, count), found.contacts
+    matrix[:] = 0.0
+    out = outputs_of(parameters, matrix)
     azimuth = found.azimuth[:, None] + 2.0 * np.pi * np.arange(balls) / balls
     radial, across, axial = _vectors(azimuth)
     distance, height = setting.outer.locus_radius + found.place[..., 0], found.place[..., 1]

@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.outputs import Outputs
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.channels import outputs_of
+from bearing_twin.kinds.bearing.quasi_static.channels import channels_of
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of
@@ -122,7 +122,7 @@ class QuasiStaticMotion:
             )
         self._refuse_illegal(found, course)
         self.solved += len(angle)
-        out = outputs_of(self.parameters, self.setting, course, angle, found)
+        out = channels_of(self.parameters, self.setting, course, angle, found)
         self._write_work(out)
         return out
 
