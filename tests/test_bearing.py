@@ -389,6 +389,20 @@ def test_the_compiled_kernel_is_the_readable_function(case, readable):
     assert readable[case] == pytest.approx(three_balls(*case), rel=1e-6, abs=1e-9)
 
 
+def test_the_energy_closure_is_what_stored_lost_and_worked_leave_over():
+    """All of what the contacts took counts: a run from rest, which loses about as much as it gains in speed."""
+    run_ = simulate(load_scene("bearing_6203_start", ["run.duration=0.02"]))
+    blocks = list(run_.blocks())
+    names = ("kinetic_energy", "elastic_energy", "potential_energy", "dissipated", "drive_work", "gross_work")
+    kinetic, elastic, potential, lost, work, gross = (
+        blocks[-1].values[name][-1] - blocks[0].values[name][0] for name in names
+    )
+    stored = kinetic + elastic + potential
+    assert lost > 0.1 * gross
+    residual = (stored + lost - work) / max(gross, lost, abs(stored))
+    assert run_.report.figures["energy_closure"] == pytest.approx(residual, abs=1e-12)
+
+
 def test_the_report_of_a_run():
     run_ = simulate("bearing_6203")
     for _ in run_.blocks():

@@ -54,11 +54,6 @@ class Impact:
         """Approach [m] at `time`, negative for a gap."""
         return self.values["approach"]
 
-    @property
-    def contact_duration(self) -> float:
-        """Total time in contact [s]."""
-        return sum(contact.duration for contact in self.contacts)
-
 
 class ImpactMotion:
     """An impact as `simulate` wants it: solved when the first output after the start is asked for, then read off.
