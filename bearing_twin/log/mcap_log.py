@@ -28,12 +28,14 @@ from bearing_twin.log.stream import Channelled, MessageStream, topics
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Run
+from bearing_twin.sample import joined
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
     "content_digest", "raw_messages", "read_log", "recover", "refuse_existing", "write_log",
 ]  # fmt: skip
 
+ENCODED_TOGETHER = 400  # outputs: what is done once for a block weighs little then, and memory stays small
 _PACKAGES = ("numpy", "scipy", "numba")
 
 
@@ -127,15 +129,20 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
     the same bytes for the same run. Raises LogError if `path` exists, before anything is computed; whatever the run
     raises passes through after the log is completed with the outputs so far.
     """
-    samples = 0
+    samples, waiting, together = 0, [], 1 if max_loss else ENCODED_TOGETHER
     with LogWriter(path, run.scene, choice_record(run.choice), run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
         try:
             for block in run.blocks():
-                log.write_all(stream.messages(block))
+                waiting.append(block)
                 samples += len(block)
+                if sum(map(len, waiting)) >= together:
+                    log.write_all(stream.messages(joined(waiting)))
+                    waiting = []
         finally:
             if not log.problem:
+                if waiting:
+                    log.write_all(stream.messages(joined(waiting)))
                 log.write_all(stream.flush())
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
