@@ -5,7 +5,7 @@ scene itself. Nodes and logs take their bytes from `MessageStream`, so what is o
 """
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -137,25 +137,27 @@ class MessageStream:
         self._first = self._next = 0
         self._begun = False
 
-    def messages(self, block: Block) -> Iterator[tuple[Channelled, int, bytes]]:
+    def messages(self, block: Block, wanted: Container[str] | None = None) -> Iterator[tuple[Channelled, int, bytes]]:
         """(topic, stamp [ns], CDR) of every message due in `block`, in order of time.
 
+        With `wanted`, only the topics of these names are made; where none is due, one message without bytes tells that
+        the stream has come so far.
         A block that does not follow the one before (after a reset) first closes the SampleBlock in progress.
         """
         if not self._begun:
             self._begun = True
             yield self.scene_message(int(block.time_ns[0]))
         if block.first_sequence != self._next:
-            yield from self.flush()
+            yield from self.flush(wanted)
             self._first = block.first_sequence
         self._next = block.first_sequence + len(block)
-        instants, done = self._instants(block), 0
+        instants, done = self._instants(block, wanted), 0
         for row in self._rows_due(block.first_sequence, len(block)):
             yield from instants(row)
             if (block.first_sequence + row + 1) % self.block_outputs == 0:
                 self._collect(block.part(done, row + 1))
                 done = row + 1
-                yield from self.flush()
+                yield from self.flush(wanted)
         if done < len(block):
             self._collect(block.part(done, len(block)))
 
@@ -165,13 +167,15 @@ class MessageStream:
         text = {"data": scene_text(self._scene, self._choice)}
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
 
-    def flush(self) -> Iterator[tuple[Channelled, int, bytes]]:
+    def flush(self, wanted: Container[str] | None = None) -> Iterator[tuple[Channelled, int, bytes]]:
         """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
         count = sum(len(times) for times in self._times)
         if not count:
             return
         times, values = _whole(self._times), _whole(self._values)
-        samples = samples_message(self._channels, self._first, times, values, self.start_time_ns, self._frame)
+        samples = b""
+        if wanted is None or "samples" in wanted:
+            samples = samples_message(self._channels, self._first, times, values, self.start_time_ns, self._frame)
         self._first += count
         self._times, self._values = [], []
         stamp_ns = self.start_time_ns + int(times[-1])
@@ -200,7 +204,7 @@ class MessageStream:
         due.update(range((-first - 1) % self.block_outputs, count, self.block_outputs))
         return sorted(due)
 
-    def _instants(self, block: Block) -> Callable[[int], Iterator[tuple[Channelled, int, bytes]]]:
+    def _instants(self, block: Block, wanted: Container[str] | None) -> Callable[[int], Iterator]:
         """The function row -> messages due at that row of `block`."""
         rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
         several = {}
@@ -212,14 +216,19 @@ class MessageStream:
         entries = []
         for topic in self.topics:
             due, ready = rows.get(topic.rate, ()), None
+            if wanted is not None and topic.name not in wanted:
+                continue
             if topic.row.together and due:
                 output, stamps_ns, stamps = several[topic.rate]
                 ready = self._encoders[topic.name].encoded(topic.row.fields(output), stamps_ns, stamps)
             if due:
                 entries.append((topic, due, ready))
+        silent = self._by_name["samples"]
 
         def instant(row: int) -> Iterator[tuple[Channelled, int, bytes]]:
             output, stamp_ns = None, self.start_time_ns + int(block.time_ns[row])
+            if wanted is not None and not any(row in due for _, due, _ in entries):
+                yield silent, stamp_ns, b""
             for topic, due, ready in entries:
                 if row not in due:
                     continue

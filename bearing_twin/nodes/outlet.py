@@ -40,6 +40,10 @@ class Outlet:
         """The publishers of the topics."""
         return self._publishers.values()
 
+    def listened_to(self) -> set[str]:
+        """The names of the topics that have a subscriber."""
+        return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
+
     @property
     def has_clock(self) -> bool:
         """Whether time is published."""
@@ -51,13 +55,16 @@ class Outlet:
             self._clock.publish(ClockMessage(clock=stamp(time_ns)))
 
     def deliver(self, message: Timed) -> None:
-        """Publishes a message; once a signal has ended ROS under way there is nobody to publish to, and no error."""
+        """Publishes a message, if it has been made.
+
+        Once a signal has ended ROS under way there is nobody to publish to, and no error.
+        """
         try:
             if message.time_ns != self._ticked:
                 self._ticked = message.time_ns
                 self.tick(message.time_ns)
             publisher = self._publishers.get(message.topic)
-            if publisher is not None:
+            if publisher is not None and message.cdr:
                 publisher.publish(message.cdr)
                 self.published += 1
         except Exception:

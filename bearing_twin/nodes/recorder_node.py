@@ -2,11 +2,15 @@
 
 import threading
 import time
+from contextlib import suppress
 from functools import partial
 
+from rclpy._rclpy_pybind11 import InvalidHandle
+from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
@@ -23,8 +27,24 @@ PARAMETERS = (
     *LOG_SAFETY,
 )
 DISCOVERY_PERIOD = 0.1  # s
+TAKE_PERIOD = 0.01  # s between looks for messages: an executor that wakes for each would take five times the time
 SOON = 3600.0  # s: a disk that will be full before is told of
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
+
+
+class TakenAside(CallbackGroup):
+    """Subscriptions that no executor serves."""
+
+    def can_execute(self, entity) -> bool:
+        """Never."""
+        return False
+
+    def beginning_execution(self, entity) -> bool:
+        """Never."""
+        return False
+
+    def ending_execution(self, entity) -> None:
+        """Nothing was executed."""
 
 
 class RecorderNode(Node):
@@ -41,6 +61,10 @@ class RecorderNode(Node):
         self._topics = topics
         self.get_logger().info(f"log: {path}")
         self._refused: set[str] = set()
+        self._taken: dict[str, Subscription] = {}
+        self._aside, self._stopping = TakenAside(), threading.Event()
+        self._taker = threading.Thread(target=self._take, name="take", daemon=True)
+        self._taker.start()
         self._problem = ""
         self._heartbeat = Heartbeat(self, "recording")
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -49,6 +73,8 @@ class RecorderNode(Node):
 
     def close(self) -> None:
         """Completes the log; may be called twice. To have recorded nothing is a failure."""
+        self._stopping.set()
+        self._taker.join()
         self.recording.close()
         if not self.recording.messages and self.failure is None:
             sentence = f"nothing was recorded: no message of {', '.join(self._topics)} came; start what publishes it"
@@ -77,7 +103,19 @@ class RecorderNode(Node):
             self._refused.add(name)
             self.get_logger().error(f"{name} is not logged: {error}")
             return
-        self.create_subscription(message, name, partial(self._on_message, name), qos_profile(wanted), raw=True)
+        self._taken[name] = self.create_subscription(
+            message, name, partial(self._on_message, name), qos_profile(wanted), raw=True, callback_group=self._aside
+        )
+
+    def _take(self) -> None:
+        """In a thread of its own: takes what has come, topic by topic, until the node closes, and what came last."""
+        stopping = False
+        while not stopping:
+            stopping = self._stopping.wait(TAKE_PERIOD)
+            for name, subscription in list(self._taken.items()):
+                with suppress(InvalidHandle), subscription.handle:
+                    while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+                        self._on_message(name, *taken)
 
     def _on_message(self, topic: str, data: bytes, info: dict) -> None:
         try:

@@ -110,7 +110,8 @@ class SimNode(Node):
             return
         make_stream = partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"])
         factor, repeat_ns = values["real_time_factor"], round(values["repeat"] * 1e9)
-        loop = SimulationLoop(run, make_stream, self._outlet.deliver, factor, duration_ns, self._open_log, repeat_ns)
+        deliver, wanted = self._outlet.deliver, self._outlet.listened_to
+        loop = SimulationLoop(run, make_stream, deliver, factor, duration_ns, self._open_log, repeat_ns, wanted)
         loop.paced.paused = self._paused_at_start
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice_reason}
         self.loop = loop

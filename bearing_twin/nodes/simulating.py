@@ -1,13 +1,13 @@
 """A simulation as a paced stream of messages that takes commands: what sim_node thinks, without ROS or clocks."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.pacing import Pace, PacedStream, Pacer, Timed
 
-CHUNK_NS = 10_000_000  # handed over in one go; a command waits at most for the simulation's own chunk
+CHUNK_NS = 20_000_000  # handed over in one go; a command waits for no more than this
 LONGEST_STEP = 10.0  # s
 SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
@@ -19,7 +19,8 @@ class SimulationLoop:
     `simulation` is a `Simulation`, `make_stream()` a new `MessageStream`, `deliver(timed)` sends one message.
     `open_log(run)` gives the log writer of run 0, 1 ... (a reset starts a new run) or None. `duration_ns` 0 = endless.
     A run that has ended begins again `repeat_ns` of wall time after it began, or at once where it took longer; below 0
-    it waits for a reset. A repeat sends the same messages again, so it is not logged.
+    it waits for a reset. A repeat sends the same messages again, so it is not logged. `wanted()` gives the names of the
+    topics that somebody listens to (None: all).
     """
 
     def __init__(
@@ -31,11 +32,13 @@ class SimulationLoop:
         duration_ns: int = 0,
         open_log: Callable[[int], object] = lambda run: None,
         repeat_ns: int = 0,
+        wanted: Callable[[], Container[str]] | None = None,
     ):
         self.simulation = simulation
         self.runs = 0
         self._make_stream = make_stream
         self._open_log = open_log
+        self._wanted = wanted
         self._stream = make_stream()
         self._log = open_log(0)
         self._chunk = max(1, CHUNK_NS // simulation.output_period_ns)
@@ -177,7 +180,9 @@ class SimulationLoop:
             outputs = min(outputs, self._total - self.simulation.sequence - 1)
         block = self.simulation.advance(outputs)
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
-        return self._messages(self._stream.messages(block), self._log)
+        # A log takes every topic; without one, nothing is made that nobody listens to.
+        wanted = None if self._wanted is None or self._log is not None else self._wanted()
+        return self._messages(self._stream.messages(block, wanted), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
         batch = []
