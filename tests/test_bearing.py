@@ -275,6 +275,33 @@ def test_a_speed_command_is_followed_at_the_drives_acceleration():
     assert np.gradient(block.values["inner_ring_angle"], 1e-3)[5:-5] == pytest.approx(speed[5:-5], rel=0.01)
 
 
+@pytest.mark.parametrize("given", [1, 12, 100])
+def test_a_speed_command_takes_effect_after_the_last_output_given_out(given):
+    """Whatever was computed ahead; what was given out is as without it, and so are loads of the balls for a while."""
+    left, commanded = (Simulation(load_scene("bearing_6203")) for _ in range(2))
+    assert np.array_equal(left.advance(given).matrix(), commanded.advance(given).matrix())
+    commanded.set_speed(200.0)
+    before, after = left.advance(130), commanded.advance(130)
+    gained = after.values["inner_ring_speed"] - before.values["inner_ring_speed"]
+    assert gained[:8] == pytest.approx(2.0 * np.arange(1, 9))
+    assert gained[-1] == pytest.approx(200.0 - 183.26)
+    assert after.first_sequence == given
+    load = before.values["normal_load"][0]
+    assert after.values["normal_load"][0] == pytest.approx(load, abs=1e-3 * load.max())
+    commanded.reset()
+    left.reset()
+    assert np.array_equal(left.advance(150).matrix(), commanded.advance(150).matrix())
+
+
+def test_outputs_are_not_copied_on_their_way_to_a_sample():
+    block = Simulation(load_scene("bearing_6203")).advance(100)
+    sample = block[7]
+    assert len(block) == 100
+    assert np.shares_memory(sample["friction_force"], block.matrix())
+    assert np.shares_memory(block.part(3, 9).values["orientation"], block.matrix())
+    assert np.array_equal(sample["friction_force"], block.values["friction_force"][7])
+
+
 def test_a_goal_speed_is_reached_when_the_acceleration_says_and_not_at_the_end_of_a_chunk():
     moving = motion("drive.acceleration=1e5")
     moving.goal_speed = 283.26

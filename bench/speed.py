@@ -1,0 +1,90 @@
+"""How fast a bearing is on its way to the user's hand: `python bench/speed.py [scene] [seconds]`.
+
+CPU time of one core against simulated time, without the set-up: the motion alone, iterating blocks, iterating samples,
+a log. Each line also says how fast it would be where the raceway kernel takes 10.5 ns a contact: its time is taken
+before and after, so that a busy machine does not pass for a slow program.
+"""
+
+import platform
+import sys
+import tempfile
+import time
+from datetime import date
+
+import numpy as np
+from numba import njit
+
+from bearing_twin import load_scene, simulate, write_log
+from bearing_twin.kinds.bearing.equations import raceway_rates
+from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, new_lanes
+from bearing_twin.kinds.bearing.rates import fill_lanes
+
+NOMINAL = 10.5  # ns a contact
+REPEATS = 5
+
+
+@njit
+def _many(bearing, lanes, count):
+    for _ in range(count):
+        raceway_rates(bearing, lanes)
+
+
+def kernel_time(motion, count=20_000):
+    """Nanoseconds of CPU time a contact."""
+    lanes = new_lanes(LANE_ROWS)
+    fill_lanes(motion.drive, 0.0, motion.state, np.arange(len(motion.state)), 0, lanes)
+    _many(motion.bearing, lanes, 1)
+    start = time.process_time()
+    _many(motion.bearing, lanes, count)
+    return 1e9 * (time.process_time() - start) / count / LANES / 2
+
+
+def motion_alone(run):
+    """The motion in pieces of a second."""
+    rate = run.scene.parameters.run.output_rate
+    motion, times = run.simulation._motion, np.arange(1, round(rate) + 1) / rate
+    for _ in range(round(run.scene.parameters.run.duration)):
+        yield motion.advance(times, 1.0)
+
+
+def logged(run):
+    """One log in memory."""
+    with tempfile.TemporaryDirectory(dir="/dev/shm") as folder:
+        yield None
+        yield write_log(run, f"{folder}/run.mcap")
+
+
+STAGES = {
+    "motion and outputs": motion_alone,
+    "iterate blocks": lambda run: run.blocks(),
+    "iterate samples": iter,
+    "log": logged,
+}
+
+
+def main(name="bearing_6203", seconds="20"):
+    """Prints one line a stage."""
+    scene = load_scene(name, [f"run.duration={seconds}"])
+    yardstick = simulate(scene).simulation._motion
+    rate = scene.parameters.run.output_rate
+    print(f"{name}, {seconds} s at {rate:g} Hz, {platform.processor() or platform.machine()}, {date.today()}")
+    print(f"{'':20}{'x real time':>12}{'at ' + str(NOMINAL) + ' ns':>12}{'kernel ns':>12}{'spread':>9}")
+    for stage, begin in STAGES.items():
+        rows = []
+        for _ in range(REPEATS):
+            steps = iter(begin(simulate(scene)))
+            next(steps)  # the start is set-up
+            before, start = kernel_time(yardstick), time.process_time()
+            for _ in steps:
+                pass
+            spent = time.process_time() - start
+            kernel = 0.5 * (before + kernel_time(yardstick))
+            rows.append((float(seconds) / spent * kernel / NOMINAL, float(seconds) / spent, kernel))
+        rows.sort()
+        scaled, raw, kernel = rows[len(rows) // 2]
+        spread = (rows[-1][0] - rows[0][0]) / scaled
+        print(f"{stage:20}{raw:12.0f}{scaled:12.0f}{kernel:12.1f}{100 * spread:8.0f}%", flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
