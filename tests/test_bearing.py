@@ -293,6 +293,16 @@ def test_a_speed_command_takes_effect_after_the_last_output_given_out(given):
     assert np.array_equal(left.advance(150).matrix(), commanded.advance(150).matrix())
 
 
+def test_a_bearing_in_balance_follows_a_speed_command_from_the_last_output_given_out_on():
+    left, commanded = (Simulation(load_scene("bearing_218_thrust")) for _ in range(2))
+    assert np.array_equal(left.advance(5).matrix(), commanded.advance(5).matrix())
+    acceleration, period = left.scene.parameters.drive.acceleration, 1e-9 * left.output_period_ns
+    goal = left.scene.parameters.drive.speed + 3.5 * acceleration * period
+    commanded.set_speed(goal)
+    gained = commanded.advance(10).values["inner_ring_speed"] - left.advance(10).values["inner_ring_speed"]
+    assert gained == pytest.approx(acceleration * period * np.minimum(np.arange(1, 11), 3.5))
+
+
 def test_outputs_are_not_copied_on_their_way_to_a_sample():
     block = Simulation(load_scene("bearing_6203")).advance(100)
     sample = block[7]

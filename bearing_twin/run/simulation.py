@@ -91,7 +91,8 @@ class Simulation:
             given = self._pending.first_sequence - self._chunk_first
             self._pending = self._pending.part(0, 0)
             if given:
-                self._motion.advance(np.empty(0), 1e-9 * self.output_period_ns * given)
+                span = 1e-9 * self.output_period_ns * given
+                self._motion.advance(np.array([span]), span)
         self._motion.goal_speed = float(speed)
 
     def advance(self, outputs: int) -> Block:

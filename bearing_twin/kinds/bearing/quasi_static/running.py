@@ -1,5 +1,7 @@
 """A run from equilibria: the ring turns as driven, the balls go round in one cage, every output is a static answer."""
 
+import copy
+
 import numpy as np
 
 from bearing_twin.errors import IntegrationError
@@ -11,6 +13,9 @@ from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of
 from bearing_twin.report import Choice
 
+MOVING = (  # what an advance changes
+    "state", "goal_speed", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
+)  # fmt: skip
 SAME = 1e-9  # relative: instants nearer than this are one
 
 
@@ -49,6 +54,14 @@ class QuasiStaticMotion:
         self._changed = False
         self._stored = self._first_stored = None
         self._gross = 0.0
+        self._keep()
+
+    def _keep(self) -> None:
+        self._before = copy.deepcopy({name: getattr(self, name) for name in MOVING})
+
+    def take_back(self) -> None:
+        """Back to before the last `advance`."""
+        vars(self).update(copy.deepcopy(self._before))
 
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs of a bearing say all."""
@@ -65,6 +78,7 @@ class QuasiStaticMotion:
 
     def advance(self, times: np.ndarray, duration: float) -> Outputs:
         """The outputs at `times` [s] from now, moved on by `duration` [s]; raises IntegrationError."""
+        self._keep()
         instants = np.asarray(times, dtype=float)
         if duration > instants[-1] * (1.0 + SAME):
             instants = np.append(instants, duration)
