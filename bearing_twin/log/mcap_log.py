@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
 
-from mcap.opcode import Opcode
+from mcap.records import Metadata
 
 import bearing_twin
 from bearing_twin.log import cdr
@@ -159,20 +159,25 @@ def choice_record(choice: Choice) -> dict[str, str]:
 
 
 def content_digest(path) -> str:
-    """SHA-256 of everything in a log except date, host and costs: equal for two runs of one scene on one machine."""
-    digest = hashlib.sha256()
+    """SHA-256 of everything in a log except date, host and costs: equal for two runs of one scene on one machine.
+
+    How messages are put together in chunks makes no difference: it depends on when a node flushed them.
+    """
+    digest, topics_told = hashlib.sha256(), {}
     for file in log_files(path):
         with McapReader(file) as reader:
-            for opcode, content in reader.digest_parts():
-                if opcode != Opcode.METADATA or _metadata_name(content) != RUN_RECORD:
-                    digest.update(opcode.to_bytes(1, "little") + len(content).to_bytes(8, "little"))
-                    digest.update(content)
+            for item in reader.content():
+                if isinstance(item, Metadata):
+                    if item.name != RUN_RECORD:
+                        digest.update(repr((item.name, sorted(item.metadata.items()))).encode())
+                    continue
+                if item.topic.name not in topics_told:
+                    topics_told[item.topic.name] = len(topics_told)
+                    digest.update(repr(item.topic).encode())
+                head = topics_told[item.topic.name], item.log_time, item.publish_time, len(item.data)
+                digest.update(repr(head).encode())
+                digest.update(item.data)
     return digest.hexdigest()
-
-
-def _metadata_name(content: bytes) -> str:
-    length = int.from_bytes(content[:4], "little")
-    return content[4 : 4 + length].decode(errors="replace")
 
 
 def _versions() -> dict[str, str]:

@@ -183,13 +183,6 @@ class McapReader:
         following = offset + _HEAD.size + length
         return following if opcode in _PARSERS and following < self._size else None
 
-    def digest_parts(self) -> Iterator[tuple[int, bytes]]:
-        """Opcode and bytes of every record before the end of the data."""
-        for _, opcode, content in self._raw(len(MAGIC), check_data=True):
-            if opcode == Opcode.DATA_END:
-                break
-            yield opcode, content
-
     def _summary_start(self) -> int:
         end = self._size - len(MAGIC)
         self._stream.seek(max(end - _FOOTER_RECORD, 0))
