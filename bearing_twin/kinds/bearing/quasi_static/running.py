@@ -3,9 +3,9 @@
 import numpy as np
 
 from bearing_twin.errors import IntegrationError
-from bearing_twin.kinds.bearing.outputs import Outputs
+from bearing_twin.kinds.bearing.outputs import Outputs, channels
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.channels import channels_of
+from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of
@@ -79,6 +79,10 @@ class QuasiStaticMotion:
         """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
         drive, change = self.parameters.drive, self.parameters.drive.change
         begin, speed, angle, parts = 0.0, self.speed, self.angle, []
+        free = np.array(self.support.free, np.bool_)
+        wanted = np.where(free, self.support.loads, 0.0)
+        if speed == self.goal_speed and (self._changed or change.time == 0.0):
+            return self._even_course(instants, free, wanted)
         # knots: the goal changes once, and each speed is approached evenly until it is there
         when = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
         speeds, angles = np.empty(len(instants)), np.empty(len(instants))
@@ -103,9 +107,19 @@ class QuasiStaticMotion:
         turn = np.diff(angles, prepend=self.angle)
         steps = np.diff(instants, prepend=0.0)
         self.speed, self.angle = speed, angle
-        free = np.array(self.support.free, np.bool_)
-        wanted = np.where(free, self.support.loads, 0.0)
         return Course(steps, turn, speeds, held, free, wanted), angles
+
+    def _even_course(self, instants, free, wanted) -> tuple[Course, np.ndarray]:
+        """As `_course`, where the ring turns evenly and nothing changes any more."""
+        held = np.array(self.support.held)
+        if self._changed:
+            held[:3] += self.parameters.drive.change.offset
+        steps = np.diff(instants, prepend=0.0)
+        angles = self.angle + self.speed * instants
+        self.angle = float(angles[-1])
+        count = len(instants)
+        course = Course(steps, self.speed * steps, np.full(count, self.speed), np.tile(held, (count, 1)), free, wanted)
+        return course, angles
 
     def _outputs(self, course: Course, angle) -> Outputs:
         found = new_instants(len(angle), self.parameters.geometry.balls)
@@ -122,7 +136,9 @@ class QuasiStaticMotion:
             )
         self._refuse_illegal(found, course)
         self.solved += len(angle)
-        out = channels_of(self.parameters, self.setting, course, angle, found)
+        count = len(angle)
+        out = Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(self.parameters)))
+        write_channels(self.setting, gravity, found, course.speed, angle, out)
         self._write_work(out)
         return out
 
