@@ -246,7 +246,10 @@ def test_a_commanded_speed_is_followed():
     simulation.advance(11)
     simulation.set_speed(250.0)
     block = simulation.advance(100)
+    assert block.values["inner_ring_speed"][0] > 158.0  # from the next output on
     assert block.values["inner_ring_speed"][-1] == 250.0
+    gone, turned = np.diff(block.values["orbit_angle"][:, 0]), np.diff(block.values["inner_ring_angle"])
+    assert gone == pytest.approx(0.5 * (1.0 - 6.75 / 28.55) * turned, rel=1e-6)
     assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0, rel=1e-9)
     simulation.reset()
     assert simulation.advance(1).values["inner_ring_speed"][0] == 157.0796

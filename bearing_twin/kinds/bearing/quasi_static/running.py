@@ -11,6 +11,7 @@ from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of
 from bearing_twin.report import Choice
 
+MOVING = ("goal_speed", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross")
 SAME = 1e-9  # relative: instants nearer than this are one
 
 
@@ -49,6 +50,19 @@ class QuasiStaticMotion:
         self._changed = False
         self._stored = self._first_stored = None
         self._gross = 0.0
+        self._before = None
+        self._keep()
+
+    def _keep(self) -> None:
+        """Keeps what `take_back` needs."""
+        kept = {name: value for name, value in vars(self).items() if name in MOVING}
+        self._before = State(*(values.copy() for values in self.state)), kept
+
+    def take_back(self) -> None:
+        """Back to before the last `advance`."""
+        state, kept = self._before
+        self.state = State(*(values.copy() for values in state))
+        vars(self).update(kept)
 
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs of a bearing say all."""
@@ -65,11 +79,12 @@ class QuasiStaticMotion:
 
     def advance(self, times: np.ndarray, duration: float) -> Outputs:
         """The outputs at `times` [s] from now, moved on by `duration` [s]; raises IntegrationError."""
-        instants = np.asarray(times, dtype=float)
-        if duration > instants[-1] * (1.0 + SAME):
-            instants = np.append(instants, duration)
         if self._stored is None:
             self.first_outputs()
+        self._keep()
+        instants = np.asarray(times, dtype=float)
+        if not len(instants) or duration > instants[-1] * (1.0 + SAME):
+            instants = np.append(instants, duration)
         course, angle = self._course(instants)
         out = self._outputs(course, angle)
         self.elapsed += duration
