@@ -13,7 +13,9 @@ from bearing_twin.kinds.bearing.quasi_static import statics
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import simulate, verify
+from bearing_twin.run.simulation import Simulation, simulate, verify
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import parse_study
 
 NO_GRAVITY = "gravity=[0,0,0]"
 QUASI_STATIC = "model.dimension=quasi_static"
@@ -216,3 +218,38 @@ def test_any_number_of_balls(balls):
     assert all(np.isfinite(one).all() for one in values.values())
     assert (values["normal_load"] > 0.0).all()
     assert (values["neighbour_load"] == 0.0).all()
+
+
+def test_a_study_asks_equilibria_like_any_other_model():
+    study = parse_study(
+        {
+            "scene": "bearing_6203_rig_400N",
+            "set": ["run.duration=0.02"],
+            "inputs": {"geometry.radial_clearance": {"distribution": "uniform", "low": 6e-6, "high": 14e-6}},
+            "quantities": ["greatest_ball_load"],
+            "samples": 12,
+            "workers": 1,
+        },
+        "a test",
+    )
+    mean = run_study(study).as_dict()["quantities"]["greatest_ball_load"]["mean"]
+    greatest = []
+    for clearance in (6e-6, 14e-6):
+        parameters = load_scene("bearing_6203_rig_400N", [f"geometry.radial_clearance={clearance}"]).parameters
+        solver = statics.solver_of(parameters, "hertz", -0.5 * math.pi)
+        greatest.append(solver.solve(statics.support_of(parameters)).contacts.load.max())
+    assert greatest[0] * 1.005 < mean < greatest[1] * 0.995
+
+
+def test_a_commanded_speed_is_followed():
+    simulation = Simulation(load_scene("bearing_6203_rig_400N"))
+    simulation.advance(11)
+    simulation.set_speed(250.0)
+    block = simulation.advance(100)
+    assert block.values["inner_ring_speed"][0] > 158.0  # from the next output on
+    assert block.values["inner_ring_speed"][-1] == 250.0
+    gone, turned = np.diff(block.values["orbit_angle"][:, 0]), np.diff(block.values["inner_ring_angle"])
+    assert gone == pytest.approx(0.5 * (1.0 - 6.75 / 28.55) * turned, rel=1e-6)
+    assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0, rel=1e-9)
+    simulation.reset()
+    assert simulation.advance(1).values["inner_ring_speed"][0] == 157.0796

@@ -4,6 +4,7 @@ import numpy as np
 
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.kinds import KINDS
+from bearing_twin.parameters import describe
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.change_of_variable import Derived, derive
@@ -39,7 +40,11 @@ def _with_one_stepper(task: Task, medians) -> Task:
     """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
     if task.scene.get("solver", {}).get("stepper") != "auto":  # chosen, or of a kind that leaves no choice
         return task
-    choice = choose(parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians"))
+    scene = parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians")
+    choice = choose(scene)
+    words = {row.key: row.options for row in describe(type(scene.parameters))}["solver.stepper"]
+    if choice.stepper not in words:  # a model that integrates nothing, chosen by other keys
+        return task
     return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
 
 

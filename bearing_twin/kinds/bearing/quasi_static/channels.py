@@ -1,82 +1,111 @@
 """The channels of a bearing run from equilibria: the same names and meanings as when the balls move by themselves."""
 
-import numpy as np
+import math
 
-from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of
-from bearing_twin.kinds.bearing.quasi_static.chunk import Course, Instants
-from bearing_twin.kinds.bearing.quasi_static.forces import Setting
-
-RINGS = ("inner", "outer")
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
 
-def _vectors(azimuth):
-    """Unit vectors (T, N, 3) of every ball: radial, tangential, axial."""
-    c, s, zero = np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)
-    return np.stack([c, s, zero], -1), np.stack([-s, c, zero], -1), np.stack([zero, zero, zero + 1.0], -1)
+@inlined
+def _set(array, row, k, vector):
+    for axis in range(3):
+        array[row, k, axis] = vector[axis]
 
 
-def _column(values):
-    return values[..., None]
+@inlined
+def _set_side(array, row, k, side, vector):
+    for axis in range(3):
+        array[row, k, side, axis] = vector[axis]
 
 
-def channels_of(parameters, setting: Setting, course: Course, angle: np.ndarray, found: Instants) -> Outputs:
-    """The channels at the instants `found`; `angle` [rad] (T,) is the inner ring's. Works and losses are left at 0.
+@inlined
+def _add(array, row, vector, sign):
+    for axis in range(3):
+        array[row, axis] += sign * vector[axis]
 
-    Friction carries the gyroscopic moment alone. Slip is that of balls in one cage on both raceways.
+
+@inlined
+def _write_contact(setting, found, out, row, k, side, cosine, sine, position, velocity, spin, centre, ring_speed):
+    """Writes one contact; returns the force on the ball and its arm, in `bearing_link`."""
+    contacts = found.contacts
+    load, approach = contacts.load[row, k, side], contacts.approach[row, k, side]
+    sign = -1.0 if side == 0 else 1.0
+    angle = contacts.angle[row, k, side]
+    n_r, n_z = math.cos(angle), math.sin(angle)
+    outward = about_z(cosine, sine, (sign * n_r, 0.0, sign * n_z))  # from the ball to the raceway
+    friction = about_z(cosine, sine, scaled(contacts.friction[row, k, side], (-n_z, 0.0, n_r)))
+    arm = scaled(setting.ball_radius - 0.5 * approach, outward)
+    point = add(position, arm)
+    about = minus(point, centre)
+    relative = minus(add(velocity, cross(spin, arm)), (-ring_speed * about[1], ring_speed * about[0], 0.0))
+    out.approach[row, k, side] = approach
+    out.normal_load[row, k, side] = load
+    out.contact_angle[row, k, side] = sign * angle
+    out.curvature_small[row, k, side] = contacts.curvature_small[row, k, side]
+    out.curvature_large[row, k, side] = contacts.curvature_large[row, k, side]
+    out.spin_rate[row, k, side] = dot(spin, outward) - ring_speed * outward[2]
+    _set_side(out.point, row, k, side, point)
+    _set_side(out.normal, row, k, side, scaled(-1.0, outward))
+    _set_side(out.friction_force, row, k, side, friction)
+    _set_side(out.slip, row, k, side, minus(relative, scaled(dot(relative, outward), outward)))
+    out.elastic_energy[row] += load * max(approach, 0.0) / (setting.inner.law.power + 1.0)
+    return add(scaled(-load, outward), friction), arm
+
+
+@inlined
+def _write_ball(setting, gravity, found, out, row, k, angle, ring_speed, centre):
+    """Writes ball k and its contacts; adds its share of the outer ring's loads and of the energies."""
+    contacts, orbit = found.contacts, found.orbit[row]
+    cosine, sine = math.cos(angle), math.sin(angle)
+    distance = setting.outer.locus_radius + found.place[row, k, 0]
+    position = about_z(cosine, sine, (distance, 0.0, found.place[row, k, 1]))
+    velocity = about_z(cosine, sine, (0.0, distance * orbit, 0.0))
+    roll = contacts.roll[row, k]
+    spin = about_z(cosine, sine, (contacts.pitch[row, k], 0.0, orbit - roll))
+    middle = (0.0, 0.0, 0.0)
+    inner, inner_arm = _write_contact(
+        setting, found, out, row, k, 0, cosine, sine, position, velocity, spin, centre, ring_speed
+    )
+    outer, outer_arm = _write_contact(
+        setting, found, out, row, k, 1, cosine, sine, position, velocity, spin, middle, 0.0
+    )
+    out.orbit_angle[row, k], out.roll_rate[row, k] = angle, roll
+    _set(out.position, row, k, position)
+    _set(out.velocity, row, k, velocity)
+    _set(out.angular_velocity, row, k, spin)
+    _set(out.raceway_force, row, k, add(inner, outer))
+    _set(out.raceway_torque, row, k, add(cross(inner_arm, inner), cross(outer_arm, outer)))
+    for part in range(4):
+        out.orientation[row, k, part] = found.attitude[row, k, part]
+    _add(out.outer_ring_force, row, outer, -1.0)
+    _add(out.outer_ring_torque, row, cross(add(position, outer_arm), outer), -1.0)
+    mass, radius = setting.ball_mass, setting.ball_radius
+    out.kinetic_energy[row] += 0.5 * mass * (dot(velocity, velocity) + 0.4 * radius * radius * dot(spin, spin))
+    out.potential_energy[row] -= mass * dot(gravity, position)
+
+
+@kernel
+def write_channels(setting, gravity, found, speeds, angles, out):
+    """Fills `out` (`outputs.Outputs`) from `found` (`chunk.Instants`), the ring at `speeds` [rad/s] and `angles` [rad].
+
+    Friction carries the gyroscopic moment alone; slip is that of balls in one cage. Works and losses are left at 0.
     """
-    count, balls = found.place.shape[:2]
-    matrix, contacts = empty_outputs(parameters, count), found.contacts
-    matrix[:] = 0.0
-    out = outputs_of(parameters, matrix)
-    azimuth = found.azimuth[:, None] + 2.0 * np.pi * np.arange(balls) / balls
-    radial, across, axial = _vectors(azimuth)
-    distance, height = setting.outer.locus_radius + found.place[..., 0], found.place[..., 1]
-    orbit, speed = found.orbit[:, None], course.speed[:, None]
-    out.orbit_angle[:] = azimuth
-    out.position[:] = _column(distance) * radial + _column(height) * axial
-    out.velocity[:] = _column(distance * orbit) * across
-    out.orientation[:] = found.attitude
-    out.angular_velocity[:] = _column(contacts.pitch) * radial + _column(orbit - contacts.roll) * axial
-    out.roll_rate[:] = contacts.roll
-    for name in ("approach", "curvature_small", "curvature_large"):
-        getattr(out, name)[:] = getattr(contacts, name)
-    out.normal_load[:] = contacts.load
-    out.inner_ring_offset[:] = found.q[:, :3]
-    ring_spins = (_column(speed) * axial, 0.0 * axial)
-    centres = (found.q[:, None, :3], 0.0)
-    forces = []
-    for side, sign in ((0, -1.0), (1, 1.0)):
-        c, s = np.cos(contacts.angle[..., side]), np.sin(contacts.angle[..., side])
-        outward = sign * (_column(c) * radial + _column(s) * axial)  # from the ball to the raceway
-        along = _column(-s) * radial + _column(c) * axial
-        arm = _column(setting.ball_radius - 0.5 * contacts.approach[..., side]) * outward
-        point, normal = out.position + arm, -outward
-        friction = _column(contacts.friction[..., side]) * along
-        ring = np.cross(ring_spins[side], point - centres[side])
-        relative = out.velocity + np.cross(out.angular_velocity, arm) - ring
-        out.point[:, :, side], out.normal[:, :, side], out.friction_force[:, :, side] = point, normal, friction
-        out.slip[:, :, side] = relative - _column((relative * outward).sum(-1)) * outward
-        out.spin_rate[:, :, side] = ((out.angular_velocity - ring_spins[side]) * outward).sum(-1)
-        out.contact_angle[:, :, side] = sign * contacts.angle[..., side]
-        forces.append(_column(contacts.load[..., side]) * normal + friction)
-        out.raceway_torque[:] += np.cross(arm, friction)
-    out.raceway_force[:] = forces[0] + forces[1]
-    out.inner_ring_angle[:], out.inner_ring_speed[:] = angle, course.speed
-    out.inner_ring_force[:], out.inner_ring_torque[:, :2] = -found.load[:, :3], -found.load[:, 3:]
-    out.outer_ring_force[:] = -forces[1].sum(axis=1)
-    out.outer_ring_torque[:] = -np.cross(out.point[:, :, 1], forces[1]).sum(axis=1)
-    _write_energies(parameters, setting, out)
-    if balls > 1:
-        gap = np.linalg.norm(np.roll(out.position, -1, axis=1) - out.position, axis=-1) - 2.0 * setting.ball_radius
-        out.neighbour_approach[:] = -gap
-    return out
-
-
-def _write_energies(parameters, setting, out) -> None:
-    mass = setting.ball_mass
-    inertia = 0.4 * mass * setting.ball_radius**2
-    square = mass * (out.velocity**2).sum(-1) + inertia * (out.angular_velocity**2).sum(-1)
-    out.kinetic_energy[:] = 0.5 * square.sum(-1)
-    power = setting.inner.law.power
-    out.elastic_energy[:] = (out.normal_load * np.maximum(out.approach, 0.0)).sum((1, 2)) / (power + 1.0)
-    out.potential_energy[:] = -mass * (out.position @ np.asarray(parameters.gravity)).sum(-1)
+    balls = out.orbit_angle.shape[1]
+    for row in range(len(speeds)):
+        centre = (found.q[row, 0], found.q[row, 1], found.q[row, 2])
+        for k in range(balls):
+            angle = found.azimuth[row] + 2.0 * math.pi * k / balls
+            _write_ball(setting, gravity, found, out, row, k, angle, speeds[row], centre)
+        for k in range(balls):
+            if balls > 1:
+                square = 0.0
+                for axis in range(3):
+                    between = out.position[row, (k + 1) % balls, axis] - out.position[row, k, axis]
+                    square += between * between
+                out.neighbour_approach[row, k] = 2.0 * setting.ball_radius - math.sqrt(square)
+        out.inner_ring_angle[row], out.inner_ring_speed[row] = angles[row], speeds[row]
+        for axis in range(3):
+            out.inner_ring_offset[row, axis] = centre[axis]
+            out.inner_ring_force[row, axis] = -found.load[row, axis]
+        for axis in range(2):
+            out.inner_ring_torque[row, axis] = -found.load[row, 3 + axis]

@@ -127,22 +127,21 @@ def speeds_of(setting, inner, outer):
     centrifugal = 0.5 * setting.ball_mass * setting.pitch_diameter * setting.speed * setting.speed
     if c_o < LEVEL or c_i < LEVEL:
         return Speeds(level_load(setting), 0.0, 0.0, 0.0, 0.0, 0.0)
-    b_o, b_i, lean = 1.0 + gamma * c_o, 1.0 - gamma * c_i, c_o + gamma
-    pitch = s_o / lean
-    pitch_by = b_o / (lean * lean)
-    a_o, a_i = c_o + pitch * s_o, c_i + pitch * s_i
-    p_o, p_i = a_o / b_o, a_i / b_i
-    p_o_by = (-s_o + pitch_by * s_o + pitch * c_o + p_o * gamma * s_o) / b_o
-    p_i_by_outer = pitch_by * s_i / b_i
-    p_i_by_inner = (-s_i + pitch * c_i - p_i * gamma * s_i) / b_i
-    total = p_o + p_i
-    share = p_o / total
-    share_by_outer = (p_o_by * p_i - p_o * p_i_by_outer) / (total * total)
-    share_by_inner = -p_o * p_i_by_inner / (total * total)
-    gyroscopic = 0.1 * setting.ball_mass * diameter * setting.speed * setting.speed / gamma
-    roll = pitch / total
-    roll_by_outer = (pitch_by - roll * (p_o_by + p_i_by_outer)) / total
-    roll_by_inner = -roll * p_i_by_inner / total
+    lean, over_o, over_i = 1.0 / (c_o + gamma), 1.0 / (1.0 + gamma * c_o), 1.0 / (1.0 - gamma * c_i)
+    pitch = s_o * lean
+    pitch_by = (1.0 + gamma * c_o) * lean * lean
+    p_o, p_i = (c_o + pitch * s_o) * over_o, (c_i + pitch * s_i) * over_i
+    p_o_by = (-s_o + pitch_by * s_o + pitch * c_o + p_o * gamma * s_o) * over_o
+    p_i_by_outer = pitch_by * s_i * over_i
+    p_i_by_inner = (-s_i + pitch * c_i - p_i * gamma * s_i) * over_i
+    whole = 1.0 / (p_o + p_i)
+    share = p_o * whole
+    share_by_outer = (p_o_by * p_i - p_o * p_i_by_outer) * whole * whole
+    share_by_inner = -p_o * p_i_by_inner * whole * whole
+    gyroscopic = 0.1 * setting.ball_mass * setting.pitch_diameter * setting.speed * setting.speed
+    roll = pitch * whole
+    roll_by_outer = (pitch_by - roll * (p_o_by + p_i_by_outer)) * whole
+    roll_by_inner = -roll * p_i_by_inner * whole
     return Speeds(
         centrifugal * share * share,
         2.0 * centrifugal * share * share_by_outer,

@@ -61,7 +61,7 @@ def _draw_loads(axis, result):
     axis.spines["polar"].set_color(STYLE["edge"])
     axis.set_ylim(0.0, 1.12 * greatest or 1.0)
     heaviest = int(np.argmax(result["normal_load_inner_n"]))
-    axis.set_rlabel_position(np.degrees(azimuth[heaviest] + np.pi + 0.5 * width))
+    axis.set_rlabel_position(np.degrees(azimuth[heaviest] + np.pi + 1.5 * width))
     axis.tick_params(labelsize=11, labelcolor=STYLE["ink"])
     force = -np.asarray(result["ring_force_n"][:2])
     if np.linalg.norm(force) > 1e-6 * greatest:

@@ -1,21 +1,17 @@
 """A run from equilibria: the ring turns as driven, the balls go round in one cage, every output is a static answer."""
 
-import copy
-
 import numpy as np
 
 from bearing_twin.errors import IntegrationError
-from bearing_twin.kinds.bearing.outputs import Outputs
+from bearing_twin.kinds.bearing.outputs import Outputs, channels
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.channels import channels_of
+from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of
 from bearing_twin.report import Choice
 
-MOVING = (  # what an advance changes
-    "state", "goal_speed", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
-)  # fmt: skip
+MOVING = ("goal_speed", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross")
 SAME = 1e-9  # relative: instants nearer than this are one
 
 
@@ -54,14 +50,19 @@ class QuasiStaticMotion:
         self._changed = False
         self._stored = self._first_stored = None
         self._gross = 0.0
+        self._before = None
         self._keep()
 
     def _keep(self) -> None:
-        self._before = copy.deepcopy({name: getattr(self, name) for name in MOVING})
+        """Keeps what `take_back` needs."""
+        kept = {name: value for name, value in vars(self).items() if name in MOVING}
+        self._before = State(*(values.copy() for values in self.state)), kept
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        vars(self).update(copy.deepcopy(self._before))
+        state, kept = self._before
+        self.state = State(*(values.copy() for values in state))
+        vars(self).update(kept)
 
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs of a bearing say all."""
@@ -78,12 +79,12 @@ class QuasiStaticMotion:
 
     def advance(self, times: np.ndarray, duration: float) -> Outputs:
         """The outputs at `times` [s] from now, moved on by `duration` [s]; raises IntegrationError."""
-        self._keep()
-        instants = np.asarray(times, dtype=float)
-        if duration > instants[-1] * (1.0 + SAME):
-            instants = np.append(instants, duration)
         if self._stored is None:
             self.first_outputs()
+        self._keep()
+        instants = np.asarray(times, dtype=float)
+        if not len(instants) or duration > instants[-1] * (1.0 + SAME):
+            instants = np.append(instants, duration)
         course, angle = self._course(instants)
         out = self._outputs(course, angle)
         self.elapsed += duration
@@ -93,6 +94,10 @@ class QuasiStaticMotion:
         """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
         drive, change = self.parameters.drive, self.parameters.drive.change
         begin, speed, angle, parts = 0.0, self.speed, self.angle, []
+        free = np.array(self.support.free, np.bool_)
+        wanted = np.where(free, self.support.loads, 0.0)
+        if speed == self.goal_speed and (self._changed or change.time == 0.0):
+            return self._even_course(instants, free, wanted)
         # knots: the goal changes once, and each speed is approached evenly until it is there
         when = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
         speeds, angles = np.empty(len(instants)), np.empty(len(instants))
@@ -117,9 +122,19 @@ class QuasiStaticMotion:
         turn = np.diff(angles, prepend=self.angle)
         steps = np.diff(instants, prepend=0.0)
         self.speed, self.angle = speed, angle
-        free = np.array(self.support.free, np.bool_)
-        wanted = np.where(free, self.support.loads, 0.0)
         return Course(steps, turn, speeds, held, free, wanted), angles
+
+    def _even_course(self, instants, free, wanted) -> tuple[Course, np.ndarray]:
+        """As `_course`, where the ring turns evenly and nothing changes any more."""
+        held = np.array(self.support.held)
+        if self._changed:
+            held[:3] += self.parameters.drive.change.offset
+        steps = np.diff(instants, prepend=0.0)
+        angles = self.angle + self.speed * instants
+        self.angle = float(angles[-1])
+        count = len(instants)
+        course = Course(steps, self.speed * steps, np.full(count, self.speed), np.tile(held, (count, 1)), free, wanted)
+        return course, angles
 
     def _outputs(self, course: Course, angle) -> Outputs:
         found = new_instants(len(angle), self.parameters.geometry.balls)
@@ -136,7 +151,9 @@ class QuasiStaticMotion:
             )
         self._refuse_illegal(found, course)
         self.solved += len(angle)
-        out = channels_of(self.parameters, self.setting, course, angle, found)
+        count = len(angle)
+        out = Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(self.parameters)))
+        write_channels(self.setting, gravity, found, course.speed, angle, out)
         self._write_work(out)
         return out
 
