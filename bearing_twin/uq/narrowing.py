@@ -33,6 +33,18 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0) -> Narrow
     kept = histories[np.isfinite(histories).all(axis=1)]
     if len(kept) < FEWEST:
         raise StatisticError(f"a narrowing needs {FEWEST} histories at least, there are {len(kept)}")
+    found, low, high = least_instant(times, kept, seed)
+    place = int(np.argmin(np.abs(times - found)))
+    there = kept[:, place]
+    modes = modality(there, seed)
+    return Narrowing(found, low, high, float(there.mean()), float(there.std(ddof=1)), modes.modes, modes.p_value)
+
+
+def least_instant(times: np.ndarray, kept: np.ndarray, seed: int = 0) -> tuple[float, float, float]:
+    """The instant [s] of least deviation of histories (n, t) without NaN, and its 95 % interval by bootstrap.
+
+    Raises StatisticError where there is none.
+    """
     found = _least(times, kept.mean(axis=0), kept.std(axis=0, ddof=1))
     random = np.random.default_rng(seed)
     # Moments of a resample are sums over rows with the weights by which they were drawn.
@@ -43,12 +55,7 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0) -> Narrow
     if np.isnan(found) or np.mean(np.isnan(again)) > 0.05:
         raise StatisticError("no instant after the peak of the mean has a least deviation")
     low, high = np.nanquantile(again, [0.025, 0.975])
-    place = int(np.argmin(np.abs(times - found)))
-    there = kept[:, place]
-    modes = modality(there, seed)
-    return Narrowing(
-        float(found), float(low), float(high), float(there.mean()), float(there.std(ddof=1)), modes.modes, modes.p_value
-    )
+    return float(found), float(low), float(high)
 
 
 def _least(times, mean, spread) -> float:
