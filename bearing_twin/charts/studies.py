@@ -1,4 +1,4 @@
-"""The figures of paper 3 that need no finite elements, 1 to 11, 13 and 14, on five sheets, with the numbers drawn."""
+"""The figures of paper 3, 1 to 24, on nine sheets, with the numbers drawn."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -8,6 +8,7 @@ from bearing_twin.charts import sheets
 from bearing_twin.charts.study_convergence import convergence
 from bearing_twin.charts.study_discs import discs
 from bearing_twin.charts.study_forces import forces
+from bearing_twin.charts.study_soft import soft_case1, soft_case2, soft_fast, soft_run
 from bearing_twin.charts.study_spheres import densities, speeds
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
@@ -26,6 +27,10 @@ SHEETS = {
     "forces": Row((8,), forces),
     "convergence": Row((9,), convergence),
     "discs": Row((13, 14), discs),
+    "soft_run": Row((12,), soft_run),
+    "soft_fast": Row((15, 16), soft_fast),
+    "soft_case1": Row((17, 18, 19, 20), soft_case1),
+    "soft_case2": Row((21, 22, 23, 24), soft_case2),
 }
 
 

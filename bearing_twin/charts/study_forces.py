@@ -29,8 +29,16 @@ def forces(update) -> Sheet:
     at_mean = realise(task, mean_inputs(study))
     at_bounds = realise(task, study.inputs[0].ppf(np.array(BOUNDS))[:, None])
     rows = [
-        [_bounds(instants, at_bounds, at_mean), _scatter(found, at_mean), _quantiles(found, result)],
-        [_density(found), _autocorrelation(found), _correlation(found)],
+        [
+            _bounds(instants, at_bounds, at_mean),
+            mean_and_deviation(found, at_mean, "Mean of the runs, run at the mean"),
+            _quantiles(found, result),
+        ],
+        [
+            density_map(found, "Density of the force, as figure 19"),
+            autocorrelation_map(found, "Autocorrelation R(t, t'), as figure 20"),
+            _correlation(found),
+        ],
     ]
     bounds = ", ".join(f"{peak:.5g}" for peak in at_bounds.quantities[:, study.quantities.index("peak_force")])
     highest, single = float(found.mean.max()), float(at_mean.histories.max())
@@ -50,18 +58,19 @@ def _bounds(instants, at_bounds, at_mean):
         Line(f"{100 * p:g} % of contact time", instants, curve, colour(place))
         for place, (p, curve) in enumerate(zip(BOUNDS, at_bounds.histories[:, 0], strict=True))
     ]
-    parts.append(Line("mean alpha", instants, at_mean.histories[0, 0], _dashed()))
+    parts.append(Line("mean alpha", instants, at_mean.histories[0, 0], dashed()))
     return Panel("figure 8", "Figure 8: runs at bounds of contact time", TIME, FORCE, parts)
 
 
-def _scatter(found, at_mean):
+def mean_and_deviation(found, at_mean, title: str) -> Panel:
+    """The mean of histories with its deviation, and the run at the mean of the inputs."""
     t = found.times
     parts = [
         Band("mean ± deviation", t, found.mean - found.std, found.mean + found.std, _shade()),
         Line("mean of the runs", t, found.mean, colour(5)),
-        Line("run at the mean alpha", t, at_mean.histories[0, 0], _dashed()),
+        Line("run at the mean inputs", t, at_mean.histories[0, 0], dashed()),
     ]
-    return Panel("mean and deviation", "Mean of the runs, run at the mean", TIME, FORCE, parts)
+    return Panel("mean and deviation", title, TIME, FORCE, parts)
 
 
 def _quantiles(found, result):
@@ -75,21 +84,23 @@ def _quantiles(found, result):
     return Panel("quantiles", f"Quantiles at each instant, {SHOWN} runs", TIME, FORCE, parts)
 
 
-def _density(found):
+def density_map(found, title: str) -> Panel:
+    """The density of a force over time, as colours."""
     levels, heights = found.density(levels=LEVELS, low=0.0)
     highest = float(np.max(found.quantiles((0.99,))))
     # towards no force the density is that of runs out of contact, a spike that would drown the rest
     top = float(np.quantile(heights[:, (levels > 0.05 * highest) & (levels < highest)], 0.99))
     chart = Map("density", "1/N", found.times, levels, heights.T, "cividis", (0.0, top), power=0.5)
     force = FORCE._replace(limits=(0.0, highest))
-    return Panel("density", "Density of the force, as figure 19", TIME, force, [chart])
+    return Panel("density", title, TIME, force, [chart])
 
 
-def _autocorrelation(found):
+def autocorrelation_map(found, title: str) -> Panel:
+    """The correlation of a force between any two instants, as colours."""
     t = found.times
     chart = Map("correlation of F(t) and F(t')", "1", t, t, found.autocorrelation(), "RdBu_r", (-1.0, 1.0))
     other = Axis("time t'", "s")
-    return Panel("autocorrelation", "Autocorrelation R(t, t'), as figure 20", Axis("time t", "s"), other, [chart])
+    return Panel("autocorrelation", title, Axis("time t", "s"), other, [chart])
 
 
 def _correlation(found):
@@ -116,5 +127,6 @@ def _shade():
     return {"color": BALL_COLOURS[0], "alpha": 0.22}
 
 
-def _dashed():
+def dashed() -> dict:
+    """The look of what is compared with."""
     return {"color": STYLE["ink"], "linewidth": 2.0, "linestyle": "--"}

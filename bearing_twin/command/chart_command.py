@@ -15,6 +15,7 @@ CHARTS = {  # name: module in charts/, what it shows
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
     "samplers": ("samplers", "error of mean and deviation of a contact time against realisations and cost"),
+    "discs": ("soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps"),
     "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),
 }
 OPTIONS = {"problem": "steppers", "only": "studies"}  # option: the chart it goes with

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, StudyError
+from bearing_twin.errors import BearingTwinError, StatisticError, StudyError
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.chaos import Chaos
@@ -14,6 +14,7 @@ from bearing_twin.uq.drawing import Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.evaluation import Cancelled, Evaluator, expansions, sources_of_variance, summary_of_chaos
 from bearing_twin.uq.histories import KEPT, Histories
+from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
@@ -22,6 +23,7 @@ from bearing_twin.uq.statistics import half_width
 from bearing_twin.uq.study import Study
 
 HISTORY_BLOCK = 1024
+CORRELATED = 41  # instants of the autocorrelation in a summary
 WORKING_COPIES = 4  # of one column, while its statistics are made
 # What must be the same where samples are taken over from an earlier result.
 SAME = (
@@ -154,6 +156,7 @@ def _summary(result, task, without_sampling, drawn, at_mean) -> dict:
         "quantities": quantities,
         "samples": len(result.status),
         "failed": {text: int(np.sum(result.status == 1 + place)) for place, text in enumerate(result.reasons)},
+        "failed_share": float(np.mean(result.status > 0)) if len(result.status) else 0.0,
         "seed": settings.seed,
         "sampler": settings.sampler,
         "stopped_because": drawn.because,
@@ -203,14 +206,49 @@ def _histories(result, task, at_mean) -> dict:
     for place, channel in enumerate(result.study.histories):
         found, bands = history_statistics(result, channel, task.instants), {}
         if found.count > 1:
-            bands = {"mean": found.mean, "std": found.std}
+            bands = {"mean": found.mean, "std": found.std, "skewness": _skewness(result.history(channel))}
             bands |= dict(zip(("0.05", "0.50", "0.95"), found.quantiles(), strict=True))
             for key, row in zip(result.study.joint.keys, found.input_correlation(), strict=True):
                 bands[f"correlation with {key}"] = np.where(np.isfinite(row), row, 0.0)
         if len(at_mean.histories):
             bands["at_mean_inputs"] = at_mean.histories[0, place]
         bands_of[channel] = {"time_s": task.instants.tolist()} | {name: one.tolist() for name, one in bands.items()}
+        if found.count > 1:
+            bands_of[channel] |= _between_instants(found) | _narrowing(result, channel, task)
     return bands_of
+
+
+def _skewness(histories) -> np.ndarray:
+    """At each instant, over the histories that did not fail; 0 where they do not differ."""
+    kept = histories[np.isfinite(histories).all(axis=1)]
+    off = kept - kept.mean(axis=0)
+    spread = np.sqrt(np.mean(off**2, axis=0))
+    differ = spread > 1e-12 * np.abs(kept).max()
+    return np.where(differ, np.mean(off**3, axis=0) / np.where(differ, spread, 1.0) ** 3, 0.0)
+
+
+def _between_instants(found) -> dict:
+    """The autocorrelation at up to CORRELATED instants, evenly chosen; 0 where histories do not differ."""
+    rows = np.arange(0, len(found.times), max(1, -(-len(found.times) // CORRELATED)))
+    table = found.autocorrelation()[np.ix_(rows, rows)]
+    return {
+        "autocorrelation_time_s": found.times[rows].tolist(),
+        "autocorrelation": np.where(np.isfinite(table), table, 0.0).tolist(),
+    }
+
+
+def _narrowing(result, channel, task) -> dict:
+    """Where the histories come together after their peak; nothing where they do not."""
+    try:
+        found = narrowing(task.instants, result.history(channel), result.study.settings.seed)
+    except StatisticError:
+        return {}
+    return {
+        "least_spread": {
+            "time_s": found.time, "interval_s": [found.low, found.high], "mean": found.mean, "std": found.std,
+            "modes": found.modes, "p_value": found.p_value,
+        }
+    }  # fmt: skip
 
 
 def history_statistics(result: StudyResult, channel: str, instants: np.ndarray) -> Histories:

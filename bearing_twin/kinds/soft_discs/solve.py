@@ -129,8 +129,8 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
     state.velocity[1, :-1] = -wall_speed(parameters) / wave_speed(parameters)
     least = parameters.run.duration / unit
     most = max(LONGEST * contact_time(parameters) / unit, least)
-    every = max(1, math.floor(least / step / max(frames - 1, 1)))
-    kept = np.zeros((min(frames, math.ceil(least / step / every)) + 1, 2, size))
+    every = max(1, math.ceil(least / step / max(frames - 1, 1)))
+    kept = np.zeros((math.ceil(least / step / every) + 1, 2, size))
     pieces, done, last, over, ended = [], 0, -1, False, False
     while not over:
         rows = np.zeros((max(PIECE // size, FEWEST_PIECE), len(COLUMNS)))
