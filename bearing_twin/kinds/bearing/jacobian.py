@@ -110,6 +110,7 @@ def _given_slope(bearing, raceway, offset):
 
 @kernel
 def _fill(bearing, lanes):
+    """The Jacobian of each lane from the motion and the given coefficients."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
@@ -143,14 +144,6 @@ def _fill(bearing, lanes):
         _put_row(lanes, DISSIPATED, k, loss_p, loss_v, add(inner.loss_s, outer.loss_s))
         _put_row(lanes, GROSS_WORK, k, gross_p, gross_v, scaled(sign, inner.power_s))
         _add_frame(lanes, k, position, velocity, spin, gravity)
-
-
-@kernel
-def raceway_jacobian(bearing, lanes):
-    """Fills the Jacobian's rows with d(rates)/d(motion) of each lane, from the motion and the given coefficients."""
-    if looked_up(bearing.inner.law):
-        _give_slopes(bearing, lanes)
-    _fill(bearing, lanes)
 
 
 @inlined
@@ -190,7 +183,9 @@ def lane_jacobian(spot, bearing, lanes):
     if len(spot) > 0:
         _differences(bearing, lanes)
     else:
-        raceway_jacobian(bearing, lanes)
+        if looked_up(bearing.inner.law):
+            _give_slopes(bearing, lanes)
+        _fill(bearing, lanes)
 
 
 @inlined
