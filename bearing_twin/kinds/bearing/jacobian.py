@@ -156,10 +156,12 @@ def nudges(bearing):
 
 @kernel
 def _differences(bearing, lanes):
-    """The same by forward differences of `lane_rates`; the rates' rows are left with the rates at this motion."""
+    """The same by forward differences of `lane_rates`; the rates' rows are left as they were, with what was added."""
     steps = nudges(bearing)
+    before, base, kept = np.empty(STATE_SPAN), np.empty(STATE_SPAN), np.empty(LANES)
+    for i in range(STATE_SPAN):
+        before[i] = get(lanes, LANE_RATES, i)
     lane_rates(bearing, lanes)
-    base, kept = np.empty(STATE_SPAN), np.empty(LANES)
     for i in range(STATE_SPAN):
         base[i] = get(lanes, LANE_RATES, i)
     for column in range(MOTION):
@@ -174,7 +176,7 @@ def _differences(bearing, lanes):
                 change = get(lanes, LANE_RATES + rate, k) - get(base, rate, k)
                 put(lanes, entry(rate, column), k, change * inverse)
     for i in range(STATE_SPAN):
-        put(lanes, LANE_RATES, i, base[i])
+        put(lanes, LANE_RATES, i, before[i])
 
 
 @kernel
