@@ -31,7 +31,7 @@ from bearing_twin.kinds.bearing.layout import (
     new_blocks,
     put,
 )
-from bearing_twin.kinds.bearing.linear_system import factorise, new_coupling, solve
+from bearing_twin.kinds.bearing.linear_system import factorise_together, new_coupling, solve_together
 from bearing_twin.kinds.bearing.pairs import add_answers, add_pairs
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.rates import bearing_rates, lane_rates
@@ -222,8 +222,8 @@ def test_what_touching_balls_answer_is_the_derivative_and_solved_as_a_dense_syst
     into_blocks(right, blocks, RIGHT)
     for lanes in blocks:
         lanes[GAIN * LANES : (GAIN + 1) * LANES] = g
-    factorise(coupling, blocks)
-    solve(coupling, blocks)
+    factorise_together(coupling, blocks)
+    solve_together(coupling, blocks)
     solved = np.zeros((count, COLUMNS))
     from_blocks(blocks, SOLUTION, solved)
     size, wanted = count * MOTION, right[:, :MOTION].ravel()

@@ -110,6 +110,7 @@ def _given_slope(bearing, raceway, offset):
 
 @kernel
 def _fill(bearing, lanes):
+    """The Jacobian of each lane from the motion and the given coefficients."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
@@ -145,14 +146,6 @@ def _fill(bearing, lanes):
         _add_frame(lanes, k, position, velocity, spin, gravity)
 
 
-@kernel
-def raceway_jacobian(bearing, lanes):
-    """Fills the Jacobian's rows with d(rates)/d(motion) of each lane, from the motion and the given coefficients."""
-    if looked_up(bearing.inner.law):
-        _give_slopes(bearing, lanes)
-    _fill(bearing, lanes)
-
-
 @inlined
 def nudges(bearing):
     """Increments (MOTION,) for forward differences: small against an elastic approach and the friction's smoothing."""
@@ -163,10 +156,12 @@ def nudges(bearing):
 
 @kernel
 def _differences(bearing, lanes):
-    """The same by forward differences of `lane_rates`; the rates' rows are left with the rates at this motion."""
+    """The same by forward differences of `lane_rates`; the rates' rows are left as they were, with what was added."""
     steps = nudges(bearing)
+    before, base, kept = np.empty(STATE_SPAN), np.empty(STATE_SPAN), np.empty(LANES)
+    for i in range(STATE_SPAN):
+        before[i] = get(lanes, LANE_RATES, i)
     lane_rates(bearing, lanes)
-    base, kept = np.empty(STATE_SPAN), np.empty(LANES)
     for i in range(STATE_SPAN):
         base[i] = get(lanes, LANE_RATES, i)
     for column in range(MOTION):
@@ -181,7 +176,7 @@ def _differences(bearing, lanes):
                 change = get(lanes, LANE_RATES + rate, k) - get(base, rate, k)
                 put(lanes, entry(rate, column), k, change * inverse)
     for i in range(STATE_SPAN):
-        put(lanes, LANE_RATES, i, base[i])
+        put(lanes, LANE_RATES, i, before[i])
 
 
 @kernel
@@ -190,7 +185,9 @@ def lane_jacobian(spot, bearing, lanes):
     if len(spot) > 0:
         _differences(bearing, lanes)
     else:
-        raceway_jacobian(bearing, lanes)
+        if looked_up(bearing.inner.law):
+            _give_slopes(bearing, lanes)
+        _fill(bearing, lanes)
 
 
 @inlined

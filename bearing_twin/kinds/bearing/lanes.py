@@ -45,7 +45,7 @@ from bearing_twin.kinds.bearing.layout import (
     put,
     put_quaternion,
 )
-from bearing_twin.kinds.bearing.linear_system import factorise, solve
+from bearing_twin.kinds.bearing.linear_system import factorise_alone, factorise_together, solve_alone, solve_together
 from bearing_twin.kinds.bearing.pairs import add_answers, add_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.kinds.bearing.steps import spin_in_frame
@@ -75,35 +75,18 @@ def _mixed(weights, lanes, i):
 
 
 @kernel
-def _couple(coupling, bearing, blocks):
-    """Adds what balls do to each other to the rates of their motion."""
-    if len(coupling) > 0:
-        add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
-
-
-@kernel
-def _couple_jacobians(coupling, bearing, blocks):
-    if len(coupling) > 0:
-        add_answers(bearing, coupling.pairs, blocks)
-
-
-@kernel
-def _lane_rates_at(bearing, drive, source, alpha, lanes):
-    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead, of balls alone."""
-    for i in range(MOTION_SPAN):
-        put(lanes, AXIS_DISTANCE, i, get(lanes, source, i))
-    for k in range(LANES):
-        moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
-        put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
-    lane_rates(bearing, lanes)
-
-
-@inlined
 def _rates_at(coupling, bearing, drive, source, alpha, blocks):
     """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead."""
     for block in range(len(blocks)):
-        _lane_rates_at(bearing, drive, source, alpha, blocks[block])
-    _couple(coupling, bearing, blocks)
+        lanes = blocks[block]
+        for i in range(MOTION_SPAN):
+            put(lanes, AXIS_DISTANCE, i, get(lanes, source, i))
+        for k in range(LANES):
+            moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
+            put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
+        lane_rates(bearing, lanes)
+    if len(coupling) > 0:
+        add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
 
 
 @kernel
@@ -126,25 +109,6 @@ def _keep_rates(lanes):
 def _take_slope(lanes):
     for i in range(STATE_SPAN):
         put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
-
-
-@inlined
-def _linearise(coupling, bearing, drive, gamma, blocks):
-    """Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes."""
-    for block in range(len(blocks)):
-        _prepare(gamma, blocks[block])
-    if drive.acceleration != 0.0:
-        # Times h, as the method wants it; at constant speed these rows stay zero.
-        _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
-        for block in range(len(blocks)):
-            _keep_rates(blocks[block])
-    _rates_at(coupling, bearing, drive, START, 0.0, blocks)
-    for block in range(len(blocks)):
-        if drive.acceleration != 0.0:
-            _take_slope(blocks[block])
-        lane_jacobian(bearing.spot, bearing, blocks[block])
-    _couple_jacobians(coupling, bearing, blocks)
-    factorise(coupling, blocks)
 
 
 @kernel
@@ -173,37 +137,55 @@ def _keep_stage(stage, lanes):
         put(lanes, row, i, value if abs(value) < math.inf else 0.0)
 
 
-@inlined
+# One kernel, not several: what a kernel calls is compiled anew into each kernel above it.
+@kernel
 def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
-    """One step of every lane from START to END, with its error estimate; `coupling` is empty for balls alone."""
-    a, c, alpha, d = method.a, method.c, method.alpha, method.d
-    stages = len(alpha)
-    _linearise(coupling, bearing, drive, method.gamma, blocks)
+    """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
+    stages = len(method.alpha)
+    # Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes.
+    for block in range(len(blocks)):
+        _prepare(method.gamma, blocks[block])
+    if drive.acceleration != 0.0:
+        # Times h, as the method wants it; at constant speed these rows stay zero.
+        _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
+        for block in range(len(blocks)):
+            _keep_rates(blocks[block])
+    _rates_at(coupling, bearing, drive, START, 0.0, blocks)
+    for block in range(len(blocks)):
+        if drive.acceleration != 0.0:
+            _take_slope(blocks[block])
+        lane_jacobian(bearing.spot, bearing, blocks[block])
+    if len(coupling) > 0:
+        add_answers(bearing, coupling.pairs, blocks)
+        factorise_together(coupling, blocks)
+    else:
+        for block in range(len(blocks)):
+            factorise_alone(blocks[block])
     for stage in range(stages):
         for block in range(len(blocks)):
-            _stage_state(a[stage], blocks[block])
+            _stage_state(method.a[stage], blocks[block])
         if stage > 0:
-            _rates_at(coupling, bearing, drive, END, alpha[stage], blocks)
+            _rates_at(coupling, bearing, drive, END, method.alpha[stage], blocks)
         for block in range(len(blocks)):
-            _stage_right(c[stage], d[stage], blocks[block])
-        solve(coupling, blocks)
+            _stage_right(method.c[stage], method.d[stage], blocks[block])
+        if len(coupling) > 0:
+            solve_together(coupling, blocks)
+        else:
+            for block in range(len(blocks)):
+                solve_alone(blocks[block])
         for block in range(len(blocks)):
             _keep_stage(stage, blocks[block])
     for block in range(len(blocks)):
         _finish(scales, blocks[block])
+        _turn_lanes(method.dense, blocks[block])
 
 
 @kernel
 def _finish(scales, lanes):
-    """The end of the steps and their errors."""
+    """The end of the steps, and their errors."""
     for i in range(STATE_SPAN):
         increase(lanes, END, i, get(lanes, SOLUTION, i))
-    _estimate(scales, lanes)
-
-
-@kernel
-def _estimate(scales, lanes):
-    """Root mean square of the last stage, which is the error, in units of the scales."""
+    # Root mean square of the last stage, which is the error, in units of the scales.
     for k in range(LANES):
         put(lanes, ERROR, k, 0.0)
     for column in range(MOTION):
@@ -224,7 +206,7 @@ def _lane_spin(lanes, state, k):
 
 
 @kernel
-def turn_lanes(dense, lanes):
+def _turn_lanes(dense, lanes):
     """The middle of every lane's step by its interpolant, and the orientation at its end."""
     third, fourth = _five(dense[0]), _five(dense[1])
     for i in range(STATE_SPAN):

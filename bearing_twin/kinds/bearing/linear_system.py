@@ -78,7 +78,7 @@ def new_coupling(near, balls):
 
 
 @kernel
-def _factorise_alone(lanes):
+def factorise_alone(lanes):
     """Factors of every lane's Jacobian, each with its own step."""
     for k in range(LANES):
         found = factorise_body(lane_linear(lanes, k), get(lanes, GAIN, k))
@@ -91,7 +91,7 @@ def _factorise_alone(lanes):
 
 
 @kernel
-def _solve_alone(lanes):
+def solve_alone(lanes):
     """Solves W k = right for one stage of all lanes: the motion, then the integrals that only listen."""
     for k in range(LANES):
         g = get(lanes, GAIN, k)
@@ -206,7 +206,7 @@ def _fill_tile(lanes, row, k, tile):
 
 
 @kernel
-def _factorise_together(coupling, blocks):
+def factorise_together(coupling, blocks):
     """Factors of the linear system of all balls."""
     pairs, chain = coupling.pairs, coupling.chain
     tiles, bodies = chain.tiles, chain.bodies
@@ -260,7 +260,7 @@ def _follow(lanes):
 
 
 @kernel
-def _solve_together(coupling, blocks):
+def solve_together(coupling, blocks):
     """Solves W k = right for one stage of all balls: the motion, then the integrals that only listen."""
     pairs, right = coupling.pairs, coupling.chain.right
     for block in range(len(blocks)):
@@ -277,23 +277,3 @@ def _solve_together(coupling, blocks):
     for block in range(len(blocks)):
         _follow(blocks[block])
     _add_losses(get(blocks[0], GAIN, 0), pairs, blocks, SOLUTION)
-
-
-@kernel
-def factorise(coupling, blocks):
-    """Factors of the linear systems of all balls; `coupling` is empty for balls alone."""
-    if len(coupling) > 0:
-        _factorise_together(coupling, blocks)
-    else:
-        for block in range(len(blocks)):
-            _factorise_alone(blocks[block])
-
-
-@kernel
-def solve(coupling, blocks):
-    """Solves W k = right for one stage of all balls: the motion, then the integrals that only listen."""
-    if len(coupling) > 0:
-        _solve_together(coupling, blocks)
-    else:
-        for block in range(len(blocks)):
-            _solve_alone(blocks[block])

@@ -12,7 +12,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
-from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step, turn_lanes
+from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
     COLUMNS,
     END,
@@ -77,12 +77,13 @@ def _next_ball(number, state, orientation, steps, duration, lanes, k):
 
 
 @kernel
-def _cut_steps(duration, lanes):
+def _cut_steps(duration, blocks):
     """Lets no lane step over the end of the chunk; what it would have stepped is kept as WANTED."""
-    for k in range(LANES):
-        wanted, left = get(lanes, STEP, k), duration - get(lanes, TIME, k)
-        put(lanes, WANTED, k, wanted)
-        put(lanes, STEP, k, left if wanted >= left - NOTHING * duration else wanted)
+    for lanes in blocks:
+        for k in range(LANES):
+            wanted, left = get(lanes, STEP, k), duration - get(lanes, TIME, k)
+            put(lanes, WANTED, k, wanted)
+            put(lanes, STEP, k, left if wanted >= left - NOTHING * duration else wanted)
 
 
 @inlined
@@ -125,19 +126,6 @@ def _lane_landing(bearing, weights, lanes, k, dense):
 
 
 @kernel
-def _judge(task, ball, lanes, first, dense, counts):
-    """What each lane's step is worth: its error stands there, its share to the first landing is found."""
-    for k in range(LANES):
-        put(lanes, SHARE, k, 1.0)
-        if ball[first + k] == IDLE:
-            continue
-        counts[JACOBIANS] += 1
-        counts[RATES] += len(task.method.alpha)
-        if task.method.lands and get(lanes, ERROR, k) <= 1.0:
-            put(lanes, SHARE, k, _lane_landing(task.bearing, task.method.dense, lanes, k, dense))
-
-
-@kernel
 def _agree(coupling, row, least, balls, blocks):
     """Gives all coupled balls the least or the greatest number in a row; one that is not finite is the greatest."""
     if len(coupling) > 0:
@@ -151,23 +139,25 @@ def _agree(coupling, row, least, balls, blocks):
 
 
 @kernel
-def _blocks_of(coupling, balls):
-    """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
-    return new_blocks(balls if len(coupling) > 0 else 1, ROSENBROCK_ROWS)
+def _judge(task, coupling, ball, count, dense, counts, blocks):
+    """What each lane's step is worth: its error stands there, its share to the first landing is found."""
+    _agree(coupling, ERROR, False, count, blocks)
+    for place in range(len(ball)):
+        lanes, k = blocks[place // LANES], place % LANES
+        put(lanes, SHARE, k, 1.0)
+        if ball[place] == IDLE:
+            continue
+        counts[JACOBIANS] += 1
+        counts[RATES] += len(task.method.alpha)
+        if task.method.lands and get(lanes, ERROR, k) <= 1.0:
+            put(lanes, SHARE, k, _lane_landing(task.bearing, task.method.dense, lanes, k, dense))
+    _agree(coupling, SHARE, True, count, blocks)
 
 
 @kernel
-def _take_step(task, coupling, count, ball, dense, counts, blocks):
-    """One step of all lanes, judged."""
-    for block in range(len(blocks)):
-        _cut_steps(task.duration, blocks[block])
-    rosenbrock_step(coupling, task.bearing, task.drive, task.method, task.scales, blocks)
-    for block in range(len(blocks)):
-        turn_lanes(task.method.dense, blocks[block])
-    _agree(coupling, ERROR, False, count, blocks)
-    for block in range(len(blocks)):
-        _judge(task, ball, blocks[block], block * LANES, dense, counts)
-    _agree(coupling, SHARE, True, count, blocks)
+def _blocks_of(coupling, balls):
+    """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
+    return new_blocks(balls if len(coupling) > 0 else 1, ROSENBROCK_ROWS)
 
 
 @kernel
@@ -189,7 +179,9 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
         ball[place] = number if place < running else IDLE
     _agree(coupling, STEP, True, running, blocks)
     while running > 0:
-        _take_step(task, coupling, len(balls), ball, dense, counts, blocks)
+        _cut_steps(task.duration, blocks)
+        rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
+        _judge(task, coupling, ball, len(balls), dense, counts, blocks)
         for place in range(places):
             number, lanes, k = ball[place], blocks[place // LANES], place % LANES
             if number == IDLE:
