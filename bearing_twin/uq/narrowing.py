@@ -7,7 +7,7 @@ import numpy as np
 from bearing_twin.errors import StatisticError
 from bearing_twin.uq.modality import modality
 
-OVER = 0.05  # of the peak of the mean: below it the event is taken as over
+OVER = 0.25  # of the peak of the mean: below it only those that last longest are left, and deviation falls to zero
 RESAMPLES = 200
 FEWEST = 50  # histories
 
