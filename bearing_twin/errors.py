@@ -32,5 +32,9 @@ class IntegrationError(BearingTwinError):
         self.reason, self.seconds, self.body = reason, seconds, body
 
 
+class Stopped(BearingTwinError):
+    """A computation ended because somebody wanted it to stop; what was given out before is whole."""
+
+
 class MissingInterfacesError(BearingTwinError):
     """ROS 2 or the interface package bearing_twin_msgs cannot be imported."""

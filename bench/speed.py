@@ -16,8 +16,8 @@ from numba import njit
 
 from bearing_twin import load_scene, simulate, write_log
 from bearing_twin.kinds.bearing.equations import raceway_rates
-from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, new_lanes
-from bearing_twin.kinds.bearing.rates import fill_lanes
+from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
+from bearing_twin.kinds.bearing.rates import put_ring_speed
 
 NOMINAL = 10.5  # ns a contact
 REPEATS = 5
@@ -31,8 +31,10 @@ def _many(bearing, lanes, count):
 
 def kernel_time(motion, count=20_000):
     """Nanoseconds of CPU time a contact."""
-    lanes = new_lanes(LANE_ROWS)
-    fill_lanes(motion.drive, 0.0, motion.state, np.arange(len(motion.state)), 0, lanes)
+    blocks = new_blocks(len(motion.state), LANE_ROWS)
+    into_blocks(motion.state, blocks, AXIS_DISTANCE)
+    lanes = blocks[0]
+    put_ring_speed(motion.drive, 0.0, lanes)
     _many(motion.bearing, lanes, 1)
     start = time.process_time()
     _many(motion.bearing, lanes, count)

@@ -14,7 +14,19 @@ PACKAGE = ROOT / "bearing_twin"
 
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
-    *("source_state", "code_cache", "compiled", "errors", "units", "parameters", "paths", "report", "sample", "shelf"),
+    *(
+        "source_state",
+        "code_cache",
+        "compiled",
+        "errors",
+        "units",
+        "parameters",
+        "paths",
+        "report",
+        "sample",
+        "shelf",
+        "stopping",
+    ),
 )
 ROOMS = (
     *GROUND,

@@ -32,7 +32,8 @@ class Motion(Protocol):
     1. `advance` does not depend on how a run is cut into chunks: twice 10 ms give what 20 ms give.
     2. `take_records` gives each record once, in order of time, those up to the end of the last chunk.
     3. Whatever cannot go on raises IntegrationError with reason, seconds and body.
-    4. Outputs that are views of one matrix (count, total width), channels side by side in order, are never copied.
+    4. A motion with an attribute `stop` (1,) raises Stopped soon after it is not 0; one without is quick.
+    5. Outputs that are views of one matrix (count, total width), channels side by side in order, are never copied.
     """
 
     def reset(self) -> None:

@@ -8,13 +8,14 @@ import time
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
 
+import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, Stopped
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
@@ -53,6 +54,7 @@ class SimNode(Node):
         self._safety = safety_of(values)
         self._discovery = values["discovery"]
         self._paused_at_start = values["start_paused"]
+        self._stop = np.zeros(1, np.uint8)
         self._description = {"scene": scene.name}
         # Both are made in the worker's thread: on a new machine it compiles kernels for a minute or more first.
         self.simulation: Simulation | None = None
@@ -71,6 +73,7 @@ class SimNode(Node):
 
     def close(self) -> None:
         """Ends the simulation and completes the log; may be called twice."""
+        self._stop[:] = 1
         # While kernels are still being compiled nothing has been computed, so there is nothing to wait for.
         if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
@@ -102,7 +105,7 @@ class SimNode(Node):
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("compiling the kernels of this scene (once on a machine)")
-        self.simulation = run = Simulation(scene)
+        self.simulation = run = Simulation(scene, self._stop)
         run.warm_up()
         self._doing = "waiting for subscribers"
         wait_for_subscribers(self._outlet.publishers, self._discovery)
@@ -130,7 +133,7 @@ class SimNode(Node):
         return wake_at
 
     def _ended(self, error: Exception | None) -> None:
-        if error is not None and self.context.ok():
+        if error is not None and not isinstance(error, Stopped) and self.context.ok():
             self.failure = error
             self._publish_status(ERROR, str(error), {})
             self.done.set()

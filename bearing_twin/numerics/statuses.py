@@ -2,7 +2,7 @@
 
 OK: all of it is done; NOT_FINITE: a state is not a number any more; TOO_DEEP: bodies have run through each other;
 STALLED: an iteration or the step control makes no progress; FULL: the arrays handed over are full; SEPARATED: the
-bodies have come apart; TIME_UP: the time asked for is over and they have not.
+bodies have come apart; TIME_UP: the time asked for is over and they have not; STOPPED: somebody wanted it to stop.
 """
 
-OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP = range(7)
+OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED = range(8)

@@ -14,6 +14,7 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block, Sample, joined, layout_of, side_by_side
+from bearing_twin.stopping import SIGNALLED, heeding_signals
 
 CHUNK_NS = 100_000_000  # integrate at most this much simulated time in one go, so that a slow scene goes on evenly ...
 CHUNK_OUTPUTS = 400  # ... and at most this many outputs, so that memory stays small
@@ -25,10 +26,13 @@ class Simulation:
 
     Integration runs in compiled code that releases the GIL, in chunks that end before sequence numbers divisible by
     their length. Commands take effect after the last output given out: what was computed ahead is computed again.
+    A long chunk ends with the error Stopped once `stop` (1,) is not 0, which is what signals of this process do to the
+    default.
     """
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, stop: np.ndarray = SIGNALLED):
         self.scene = scene
+        self._stop = stop
         self.kind = KINDS[scene.kind]
         self.choice: Choice = choose(scene)
         self.channels = scene.channels
@@ -39,7 +43,10 @@ class Simulation:
         self.reset()
 
     def _new_motion(self):
-        return self.kind.motion(self.scene.parameters, self.choice)
+        motion = self.kind.motion(self.scene.parameters, self.choice)
+        if hasattr(motion, "stop"):
+            motion.stop = self._stop
+        return motion
 
     @property
     def law(self) -> str:
@@ -135,7 +142,8 @@ class Simulation:
         period = 1e-9 * self.output_period_ns
         times = period * np.arange(1, self.chunk_outputs - first % self.chunk_outputs + 1)
         try:
-            arrays = self._motion.advance(times, times[-1])
+            with heeding_signals():
+                arrays = self._motion.advance(times, times[-1])
         except IntegrationError as error:
             sentence = f"after {1e-9 * self.time_ns:.9g} s: {error}"
             raise IntegrationError(sentence, error.reason, error.seconds, error.body) from error

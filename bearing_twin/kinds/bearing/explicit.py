@@ -21,17 +21,8 @@ from bearing_twin.kinds.bearing.layout import (
 )
 from bearing_twin.kinds.bearing.pairs import Pairs, new_pairs
 from bearing_twin.kinds.bearing.rates import block_rates
-from bearing_twin.kinds.bearing.steps import (
-    LEAST_STEP,
-    OK,
-    RATES,
-    REJECTIONS,
-    STALLED,
-    STEPS,
-    check_all,
-    error_norm,
-    turn,
-)
+from bearing_twin.kinds.bearing.steps import LEAST_STEP, RATES, REJECTIONS, STEPS, check_all, error_norm, turn
+from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
 from bearing_twin.numerics.steppers import next_step
 
 # Orientations need fewer steps than the contacts do; a state that cannot be right is looked for now and then and at
@@ -158,6 +149,8 @@ def explicit_chunk(
         room.turned_rates[:] = room.k[0]
         turned_at, done = time, 0
         while goal - time > 1e-12 * duration:
+            if results.stop[0] != 0:
+                return STOPPED
             h = (goal - time) / max(1.0, math.ceil((goal - time) / wanted - 1e-9))
             error = _explicit_step(method, bearing, drive, time, h, scales, room)
             counts[RATES] += stages * balls

@@ -42,9 +42,10 @@ from bearing_twin.kinds.bearing.layout import (
 )
 from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
-from bearing_twin.kinds.bearing.steps import JACOBIANS, OK, RATES, STEPS, check_all, spin_in_frame
+from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, STEPS, check_all, spin_in_frame
 from bearing_twin.numerics.block_solve import factorise_body, solve_body
 from bearing_twin.numerics.rotation import add, scaled, turned
+from bearing_twin.numerics.statuses import OK, STOPPED
 
 CHECK_EVERY = 64
 
@@ -120,6 +121,8 @@ def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orie
         begin, span = time, goal - time
         steps = math.ceil(span / greatest_step - 1e-9) if span > 0.0 else 0
         for step in range(steps):
+            if results.stop[0] != 0:
+                return STOPPED
             _step(bearing, drive, pairs, time, span / steps, blocks)
             time = begin + (step + 1) * (span / steps)
             counts[STEPS] += balls

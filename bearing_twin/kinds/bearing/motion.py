@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
-from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
@@ -16,19 +16,11 @@ from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
-from bearing_twin.kinds.bearing.steps import (
-    JACOBIANS,
-    NOT_FINITE,
-    OK,
-    RATES,
-    REJECTIONS,
-    STALLED,
-    STEPS,
-    TOO_DEEP,
-    Results,
-)
+from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
+from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
 from bearing_twin.report import Choice
+from bearing_twin.stopping import SIGNALLED
 
 NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
@@ -67,6 +59,7 @@ class BearingMotion:
         self.parameters = parameters
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper = choice.stepper
+        self.stop = SIGNALLED
         start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
         self.rates = fastest_rates(self.bearing, start, parameters.drive.speed)
         self.step = parameters.solver.step or stable_step(self.rates, choice.stepper)
@@ -225,7 +218,7 @@ class BearingMotion:
     def _integrate(self, drive, near, times, duration, states, orientations):
         moving = self.state, self.orientation
         failure = np.zeros(2)
-        results = Results(states, orientations, self.counts, failure)
+        results = Results(states, orientations, self.counts, failure, self.stop)
         chunk = self.bearing, drive, near, times, duration
         if self.stepper in ROSENBROCK:
             task = ChunkTask(
@@ -245,6 +238,8 @@ class BearingMotion:
         else:
             scales = REFERENCE_SHARE * self.scales
             status = scipy_chunk(SCIPY[self.stepper], *chunk, scales, *moving, results)
+        if status == STOPPED:
+            raise Stopped(f"the computation was stopped at {self.elapsed:.9g} s")
         if status != OK:
             reason, advice = FAILURES[status]
             seconds, body = self.elapsed + failure[0], f"ball {int(failure[1])}"

@@ -38,10 +38,8 @@ from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
     LANDED,
     LEAST_STEP,
-    OK,
     RATES,
     REJECTIONS,
-    STALLED,
     STEPS,
     changes_contact,
     check_ball,
@@ -49,6 +47,7 @@ from bearing_twin.kinds.bearing.steps import (
     landing,
     new_dense_step,
 )
+from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
 from bearing_twin.numerics.steppers import Rosenbrock, next_step
 
 RUNNING = -1  # status of a ball that has not reached the end of the chunk
@@ -179,6 +178,8 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
         ball[place] = number if place < running else IDLE
     _agree(coupling, STEP, True, running, blocks)
     while running > 0:
+        if results.stop[0] != 0:
+            return STOPPED
         _cut_steps(task.duration, blocks)
         rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
         _judge(task, coupling, ball, len(balls), dense, counts, blocks)

@@ -5,8 +5,9 @@ import numpy as np
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.layout import COLUMNS, MOTION
 from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.steps import JACOBIANS, OK, RATES, STEPS, relative_spin
+from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, STEPS, relative_spin
 from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.statuses import OK
 
 
 def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, orientation, results):

@@ -24,9 +24,9 @@ from bearing_twin.kinds.bearing.layout import (
     TANGENTIAL_VELOCITY,
 )
 from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.statuses import NOT_FINITE, OK, TOO_DEEP
 from bearing_twin.numerics.steppers import rosenbrock_dense
 
-OK, NOT_FINITE, TOO_DEEP, STALLED = range(4)
 STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
 LEAST_STEP = 1e-12  # seconds; a shorter step means that the equations cannot be followed
 TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
@@ -35,12 +35,13 @@ DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through eac
 
 
 class Results(NamedTuple):
-    """What a chunk fills in."""
+    """What a chunk fills in; `stop` (1,) is looked at before every step, and ends the chunk when it is not 0."""
 
     states: np.ndarray
     orientations: np.ndarray
     counts: np.ndarray
     failure: np.ndarray
+    stop: np.ndarray
 
 
 class DenseStep(NamedTuple):

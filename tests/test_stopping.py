@@ -1,0 +1,86 @@
+"""Everything can be stopped: signals and other threads end a compiled loop that would run for ever."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bearing_twin.errors import Stopped
+from bearing_twin.log.mcap_log import read_log
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.stopping import SIGNALLED, heeding_signals
+
+ENDLESS = ("solver.stepper=rk4", "solver.step=1e-11")  # a day for the first chunk
+PATIENCE = 300.0  # s: what does not end at all fails
+
+
+def test_another_thread_ends_a_chunk():
+    stop, ended = np.zeros(1, np.uint8), []
+    simulation = Simulation(load_scene("bearing_6203", ENDLESS), stop)
+    simulation.advance(1)
+
+    def run():
+        with pytest.raises(Stopped, match="was stopped at 0 s"):
+            simulation.advance(1)
+        ended.append(simulation.sequence)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    time.sleep(0.2)
+    stop[:] = 1
+    thread.join(PATIENCE)
+    assert ended == [0]
+    assert not SIGNALLED[0]
+
+
+@pytest.mark.parametrize("stepper", ["rodas4", "rk4", "imex"])
+def test_every_loop_looks_before_each_step(stepper):
+    stop = np.ones(1, np.uint8)
+    simulation = Simulation(load_scene("bearing_6203", [f"solver.stepper={stepper}"]), stop)
+    simulation.advance(1)
+    with pytest.raises(Stopped):
+        simulation.advance(1)
+    stop[:] = 0
+    simulation.reset()
+    simulation.advance(2)
+    same = next(iter(simulate(load_scene("bearing_6203", [f"solver.stepper={stepper}"])).blocks()))
+    simulation.reset()
+    assert np.array_equal(simulation.advance(len(same)).values["normal_load"], same.values["normal_load"])
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code):
+    path, words = tmp_path / "run.mcap", [word for one in ENDLESS for word in ("--set", one)]
+    command = [sys.executable, "-m", "bearing_twin", "simulate", "bearing_6203", *words, "--out", str(path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, cwd=Path(__file__).parents[1]) as process:
+        try:
+            end = time.monotonic() + PATIENCE
+            while not path.exists() and process.poll() is None and time.monotonic() < end:
+                time.sleep(0.05)
+            time.sleep(1.0)
+            process.send_signal(number)
+            said = process.communicate(timeout=PATIENCE)[1].decode()
+        finally:
+            process.kill()
+    assert process.returncode == code, said
+    assert "Traceback" not in said
+    assert path.exists() is False or len(list(read_log(path))) <= 1
+
+
+def test_signals_are_noted_within_and_forgotten_after():
+    seen = []
+    previous = signal.signal(signal.SIGTERM, lambda *_: seen.append("handled"))
+    try:
+        with heeding_signals():
+            signal.raise_signal(signal.SIGTERM)
+            noted = int(SIGNALLED[0])
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+    assert (noted, int(SIGNALLED[0]), seen) == (signal.SIGTERM, 0, ["handled"])
+    assert signal.set_wakeup_fd(-1) == -1
