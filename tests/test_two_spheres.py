@@ -36,7 +36,7 @@ def test_the_spheres_of_paper_3():
     """Eqs. (1) and (2) with the printed steel data."""
     assert impact.alpha(STEEL, MASS) == pytest.approx(1.143048864e-4, rel=1e-9)
     found = solved()
-    assert found.contact_duration == pytest.approx(6.278541908e-5, rel=1e-9)
+    assert found.contacts[0].duration == pytest.approx(6.278541908e-5, rel=1e-9)
     assert found.peak_force == pytest.approx(132314.068, rel=1e-8)
     assert found.greatest_approach == pytest.approx(4.26636418e-4, rel=1e-8)
     assert solved("motion.first_velocity=0.1").peak_force == pytest.approx(229.28, rel=1e-4)
@@ -44,7 +44,7 @@ def test_the_spheres_of_paper_3():
 
 def test_a_measured_alpha_takes_the_place_of_the_materials():
     found = solved("contact.measured_alpha=1.138e-4")
-    assert found.contact_duration == pytest.approx(6.250809491e-5, rel=1e-9)
+    assert found.contacts[0].duration == pytest.approx(6.250809491e-5, rel=1e-9)
     assert found.peak_force == pytest.approx(132901.094, rel=1e-8)
     assert impact.alpha(impact.coefficient_of_alpha(1.138e-4, MASS), MASS) == pytest.approx(1.138e-4, rel=1e-14)
 
@@ -61,7 +61,7 @@ def test_invariants_hold_for_any_bodies(speed, mass, coefficient):
 
 def strikes(found, truth, rel=1e-8):
     """Whether a solved impact is one that was followed by another program: figures and history."""
-    assert found.contact_duration == pytest.approx(truth.duration, rel=rel)
+    assert found.contacts[0].duration == pytest.approx(truth.duration, rel=rel)
     assert found.peak_force == pytest.approx(truth.peak_force, rel=rel)
     assert found.greatest_approach == pytest.approx(truth.greatest_approach, rel=rel)
     assert found.restitution == pytest.approx(truth.restitution, rel=rel)
@@ -108,7 +108,8 @@ def test_a_million_impacts_at_once():
 
 def test_the_differential_equation_gives_the_closed_form():
     exact, found = solved(), solved("wanted.tolerance=1e-12", stepper="dop853")
-    for name in ("contact_duration", "peak_force", "greatest_approach", "restitution"):
+    assert found.contacts[0].duration == pytest.approx(exact.contacts[0].duration, rel=1e-9)
+    for name in ("peak_force", "greatest_approach", "restitution"):
         assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-10)
     assert found.force == pytest.approx(exact.force, abs=1e-9 * exact.peak_force)
     assert found.values["velocity"] == pytest.approx(exact.values["velocity"], abs=1e-8)
@@ -123,7 +124,7 @@ def test_damping_gives_exactly_the_restitution_asked_for(restitution, product):
     for found in (by_quadrature, by_equation):
         assert found.restitution == pytest.approx(restitution, rel=1e-9)
         assert abs(found.energy_closure) < 1e-9
-    assert by_quadrature.contact_duration == pytest.approx(by_equation.contact_duration, rel=1e-9)
+    assert by_quadrature.contacts[0].duration == pytest.approx(by_equation.contacts[0].duration, rel=1e-9)
     assert by_quadrature.peak_force == pytest.approx(by_equation.peak_force, rel=1e-8)
     assert by_quadrature.force == pytest.approx(by_equation.force, abs=1e-6 * by_equation.peak_force)
 
@@ -236,10 +237,10 @@ def test_a_step_beyond_an_eighth_of_the_contact_is_refused_and_a_coarse_one_is_w
 
 @pytest.mark.parametrize(("stepper", "order"), [("rk4", 2.0), ("symplectic_euler", 1.0)])
 def test_fixed_steps_converge(stepper, order):
-    exact, errors = solved().contact_duration, []
+    exact, errors = solved().contacts[0].duration, []
     for count in (50, 800):
         step = exact / count
-        errors.append(abs(solved(f"solver.step={step!r}", stepper=stepper).contact_duration / exact - 1.0))
+        errors.append(abs(solved(f"solver.step={step!r}", stepper=stepper).contacts[0].duration / exact - 1.0))
     assert math.log(errors[0] / errors[1]) / math.log(16.0) > order - 0.1
 
 

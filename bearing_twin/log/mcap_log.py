@@ -28,7 +28,7 @@ from bearing_twin.log.stream import Channelled, MessageStream, topics
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Run
-from bearing_twin.sample import joined
+from bearing_twin.sample import Aligned
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
@@ -129,20 +129,18 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
     the same bytes for the same run. Raises LogError if `path` exists, before anything is computed; whatever the run
     raises passes through after the log is completed with the outputs so far.
     """
-    samples, waiting, together = 0, [], 1 if max_loss else ENCODED_TOGETHER
+    samples, pieces = 0, Aligned(ENCODED_TOGETHER)
     with LogWriter(path, run.scene, choice_record(run.choice), run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
         try:
             for block in run.blocks():
-                waiting.append(block)
                 samples += len(block)
-                if sum(map(len, waiting)) >= together:
-                    log.write_all(stream.messages(joined(waiting)))
-                    waiting = []
+                for piece in (block,) if max_loss else pieces.add(block):
+                    log.write_all(stream.messages(piece))
         finally:
             if not log.problem:
-                if waiting:
-                    log.write_all(stream.messages(joined(waiting)))
+                for piece in pieces.rest():
+                    log.write_all(stream.messages(piece))
                 log.write_all(stream.flush())
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
