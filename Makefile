@@ -3,13 +3,14 @@
 # make test    set up what is missing, then run the tests; one file: make test T=tests/test_x.py
 # make test-environments   what needs slow or strange surroundings: empty caches, a busy processor, other Pythons
 # make lint    style and formatting
+# make bench   how fast runs and static solves are in the user's hand, on this machine
 # make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder
 
 SHELL := /bin/bash
 PYTHON ?= python3
 .DEFAULT_GOAL := help
-.PHONY: help setup base check test test-environments lint format demo clean missing
+.PHONY: help setup base bench check test test-environments lint format demo clean missing
 .NOTPARALLEL:
 
 , := ,
@@ -102,6 +103,10 @@ test: setup $(STAMPS)/variants
 test-environments: setup
 	$(call stage,tests of environments)
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest -m environment -v $(T)
+
+bench: setup
+	@.venv/bin/python bench/speed.py
+	@.venv/bin/python bench/static_solve.py
 
 lint: $(PACKAGES)
 	@.venv/bin/ruff check .

@@ -53,6 +53,10 @@ def timed(function, *arguments) -> float:
     return 1e6 * (time.process_time() - begin) / CALLS
 
 
+def told(what, microseconds):
+    print(f"  {what}{microseconds:8.1f}")
+
+
 def main() -> None:
     """Prints one line a case."""
     for speed in (0.0, 157.08):
@@ -62,10 +66,10 @@ def main() -> None:
         start = solver.setting, solver.directions
         end = solver.place, solver.weights, solver.longest, solver.load, solver.stiffness
         arrays = end[:2] + end[3:]
-        print(f"{speed:8.2f} rad/s")
-        print("  cold   ", timed(cold, *start, free, wanted, solver.scales, solver.longest, solver.q, *arrays))
-        print("  warm   ", timed(warm, TURN, *start, solver.q, free, wanted, *end))
-        print("  held   ", timed(held, *start, solver.q, *arrays))
+        print(f"static solve of 8 balls under 1000 N, {speed:.0f} rad/s, CPU time in µs")
+        told("cold", timed(cold, *start, free, wanted, solver.scales, solver.longest, solver.q, *arrays))
+        told("warm", timed(warm, TURN, *start, solver.q, free, wanted, *end))
+        told("held", timed(held, *start, solver.q, *arrays))
 
 
 if __name__ == "__main__":
