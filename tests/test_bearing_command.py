@@ -107,6 +107,16 @@ def test_tables_fit_eighty_columns(words, capsys):
     assert "no promise" in out
 
 
+def test_columns_stay_apart(capsys):
+    """Negative cells of five digits and an exponent are the longest there are."""
+    words = "--load", "-,-300,-", "--displacement", "1e-6,-,-", "--misalignment", "2e-4,0"
+    assert cli.main(["bearing", "bearing_6203", *words]) == cli.DONE
+    lines = capsys.readouterr().out.splitlines()
+    first = lines.index("stiffness: load [N, N m] for 1 µm or 1 mrad more along") + 1
+    rows = [[float(cell) for cell in line[22:].split()] for line in lines[first : first + 5]]
+    assert [len(row) for row in rows] == [5] * 5
+
+
 def test_sweeps_are_curves(capsys):
     found = answered(capsys, *DOWN, "--sweep", "load=100:1000:4")
     assert found["values"] == pytest.approx([100.0, 400.0, 700.0, 1000.0])
@@ -148,6 +158,7 @@ def test_pictures_are_written(more, tmp_path, capsys):
         (("--sweep", "load=1:2"), "must look like load=100:2000:20"),
         (("--sweep", "load=1:2:3"), "give its direction by --load"),
         (("--sweep", "lod=1:2:3"), "is no number of a bearing"),
+        (("--sweep", "hardness=1:2:3"), "legal: load, clearance, speed, geometry"),
         (("--sweep", "speed=0:100:1"), "must have 2 to 10000 values"),
         (("--load", "0,-1e9,0", "--sweep", "load=1e8:1e9:3"), "no value of this sweep has an equilibrium"),
     ],
@@ -160,4 +171,5 @@ def test_bad_input_is_one_sentence(words, sentence, capsys):
 
 
 def test_other_kinds_are_refused(capsys):
-    assert "scene two_discs is no bearing" in refused(capsys, "bearing", "two_discs", "--load", "0,0,1")
+    for words in (("--load", "0,0,1"), ("--sweep", "speed=0:100:3"), ("--sweep", "load=1:2:3")):
+        assert "scene two_discs is no bearing" in refused(capsys, "bearing", "two_discs", *words)

@@ -111,4 +111,5 @@ def test_lanes_rub_as_single_contacts_do(friction):
 
 def test_a_rough_friction_model_is_warned_of():
     rough = {name for name in FRICTIONS if choose(load_scene("bearing_6203", [f"contact.friction={name}"])).warnings}
-    assert rough == {"pade1", "pade2"}
+    assert rough == {name for name, row in FRICTIONS.items() if row.error > FRICTIONS["spot"].error}
+    assert rough >= {"pade1", "pade2"}

@@ -11,7 +11,7 @@ from bearing_twin.charts.friction import CONTESTANTS, POLES, draw, measure, read
 from bearing_twin.contact.friction import FRICTIONS, over_spot, points, spot_friction_pade1, spot_friction_pade2
 from bearing_twin.reference.spot import spot_friction_exact
 
-COARSE, FINE, FIRST, SECOND = CONTESTANTS
+COARSE, FINE, FIRST, SECOND = "spot", "spot_fine", "pade1", "pade2"
 
 
 @pytest.fixture(scope="module")
@@ -64,13 +64,15 @@ def test_order_of_accuracy_and_cost(measured):
 
 def test_failures_stay_in_table_picture_and_reading(measured, tmp_path):
     failed = {(p.form, p.axis_ratio, p.spin_over_slip) for p in measured if p.failed}
-    assert {form for form, _, _ in failed} == {FIRST, SECOND}
+    failing = {form for form, _, _ in failed}
+    assert failing >= {FIRST, SECOND}
+    assert not failing & {COARSE, FINE}
     write_table(measured, tmp_path / "friction.csv")
     rows = list(csv.DictReader((tmp_path / "friction.csv").open(encoding="utf-8")))
     assert len(rows) == len(measured)
     assert sum(row["failed"] == "True" for row in rows) == len(failed)
     sentences = reading(measured)
     assert len(sentences) == len(CONTESTANTS)
-    assert "fails at" in sentences[2]
+    assert failing == {sentence.partition(":")[0] for sentence in sentences if "fails at" in sentence}
     draw(measured, tmp_path / "friction.png")
     assert (tmp_path / "friction.png").read_bytes().startswith(b"\x89PNG")

@@ -26,7 +26,9 @@ WORDS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `bearing` to its parser."""
     parser.add_argument("scene", help="name of a bearing scene (see `bearing_twin scenes`) or path of a YAML file")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
+    )
     for name, (names, _) in VECTORS.items():
         parser.add_argument(f"--{name}", metavar=",".join(names), help=WORDS[name])
     parser.add_argument(
@@ -107,15 +109,21 @@ def _support(given: dict, parameters):
     return Support(tuple(free), tuple(loads), tuple(held))
 
 
-def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
-    """One equilibrium; `factor` multiplies the loads."""
-    from bearing_twin.kinds.bearing.quasi_static import answer, statics
-    from bearing_twin.run.fidelity import choose
+def _bearing_scene(arguments, overrides=()):
     from bearing_twin.run.scene import load_scene
 
     scene = load_scene(arguments.scene, [*arguments.set, *overrides])
     if scene.kind != "bearing":
-        raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a bearing")
+        raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
+    return scene
+
+
+def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
+    """One equilibrium; `factor` multiplies the loads."""
+    from bearing_twin.kinds.bearing.quasi_static import answer, statics
+    from bearing_twin.run.fidelity import choose
+
+    scene = _bearing_scene(arguments, overrides)
     parameters, law = scene.parameters, choose(scene).law
     support = _support(given, parameters)
     if factor is not None:
@@ -146,12 +154,10 @@ def _sweep(text: str) -> tuple[str, list[float]]:
 def _swept(arguments, given, angle, key, values) -> dict:
     """Curves over a sweep, with how its axis is shown."""
     from bearing_twin.kinds.bearing.quasi_static.sweep import curves_of
-    from bearing_twin.run.scene import load_scene
 
-    scene = load_scene(arguments.scene, arguments.set)
+    scene = _bearing_scene(arguments)
     if key == "load":
-        support = _support(given, scene.parameters) if scene.kind == "bearing" else None
-        size = math.dist(support.loads[:3], (0.0,) * 3) if support else 0.0
+        size = math.dist(_support(given, scene.parameters).loads[:3], (0.0,) * 3)
         if size == 0.0:
             raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
         path, axis = key, {"label": "load [N]", "scale": 1.0}
@@ -180,6 +186,8 @@ def _axis_of(scene, path: str, values) -> dict:
 
     rows = {row.key: row for row in describe(KINDS[scene.kind].parameters) if row.type == "number"}
     if path not in rows:
-        raise SceneError(f"--sweep {echo(path)} is no number of a {scene.kind}; {unknown(path, ['load', *rows])}")
+        raise SceneError(
+            f"--sweep {echo(path)} is no number of a {scene.kind}; {unknown(path, ['load', *SHORT_KEYS, *rows])}"
+        )
     scale, unit = prefixed(max(map(abs, values)), rows[path].unit)
     return {"label": labelled(path, unit), "scale": scale}

@@ -30,7 +30,9 @@ def _row(name, units, lengths, turns, sign=1e3):
 
 
 def _short(value):
-    return "0" if abs(value) < 1e-9 else f"{value:.5g}"
+    """At most 10 characters, so that columns of 11 stay apart."""
+    shown = "0" if abs(value) < 1e-9 else f"{value:.5g}"
+    return shown if len(shown) <= 10 else f"{value:.4g}"
 
 
 def _balls(result):

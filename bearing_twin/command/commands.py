@@ -29,7 +29,9 @@ class Command(NamedTuple):
 
 def _simulate_arguments(parser):
     parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
+    )
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
     parser.add_argument(
@@ -63,7 +65,7 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.run.simulation import simulate
 
     with progress(f"simulating {scene.name}") as update:
-        with said_if_slow("compiling what this scene needs, once on a machine"):
+        with said_if_slow("loading what this scene needs; compiled once on a machine"):
             run = simulate(scene, update)
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))

@@ -16,7 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `compile` to its parser."""
     which = "name of a scene or path of a YAML file; without one, all scenes of `bearing_twin scenes`"
     parser.add_argument("scene", nargs="*", help=which)
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of each scene")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of each scene; may be repeated"
+    )
 
 
 def run(arguments: argparse.Namespace) -> Outcome:

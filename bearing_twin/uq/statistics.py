@@ -111,7 +111,7 @@ def _moment(sample, statistic):
     if std <= 1e-14 * abs(mean):
         if statistic == "std":
             return std, np.zeros_like(sample)
-        raise StatisticError("all samples are equal: there is no skewness")
+        raise StatisticError("all samples are equal")
     z = (sample - mean) / float(np.std(sample))
     if statistic == "std":
         return std, 0.5 * std * (z**2 - 1.0)
