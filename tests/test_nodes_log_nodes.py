@@ -30,12 +30,12 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.raw_log import RECORDING_RECORD
 from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
-from bearing_twin.nodes.recording import RECORD
 from bearing_twin.nodes.replay_node import ReplayNode
 
 SCENE = made_up_scene(balls=2)
@@ -93,7 +93,7 @@ def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
     assert all(began <= m.publish_time <= m.log_time <= time.time_ns() for m in logged)
     stored = read_log(path)
     assert bits(stored) == bits(BLOCK)
-    assert stored.metadata[RECORD]["samples_lost"] == "0"
+    assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "0"
 
 
 def test_lost_outputs_are_counted_and_said(tmp_path):
@@ -133,7 +133,7 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
         assert (status["messages"], status["uncounted"]) == (6, "")
         recover(path, tmp_path / "saved.mcap")  # as a crash would leave it
         with McapReader(tmp_path / "saved.mcap") as reader:
-            told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORD]
+            told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
         assert told[-1]["messages_lost"] == "25"
         second = talker.create_publisher(Float64, "/elsewhere", 100)
         second.publish(Float64())
@@ -230,4 +230,4 @@ def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number)
     assert recorder.returncode == 0, said
     stored = read_log(path)  # raises for a log without its index
     assert bits(stored) == bits(BLOCK)
-    assert stored.metadata[RECORD]["messages"] == str(len(blocks))
+    assert stored.metadata[RECORDING_RECORD]["messages"] == str(len(blocks))

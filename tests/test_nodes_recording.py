@@ -1,5 +1,6 @@
 """What recorder_node and replay_node think: losses, definitions, and the way from a log back to messages. No ROS."""
 
+import json
 import math
 import os
 from types import SimpleNamespace
@@ -7,15 +8,16 @@ from types import SimpleNamespace
 import pytest
 from made_up_run import made_up_block, made_up_run, made_up_scene
 
+from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.stream import samples_message, topics
-from bearing_twin.nodes.recording import RECORD, Recording, Sequences, default_topics, sample_range
+from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
 from bearing_twin.run.scene import Scene
 
@@ -51,6 +53,24 @@ def test_losses_and_restarts_are_counted():
     assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
 
 
+def test_a_report_tells_what_a_recorder_lost(tmp_path, capsys):
+    recording = Recording(tmp_path / "out.mcap", ["*"])
+    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+    recording.add("/other", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+    recording.receive(SAMPLES, 1000, 900, sample_block(0, 50), 1)
+    for number in (1, 4):
+        recording.receive("/other", 1000, 900, bytes(8), number)
+    recording.several("/third")
+    recording.close()
+    assert read_log(tmp_path / "out.mcap").losses == {
+        "messages_lost": 2, "messages_dropped": 0, "uncounted": "/third",
+    }  # fmt: skip
+    assert main(["report", str(tmp_path / "out.mcap"), "--json", "--strict"]) == DOUBTFUL
+    said = capsys.readouterr()
+    assert json.loads(said.out)["messages_lost"] == 2
+    assert "2 messages were lost on the way to the recorder" in said.err
+
+
 def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     recording = Recording(tmp_path / "out.mcap", ["*"])
     for topic in ("/one", "/two", "/three", "/four"):
@@ -65,7 +85,7 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     assert recording.status()["messages_lost"] == 0
     recording.close()
     with McapReader(tmp_path / "out.mcap") as reader:
-        [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORD]
+        [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
     assert told["uncounted"] == "/four /one /three"
 
 
@@ -109,8 +129,8 @@ def test_a_recording_holds_the_bytes_and_what_was_lost(tmp_path):
     ]
     stored = read_log(tmp_path / "out.mcap", allow_gaps=True)
     assert sum(len(block) for block in stored.blocks()) == 100
-    assert stored.metadata[RECORD]["samples_lost"] == "20"
-    assert stored.metadata[RECORD]["samples_received"] == "100"
+    assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "20"
+    assert stored.metadata[RECORDING_RECORD]["samples_received"] == "100"
 
 
 def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):

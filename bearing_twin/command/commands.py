@@ -158,10 +158,12 @@ def _report(arguments) -> Outcome:
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
     watched = _Watched(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), duration, f"reading {arguments.log}"))
-    result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing}
+    result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
     if picture:
         result["plot"] = watched.write(picture)
     doubts = [f"{missing} outputs are missing from the log"] if missing else []
+    lost = {"messages_lost": "were lost on the way to the recorder", "messages_dropped": "were dropped on a full disk"}
+    doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
     return Outcome(result, doubts + _doubts(result))
 
 

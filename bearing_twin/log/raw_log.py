@@ -20,6 +20,7 @@ from bearing_twin.log.mcap_read import LoggedMessage, McapReader
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
 
 SCENE_RECORD = "bearing_twin"
+RECORDING_RECORD = "bearing_twin_recording"  # what a recorder received and what was lost; the last one counts
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 RETRY = 1.0  # s between tries while the disk is full
 _LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml

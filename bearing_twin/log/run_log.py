@@ -11,7 +11,7 @@ import numpy as np
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
-from bearing_twin.log.raw_log import RUN_RECORD, SCENE_RECORD, log_files
+from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene, parse_scene, read_logged
@@ -70,6 +70,16 @@ class LogStream:
         self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else _channels(self.scene, first)
+
+    @property
+    def losses(self) -> dict[str, int | str]:
+        """What a recorder says of messages that are not in its log, by key; empty for any other log.
+
+        `uncounted` names topics of several publishers, whose losses nobody knows.
+        """
+        told = self.metadata.get(RECORDING_RECORD, {})
+        counts = {key: int(told[key]) for key in ("messages_lost", "messages_dropped") if told.get(key, "").isdigit()}
+        return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
 
     @property
     def has_records(self) -> bool:

@@ -14,9 +14,8 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 
-RECORD = "bearing_twin_recording"
 DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
 
 
@@ -121,7 +120,7 @@ class Recording:
                 return
             if losses > self._noted:
                 self._noted = losses
-                self._log.add_metadata(RECORD, self._told(status))
+                self._log.add_metadata(RECORDING_RECORD, self._told(status))
 
     def status(self) -> dict[str, int | str]:
         """Counts so far: topics, messages, bytes, and what was lost, of messages and of solver outputs.
@@ -165,7 +164,7 @@ class Recording:
                 return
             self._closed = True
         try:
-            self._log.add_metadata(RECORD, self._told(self.status()))
+            self._log.add_metadata(RECORDING_RECORD, self._told(self.status()))
         finally:
             self._log.close()
 
