@@ -47,6 +47,20 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         executor.shutdown()
 
 
+def test_two_nodes_of_one_name_are_told(tmp_path):
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        alone = started(executor, RecorderNode, log=str(tmp_path / "one.mcap"))
+        spin_until(executor, lambda: seen, "diagnostics")
+        assert "problem" not in {one.key for one in seen[0].values}
+        started(executor, RecorderNode, log=str(tmp_path / "two.mcap"))
+        told = lambda: any(one.value == running.NAMESAKE for status in seen for one in status.values)  # noqa: E731
+        spin_until(executor, told, "a warning")
+        assert seen[-1].level >= DiagnosticStatus.WARN
+        assert alone.failure is None
+
+
 def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
     monkeypatch.setattr(running, "MOST_FAULTS", 3)
     with ros_executor() as others:

@@ -23,6 +23,7 @@ ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next he
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
+NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
 MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
 
 
@@ -70,13 +71,19 @@ class Heartbeat:
     """What a node says of itself on /diagnostics, under its own name and `what` it does."""
 
     def __init__(self, node: Node, what: str):
-        self._node, self._what = node, what
+        self._node, self._what, self._namesake = node, what, False
         self._publisher = node.create_publisher(
             message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
         )
 
     def say(self, level: bytes, message: str, values: dict) -> None:
         """Publishes one status; faults of callbacks so far are added, and make of OK a warning."""
+        own = self._node.get_name(), self._node.get_namespace()
+        if self._node.get_node_names_and_namespaces().count(own) > 1:
+            level, values = max(level, WARN), values | {"problem": NAMESAKE}
+            if not self._namesake:
+                self._node.get_logger().warning(NAMESAKE)
+            self._namesake = True
         faults = getattr(self._node.executor, "faults", 0)
         if faults:
             level, values = max(level, WARN), values | {"faults": faults}
