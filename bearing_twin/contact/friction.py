@@ -4,7 +4,7 @@ On a spot with Hertz's pressure each point slides with v + omega x r, so spin we
 weakens the drilling torque (Contensou, Erismann). The usual closed forms have the right limits and miss a third of the
 force or most of the torque in between; `bearing_twin chart friction` shows all against `reference.spot`.
 
-To add a model, write its function and give it a row in `FRICTIONS`; `friction_of` is the one entry to all.
+To add a model, write its function and give it a row in `_ROWS`; `friction_of` is the one entry to all.
 """
 
 import math
