@@ -340,6 +340,31 @@ def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
     assert times == [k for k in range(150) if k < 140 - dropped or k >= 140]
 
 
+def test_a_split_that_finds_no_room_loses_nothing(tmp_path, monkeypatch):
+    """Neither a flush nor the next file can be written when a new file is due: the old one goes on until both can."""
+    opened = os.open
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def no_new_file(path, *more):
+        return full() if str(path).endswith(".mcap") else opened(path, *more)
+
+    with RawLogWriter(tmp_path / "bag", safety=Safety(patient=True, split_seconds=1e-8)) as log:
+        number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+        for first, name, fails in ((0, "pwrite", os.pwrite), (20, "pwrite", full), (40, "open", no_new_file)):
+            with monkeypatch.context() as patched:
+                patched.setattr(os, name, fails)
+                for k in range(first, first + 20):
+                    log.write(number, k, k, bytes(12))
+        log.flush()
+        for k in range(60, 80):
+            log.write(number, k, k, bytes(12))
+        assert (log.problem, log.dropped) == ("", 0)
+    assert [message.log_time for message in raw_messages(tmp_path / "bag")] == list(range(80))
+    assert len(list((tmp_path / "bag").glob("*.mcap"))) > 2
+
+
 def test_what_was_flushed_is_never_written_again(tmp_path):
     """A write that a crash tears costs what it was to add, and nothing before it."""
     path = tmp_path / "run.mcap"

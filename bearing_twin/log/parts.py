@@ -4,6 +4,7 @@ Each file can be read alone: topics, metadata and the last latched messages are 
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,11 +38,6 @@ class _Described(NamedTuple):
     row: LoggedTopic
     definition: str
 
-    @property
-    def latched(self) -> bool:
-        """Whether whoever comes late gets the last message too."""
-        return any(qos.durability == "transient_local" for qos in self.row.qos)
-
 
 class Parts:
     """The files of a log at `name(0)`, `name(1)`, ..., written as one; see `Safety`. Errors are `McapWriter`'s."""
@@ -51,12 +47,14 @@ class Parts:
         self._number = 0
         self._topics: dict[int, _Described] = {}
         self._metadata: dict[str, dict[str, str]] = {}
+        self._repeated: set[int] = set()  # latched topics, of which each file has the last message; none without split
         self._latched: dict[int, tuple[int, bytes]] = {}
         self._done: list[Span] = []  # files that are complete and still there
         self._totals: dict[int, int] = {}  # messages of complete files, by topic
         self._dropped = 0
         self._began: int | None = None  # time of the first message of the file [ns]
-        self._writer = self._open()
+        self._splits = bool(safety.split_bytes or safety.split_seconds)
+        self._writer = self._open(0)
 
     @property
     def path(self) -> Path:
@@ -90,19 +88,20 @@ class Parts:
 
     def register(self, row: LoggedTopic, definition: str) -> int:
         """Describes a topic and returns its number, which is the same in all files."""
-        number = self._describe(_Described(row, definition))
-        self._topics[number] = _Described(row, definition)
+        described = _Described(row, definition)
+        number = self._describe(described)
+        self._topics[number] = described
         self._totals[number] = 0
+        if self._splits and any(qos.durability == "transient_local" for qos in row.qos):
+            self._repeated.add(number)
         return number
 
     def write(self, topic: int, log_time: int, publish_time: int, data: bytes) -> bool:
         """Adds one message; True if a new file was begun for it."""
-        new = self._due(log_time)
-        if new:
-            self._next(log_time)
+        new = self._splits and self._due(log_time) and self._next(log_time)
         if self._began is None:
             self._began = log_time
-        if self._topics[topic].latched:
+        if topic in self._repeated:
             self._latched[topic] = (publish_time, bytes(data))
         self._writer.write(topic, log_time, publish_time, data)
         return new
@@ -135,9 +134,9 @@ class Parts:
         counts = {number: self._totals[number] + self._writer.counts[number] for number in self._topics}
         return bag_information(self._rows(counts), [*self._done, self._span(self.path.name)])
 
-    def _open(self) -> McapWriter:
+    def _open(self, number: int) -> McapWriter:
         library = f"bearing_twin {bearing_twin.__version__}"
-        return McapWriter(self.path, library, self._safety.fsync, self._safety.patient)
+        return McapWriter(self._name(number), library, self._safety.fsync, self._safety.patient)
 
     def _describe(self, described: _Described) -> int:
         row = described.row
@@ -150,16 +149,25 @@ class Parts:
             return False
         return bool((limit and self._writer.bytes >= limit) or (seconds and log_time >= self._began + seconds * 1e9))
 
-    def _next(self, log_time: int) -> None:
-        """Completes the file and begins the next, with everything that is needed to read it alone."""
-        self.finish()
-        self._writer.close()
+    def _next(self, log_time: int) -> bool:
+        """Completes the file and begins the next, with everything that is needed to read it alone.
+
+        False where the disk has no room for that: the file goes on.
+        """
+        try:
+            self._writer.flush()
+            following = self._open(self._number + 1)
+        except LogError:
+            return False
+        with suppress(LogError):  # without its last record or its index a file is still read by `recover`
+            self.finish()
+        with suppress(LogError):
+            self._writer.close()
         self._done.append(self._span(self.path.name))
         for number, count in self._writer.counts.items():
             self._totals[number] += count
         self._dropped += self._writer.dropped
-        self._number, self._began = self._number + 1, log_time
-        self._writer = self._open()
+        self._number, self._began, self._writer = self._number + 1, log_time, following
         for name, values in self._metadata.items():
             self._writer.add_metadata(name, values)
         for described in self._topics.values():
@@ -169,6 +177,7 @@ class Parts:
         while self._safety.keep and len(self._done) >= self._safety.keep:
             gone = self._done.pop(0)
             self._name(0).with_name(gone.path).unlink(missing_ok=True)
+        return True
 
     def _rows(self, counts: Mapping[int, int]) -> list[LoggedTopic]:
         return [one.row._replace(messages=counts[number]) for number, one in self._topics.items()]
