@@ -5,6 +5,10 @@ import time
 import pytest
 from hypothesis import settings
 
+from bearing_twin.processors import one_processor
+
+one_processor()
+
 # The first example compiles a kernel; how long examples take says nothing about right or wrong.
 settings.register_profile("bearing_twin", deadline=None)
 settings.load_profile("bearing_twin")

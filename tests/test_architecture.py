@@ -22,6 +22,7 @@ GROUND = (
         "units",
         "parameters",
         "paths",
+        "processors",
         "report",
         "sample",
         "shelf",

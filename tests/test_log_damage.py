@@ -156,7 +156,7 @@ def test_no_flipped_bit_changes_samples_in_silence(log_path, tmp_path):
     refused = 0
     for position in [
         *range(60),
-        *random.integers(0, len(original), size=150),
+        *random.integers(0, len(original), size=100),
         *range(len(original) - 60, len(original)),
     ]:
         data = bytearray(original)
@@ -166,7 +166,7 @@ def test_no_flipped_bit_changes_samples_in_silence(log_path, tmp_path):
             assert bits(read_log(flipped)) == whole
         except LogError:
             refused += 1
-    assert refused >= 250
+    assert refused >= 200
 
 
 def test_no_cut_escapes_as_another_exception(log_path, tmp_path):

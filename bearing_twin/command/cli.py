@@ -16,6 +16,7 @@ import sys
 from bearing_twin import __version__
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.processors import one_processor
 from bearing_twin.report import json_text, plain_json
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
@@ -32,6 +33,7 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv=None) -> int:
     """Run one subcommand and return the exit code; never a traceback for what a user can cause."""
+    one_processor()
     try:
         with _ended_by_signals():
             return _main(sys.argv[1:] if argv is None else list(argv))

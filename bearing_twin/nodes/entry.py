@@ -7,6 +7,7 @@ import importlib
 import sys
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.processors import one_processor
 
 
 def sim_node() -> int:
@@ -35,6 +36,7 @@ def demo() -> int:
 
 
 def _run(name: str) -> int:
+    one_processor()
     try:
         importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
         return importlib.import_module(f"bearing_twin.nodes.{name}").main()
