@@ -18,6 +18,7 @@ from bearing_twin.units import NO_LIMITS, UNITS, Limits, with_unit
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
 LONGEST_ECHO = 60
+MOST_NAMED = 24  # legal words in a message
 
 
 class Parameter(NamedTuple):
@@ -141,11 +142,12 @@ def names_at(cls, words: Iterable[str]) -> Mapping[str, Any]:
 
 
 def unknown(word: Any, legal: Iterable[str]) -> str:
-    """The tail of a message about an unknown word: the nearest legal one, if any is near, and all of them."""
+    """The tail of a message about an unknown word: the nearest legal one, if any is near, and all or the first ones."""
     legal = [str(one) for one in legal]
     near = difflib.get_close_matches(str(word).lower(), [one.lower() for one in legal], n=1, cutoff=0.5)
     hint = next((f"did you mean {one}? " for one in legal if near and one.lower() == near[0]), "")
-    return f"{hint}legal: {', '.join(legal)}"
+    more = f" and {len(legal) - MOST_NAMED} more" if len(legal) > MOST_NAMED else ""
+    return f"{hint}legal: {', '.join(legal[:MOST_NAMED])}{more}"
 
 
 def echo(value: Any) -> str:

@@ -38,13 +38,13 @@ def show_result(result: Mapping) -> None:
     for key, value in single.items():
         name, unit = named(key)
         table.add_row(name, Text(f"{value} {unit}".rstrip()))
-    console.print(table, highlight=False)
+    _put(console, table)
     together = max((console.width - 6) // COLUMN, 1)
     for lists in columns.values():
         keys = list(lists)
         for start in range(0, len(keys), together):
-            console.print()
-            console.print(_ball_table({key: lists[key] for key in keys[start : start + together]}), highlight=False)
+            print()
+            _put(console, _ball_table({key: lists[key] for key in keys[start : start + together]}))
 
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
@@ -57,7 +57,17 @@ def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
         table.add_column(Text(name), no_wrap=index == 0)  # else [s/m] is taken for markup
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
-    _console(sys.stdout, WIDE).print(table)
+    _put(_console(sys.stdout, WIDE), table)
+
+
+def _put(console, table) -> None:
+    """Print a table; in a pipe its lines end with their last word."""
+    if console.is_terminal:
+        console.print(table, highlight=False)
+        return
+    with console.capture() as told:
+        console.print(table, highlight=False)
+    print("\n".join(line.rstrip() for line in told.get().splitlines()))
 
 
 def show_text(text: str = "") -> None:

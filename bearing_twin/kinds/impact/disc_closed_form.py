@@ -25,7 +25,8 @@ def contact_time(law: LineLaw, reduced_mass, speed, nodes: int = NODES):
     column = LineLaw(scale[..., None], compliance[..., None], half[..., None])
     angle, weight = _nodes(nodes)
     energy = 0.5 * (reduced_mass * speed**2)[..., None] * np.sin(angle) ** 2
-    integral = np.sum(weight * np.sin(angle) / load_of_energy(column, energy), axis=-1)
+    with np.errstate(divide="ignore"):  # a speed so small that its energy underflows: no load, an endless contact
+        integral = np.sum(weight * np.sin(angle) / load_of_energy(column, energy), axis=-1)
     return (2.0 * reduced_mass * speed * integral)[()]
 
 
