@@ -15,6 +15,7 @@ from bearing_twin.sample import Sample, Wrench
 
 CONTACTS = "bearing_twin_msgs/msg/Contacts"
 MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
+POSE = "geometry_msgs/msg/PoseStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 
