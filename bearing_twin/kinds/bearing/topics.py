@@ -5,12 +5,13 @@ All but the markers take many outputs at once, with one row an output in front o
 
 import numpy as np
 
+from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.markers import markers
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
-from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, contacts_topic
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
+from bearing_twin.kinds.topics import FLOAT, MARKER_ARRAY, POSE, TWIST, WRENCH, body_topics, contacts_topic
 from bearing_twin.sample import Sample
 
 FRAME = "bearing_link"
@@ -47,6 +48,29 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME
         ),
     )  # fmt: skip
+
+
+def commands() -> tuple[Command, ...]:
+    """The topics that a running bearing obeys."""
+    return (
+        Command("command/speed", FLOAT, lambda message: ("set_speed", message.data), "speed of the inner ring [rad/s]"),
+        Command("command/speed_stamped", TWIST, _turning, "the same with a header: twist.angular.z alone", FRAME),
+        Command(
+            "command/load", WRENCH, _load, "load on the inner ring about its centre, held until the next", FRAME
+        ),
+    )  # fmt: skip
+
+
+def _turning(message) -> tuple:
+    linear, angular = message.twist.linear, message.twist.angular
+    if any((linear.x, linear.y, linear.z, angular.x, angular.y)):
+        raise BearingTwinError("the inner ring turns about z alone: leave all but twist.angular.z at 0")
+    return "set_speed", angular.z
+
+
+def _load(message) -> tuple:
+    force, torque = message.wrench.force, message.wrench.torque
+    return "set_load", (force.x, force.y, force.z), (torque.x, torque.y, torque.z)
 
 
 def state(output: Output) -> dict:
