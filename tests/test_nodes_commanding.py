@@ -184,6 +184,17 @@ def test_speeds_come_with_a_stamp_or_without_one():
     assert it.channel("inner_ring_speed")[-1] == 150.0
 
 
+def test_a_speed_at_which_the_load_is_not_carried_is_refused_and_the_run_goes_on():
+    it = recorded("bearing_218_thrust", ["run.output_rate=1000"])
+    it.run(0.005)
+    with pytest.raises(BearingTwinError, match=r"command/speed refused: a load of \(0, 0, 1.78e\+04\) N"):
+        it.tell("command/speed", SimpleNamespace(data=9000.0))
+    it.tell("command/speed", SimpleNamespace(data=1200.0))
+    it.run(0.1)
+    assert it.channel("inner_ring_speed")[-1] == 1200.0
+    assert it.channel("inner_ring_force")[:, 2] == pytest.approx(-17800.0)
+
+
 def test_the_operating_point_is_the_equilibrium_of_the_last_output():
     it = recorded(overrides=["gravity=[0,0,0]"])
     for seconds in (0.0, 0.037):

@@ -224,8 +224,8 @@ class Kind:
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
     `brief`: a run ends by itself. `commands`: topics obeyed under way; its motion then has `take_back()`, which puts it
     back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
-    moment)` raises nothing, `set_load(force, moment)`, by None the scene's own. `operating_point(parameters, law,
-    sample)` raises BearingTwinError where there is none.
+    moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load.
+    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none.
     `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
     data of a scene in a log of an earlier version.
     """

@@ -67,6 +67,7 @@ class Simulation:
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
         self._motion.reset()
+        self._load = None, None  # commanded; None = the scene's own
         self.sequence, self.time_ns = -1, -self.output_period_ns
         self._pending: Block | None = None
         self._given: Block | None = None
@@ -89,7 +90,12 @@ class Simulation:
         return time.perf_counter() - start
 
     def set_speed(self, speed: float) -> None:
-        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration from now on."""
+        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration from now on.
+
+        Raises BearingTwinError, and changes nothing, where the load is not carried at this speed.
+        """
+        if self.kind.check_load is not None:
+            self.kind.check_load(self.scene.parameters, self.law, float(speed), *self._load)
         self._to_last_output()
         self._motion.goal_speed = float(speed)
 
@@ -102,6 +108,7 @@ class Simulation:
             self._refuse_without(self.kind.check_load, "load")
             self.kind.check_load(self.scene.parameters, self.law, self._motion.goal_speed, force, moment)
         self._to_last_output()
+        self._load = force, moment
         self._motion.set_load(force, moment)
 
     def operating_point(self) -> tuple[Sample, OperatingPoint]:

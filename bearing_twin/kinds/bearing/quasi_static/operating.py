@@ -36,16 +36,20 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
     """Raises BearingTwinError for a load [N], [N m] on the inner ring that nothing follows or no ball carries.
 
     It is tried in balance with the ring at `speed` [rad/s] and the balls at PLACES of their way from one to the next.
+    None for force and moment: the scene's own load.
     """
     if dimension_of(parameters) == PRESCRIBED:
+        if force is None:
+            return
         raise BearingTwinError(
             "model.dimension = prescribed holds the inner ring, so that a load does not move it; run the scene with "
             "model.dimension: quasi_static and rings.inner.free: displacement"
         )
-    loads = commanded_loads(force, moment)
-    for problem in idle_loads(parameters, loads[:3], loads[3:], "force", "torque"):
-        raise BearingTwinError(problem)
-    support = support_of(parameters)._replace(loads=loads)
+    support = support_of(parameters)
+    if force is not None:
+        support = support._replace(loads=commanded_loads(force, moment))
+        for problem in idle_loads(parameters, support.loads[:3], support.loads[3:], "force", "torque"):
+            raise BearingTwinError(problem)
     setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
     for place in range(PLACES):
         first = load_line(support) + math.pi / balls * place / (PLACES - 1)
