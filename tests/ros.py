@@ -17,9 +17,9 @@ else:
 from action_msgs.msg import GoalStatus
 from bearing_twin_msgs.action import RunStudy
 from bearing_twin_msgs.msg import BearingState, Contacts
-from bearing_twin_msgs.srv import Step
+from bearing_twin_msgs.srv import Step, Stiffness
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import SetParameters
@@ -38,8 +38,8 @@ from bearing_twin.nodes.messages import message_class, qos_profile
 __all__ = [
     "PATIENCE", "ActionClient", "BearingState",
     "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
-    "ParameterMessage", "ParameterValue", "RunStudy", "SetBool", "SetParameters", "Step",
-    "String", "Trigger", "WrenchStamped", "call", "deserialize_message", "heard",
+    "ParameterMessage", "ParameterValue", "PoseStamped", "RunStudy", "SetBool", "SetParameters", "Step", "Stiffness",
+    "String", "Trigger", "TwistStamped", "WrenchStamped", "call", "deserialize_message", "heard",
     "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
     "started",
 ]  # fmt: skip

@@ -34,7 +34,7 @@ def test_table():
     assert names == [
         "scene",
         "ball_0/wrench", "ball_1/wrench", "ball_2/wrench", "inner_ring/wrench", "outer_ring/wrench", "/tf",
-        "contacts", "state", "joint_states", "markers", "samples",
+        "contacts", "state", "inner_ring/pose", "joint_states", "markers", "samples",
     ]  # fmt: skip
     assert table[1].full_name == "/bearing/ball_0/wrench"
     assert table[names.index("/tf")].full_name == "/tf"
@@ -258,7 +258,7 @@ def test_many_messages_at_once_are_those_one_by_one(name):
                     encoded(topic.ros_type, topic.fields(one), 5 + one.sample.time_ns, topic.frame) for one in outputs
                 ]
             made += 1
-    assert made == 11 + 2 + 4
+    assert made == 11 + 2 + 5
 
 
 def test_only_what_is_wanted_is_made_and_an_instant_without_any_is_told_of():

@@ -172,7 +172,10 @@ def test_topics_stand_in_the_namespace_of_the_kind(kind):
         names = names_of(scene)
         spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in names), "discovery")
         assert node.get_namespace() == f"/{kind}"
-        assert watcher.count_subscribers(f"/{kind}/command/speed") == (1 if KINDS[kind].takes_speed else 0)
+        obeyed = {command.name for command in KINDS[kind].commands()}
+        heard_of = {"command/speed", "command/speed_stamped", "command/load"}
+        assert {name for name in heard_of if watcher.count_subscribers(f"/{kind}/{name}")} == obeyed
+        assert obeyed == (heard_of if kind == "bearing" else set())
         assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
 
 

@@ -15,9 +15,12 @@ from ros import (
     DiagnosticArray,
     DiagnosticStatus,
     Float64,
+    PoseStamped,
     SetBool,
     Step,
+    Stiffness,
     Trigger,
+    TwistStamped,
     WrenchStamped,
     call,
     deserialize_message,
@@ -32,6 +35,8 @@ from ros import (
 )
 
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.topics import POSE, WRENCH
 from bearing_twin.log.mcap_log import content_digest, read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
@@ -43,6 +48,7 @@ from bearing_twin.run.simulation import Simulation, simulate
 SCENE = load_scene("bearing_6203")
 NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]
 PAUSE, RESET, STEP = "/bearing/sim_node/pause", "/bearing/sim_node/reset", "/bearing/sim_node/step"
+STIFFNESS = "/bearing/sim_node/stiffness"
 
 
 @cache
@@ -86,8 +92,10 @@ def test_topics_types_and_quality_of_service():
         assert services[PAUSE] == ["std_srvs/srv/SetBool"]
         assert services[RESET] == ["std_srvs/srv/Trigger"]
         assert services[STEP] == ["bearing_twin_msgs/srv/Step"]
-        [listener] = watcher.get_subscriptions_info_by_topic("/bearing/command/speed")
-        assert listener.topic_type == "std_msgs/msg/Float64"
+        assert services[STIFFNESS] == ["bearing_twin_msgs/srv/Stiffness"]
+        for command in KINDS["bearing"].commands():
+            [listener] = watcher.get_subscriptions_info_by_topic(f"/bearing/{command.name}")
+            assert listener.topic_type == command.ros_type
 
 
 def test_compiling_is_a_state_in_which_commands_are_taken(monkeypatch):
@@ -191,6 +199,60 @@ def test_the_speed_follows_commands_and_ignores_impossible_ones():
         assert speeds[0] == pytest.approx(SCENE.parameters.drive.speed)
         spin_for(executor, 0.1)
         assert states(lists)[-1].inner_ring_speed == 200.0
+
+
+def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
+    """Stepped, with a prefix and a load that grows stale: force and pose follow, a service tells the stiffness."""
+    with ros_executor(threads=2) as executor:
+        options = {"frame_prefix": "left/", "load_timeout": 1.0, "start_paused": True}
+        node = started(executor, SimNode, scene="bearing_6203_rig_400N", **options)
+        watcher, seen = plain_node(executor), []
+        lists = heard(watcher, [("/bearing/inner_ring/wrench", WRENCH), ("/bearing/inner_ring/pose", POSE)])
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        load = watcher.create_publisher(WrenchStamped, "/bearing/command/load", 10)
+        turn = watcher.create_publisher(TwistStamped, "/bearing/command/speed_stamped", 10)
+        spin_until(executor, lambda: all(watcher.count_publishers(name) for name in lists), "discovery")
+        spin_until(executor, lambda: load.get_subscription_count() and turn.get_subscription_count(), "discovery")
+        spin_until(executor, node.ready.is_set, "compilation")
+
+        def stepped(seconds):
+            """Force on the ring and its displacement along y at the end of a step."""
+            outputs = len(lists["/bearing/inner_ring/pose"]) + round(100 * seconds)
+            assert call(executor, watcher, Step, STEP, Step.Request(duration=seconds)).success
+            spin_until(executor, lambda: min(map(len, lists.values())) >= outputs, "the step's outputs")
+            force = deserialize_message(lists["/bearing/inner_ring/wrench"][-1], WrenchStamped).wrench.force.y
+            return force, deserialize_message(lists["/bearing/inner_ring/pose"][-1], PoseStamped).pose.position.y
+
+        force, light = stepped(0.1)
+        assert force == pytest.approx(400.0)
+        message = TwistStamped()
+        message.twist.angular.z = 120.0
+        turn.publish(message)
+        for frame, down in (("left/bearing_link", -900.0), ("map", -1.0), ("", math.nan), ("", -1e6)):
+            message = WrenchStamped()
+            message.header.frame_id, message.wrench.force.y = frame, down
+            load.publish(message)
+        spin_until(executor, lambda: (node.loop.commands.taken, node.loop.commands.refused) == (2, 3), "the commands")
+        force, heavy = stepped(0.5)
+        assert force == pytest.approx(900.0)
+        assert heavy < 1.2 * light < 0.0
+        answer = call(executor, watcher, Stiffness, STIFFNESS, Stiffness.Request())
+        assert (answer.success, answer.header.frame_id) == (True, "left/bearing_link")
+        assert (answer.sequence, answer.header.stamp.nanosec) == (600, 600_000_000)
+        assert answer.load[1] == pytest.approx(-900.0, rel=1e-5)
+        assert answer.coordinates[1] == pytest.approx(heavy)
+        assert 0.8e8 < answer.stiffness[6] < 1.0e8
+        assert answer.inner_ring_speed == 120.0
+
+        def said(words):
+            return any(words in status.message and status.level == DiagnosticStatus.WARN for status in seen)
+
+        spin_until(executor, lambda: said("3 refused, the last: command/load refused"), "the count of refusals")
+        values = {pair.key: pair.value for pair in seen[-1].values}
+        assert (values["commands_taken"], values["commands_refused"]) == ("2", "3")
+        assert values["load_from"] == "command/load"
+        assert stepped(0.6)[0] == pytest.approx(400.0)
+        spin_until(executor, lambda: said("command/load is stale, 1 s without another"), "staleness")
 
 
 def test_pause_step_and_reset_while_it_runs():

@@ -98,6 +98,27 @@ def test_the_rig_under_load_is_in_balance_at_every_output():
     assert values["outer_ring_force"][:, 1] == pytest.approx(-(1000.0 + weight), rel=1e-5)
 
 
+def test_figures_of_the_ring_are_those_of_its_channels():
+    """Tilted by a moment, so that each kind of number is there; means and ranges over the second half."""
+    load = ("rings.inner.load=[50,-300,100]", "rings.inner.moment=[0.4,-0.2]")
+    report, values = whole("bearing_6203", *load, "run.duration=0.4")
+    assert report.stepper == "quasi_static"
+    late = slice(200, None)  # blocks of 100 outputs
+    for key, name, width in (
+        ("ring_displacement", "inner_ring_offset", 3),
+        ("misalignment", "inner_ring_tilt", 2),
+        ("ring_force", "inner_ring_force", 3),
+        ("ring_moment", "inner_ring_torque", 2),
+    ):
+        unit = {"displacement": "m", "misalignment": "rad", "force": "n", "moment": "nm"}[key.split("_")[-1]]
+        part = values[name][late, :width]
+        assert report.figures[f"{key}_{unit}"] == pytest.approx(part.mean(axis=0), rel=1e-9), key
+        spread = report.figures.get(f"{key}_range_{unit}")
+        assert spread is None or spread == pytest.approx(np.ptp(part, axis=0), rel=1e-9), key
+    assert report.figures["ring_moment_nm"] == pytest.approx([-0.4, 0.2], rel=1e-6)
+    assert np.abs(values["inner_ring_tilt"]).min() > 1e-6
+
+
 def test_a_held_ring_of_the_rig_feels_balls_pass():
     """Held at -21.853 micrometres, no gravity: 975.5 to 1000.1 N, 988.2 N on average, 12.7 N at the ball pass."""
     held = ("rings.inner.load=[0,0,0]", "rings.inner.free=none", QUASI_STATIC, NO_GRAVITY,

@@ -144,7 +144,7 @@ def test_charts_and_make_targets_exist():
 def test_nodes_topics_and_launch_files_exist():
     setup = (ROOT / "setup.py").read_text(encoding="utf-8")
     known = {topic.full_name for name in scene_names() for topic in topics(load_scene(name))}
-    own = {"/bearing/command/speed"}
+    own = {f"{kind.namespace}/{command.name}" for kind in KINDS.values() for command in kind.commands()}
     for _, line in lines("ros2 run"):
         assert f'"{line.split()[3]} = ' in setup, line
     for _, line in lines("ros2 launch"):

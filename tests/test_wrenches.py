@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, MOTION, ORBIT_ANGLE, VELOCITY
 from bearing_twin.kinds.bearing.loads import contacts, origins, wrenches
+from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.topics import CONTACTS, TRANSFORMS, WRENCH
 from bearing_twin.log import cdr
@@ -186,6 +187,33 @@ def test_the_point_of_contact_lies_between_the_bodies():
     assert fields["peak_pressure"][0] == pytest.approx(
         1.5 * fields["normal_load"][0] / (np.pi * fields["semi_major"][0] ** 2), rel=1e-6
     )
+
+
+def test_the_pose_of_the_inner_ring_places_the_groove_that_its_balls_see():
+    """A ring tilted by a moment: inner contacts lie a groove's radius from where the pose puts the groove's centre."""
+    scene, outputs = outputs_of(
+        "bearing_6203", "rings.inner.load=[20,-300,100]", "rings.inner.moment=[0.6,-0.3]", count=40
+    )
+    table = {row.name: row for row in KINDS[scene.kind].topics(scene.parameters)}
+    sample, setting = outputs[-1].sample, setting_of(scene.parameters, "hertz", 0.0)
+    assert np.linalg.norm(sample["inner_ring_tilt"]) > 1e-4
+    assert sample["inner_ring_angle"] > 0.5
+    pose = table["inner_ring/pose"].fields(outputs[-1])["pose"]
+    turned = Rotation.from_rotvec([0.0, 0.0, sample["inner_ring_angle"]])
+    tilt = Rotation.from_quat(pose["orientation"]) * turned.inv()
+    assert tilt.as_rotvec() == pytest.approx([*sample["inner_ring_tilt"], 0.0], abs=1e-15)
+    azimuths = sample["orbit_angle"]
+    around = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(8)], axis=-1)
+    reach = setting.inner.groove_radius + 0.5 * sample["approach"][:, 0]
+
+    def off(tilt):
+        groove = pose["position"] + tilt.apply(setting.inner.locus_radius * around)
+        return np.abs(np.linalg.norm(sample["point"][:, 0] - groove, axis=-1) - reach).max()
+
+    assert off(tilt) < 1e-7
+    assert off(tilt.inv()) > 1e-6
+    (frame,) = (one for one in table["/tf"].fields(outputs[-1])["transforms"] if one["child_frame_id"] == "inner_ring")
+    assert np.array_equal(frame["transform"]["translation"], pose["position"])
 
 
 def test_the_pose_of_an_ellipsoid_places_its_contact_point():

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from bearing_twin.kinds.plain_figures import PlainFigures
 from bearing_twin.report import Choice
 from bearing_twin.units import suffix_of
 
@@ -104,6 +105,31 @@ class Topic(NamedTuple):
     together: bool = False
 
 
+class Command(NamedTuple):
+    """A topic that a running simulation obeys: name below the kind's namespace, ROS type, what to do, meaning.
+
+    `order(message)` gives the name of a method of the simulation, `set_speed` or `set_load`, and its arguments; it
+    raises BearingTwinError for what cannot be meant. A message with a header must be in `frame`, or name none.
+    """
+
+    name: str
+    ros_type: str
+    order: Callable[[Any], tuple]
+    meaning: str
+    frame: str = ""
+
+
+class OperatingPoint(NamedTuple):
+    """A bearing's inner ring at one output: `coordinates` and `loads` from outside (5,), `stiffness` (5, 5), SI.
+
+    In the order x, y, z, theta_x, theta_y; `stiffness` is d(loads)/d(coordinates), balls in balance at their places.
+    """
+
+    coordinates: np.ndarray
+    loads: np.ndarray
+    stiffness: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Output:
     """One solver output, or several together, on its way out: what several topics need of it is computed once."""
@@ -183,39 +209,6 @@ def no_topics(parameters) -> tuple[Topic, ...]:
     return ()
 
 
-class PlainFigures:
-    """Figures drawn from the channels alone: every channel of one number at the end and at its greatest magnitude."""
-
-    def __init__(self, parameters, choice: Choice, channels: tuple[Channel, ...]):
-        self._channels = [channel for channel in channels if channel.shape == ()]
-        self._last: dict[str, float] = {}
-        self._greatest: dict[str, float] = {}
-
-    def add(self, block: Block) -> None:
-        """Takes a block in."""
-        for channel in self._channels:
-            values = block.values[channel.name]
-            self._last[channel.name] = float(values[-1])
-            self._greatest[channel.name] = max(self._greatest.get(channel.name, 0.0), float(abs(values).max()))
-
-    def figures(self) -> dict[str, Any]:
-        """`<channel>_at_end_<unit>` and `greatest_<channel>_<unit>`."""
-        found = {}
-        for channel in self._channels:
-            suffix = suffix_of(channel.unit)
-            found[f"{channel.name}_at_end{suffix}"] = self._last.get(channel.name, math.nan)
-            found[f"greatest_{channel.name}{suffix}"] = self._greatest.get(channel.name, math.nan)
-        return found
-
-    def flags(self) -> list[str]:
-        """None: nothing is known of this theory."""
-        return []
-
-    def status(self) -> str:
-        """ "done" while all numbers are finite."""
-        return "done" if all(map(math.isfinite, self._last.values())) else "failed: not finite"
-
-
 def read_off(key: str, pick: Callable = lambda value: value) -> Callable[[Mapping], float]:
     """A quantity's `figure`: that key of the figures, through `pick`; NaN where a run has none."""
     return lambda figures: math.nan if figures.get(key) is None else float(pick(figures[key]))
@@ -229,8 +222,10 @@ class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
-    `brief`: a run ends by itself; `takes_speed`: its motion has a `goal_speed` [rad/s] that may be set under way, and
-    `take_back()`, which puts it back to before the last `advance`.
+    `brief`: a run ends by itself. `commands`: topics obeyed under way; its motion then has `take_back()`, which puts it
+    back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
+    moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load.
+    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none.
     `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
     data of a scene in a log of an earlier version.
     """
@@ -251,7 +246,9 @@ class Kind:
     closed_form: Callable[[], ClosedForm | None] = lambda: None
     known_when_solved: bool = False
     brief: bool = False
-    takes_speed: bool = False
+    commands: Callable[[], tuple[Command, ...]] = tuple
+    check_load: Callable[..., None] | None = None
+    operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = no_topics
     picture: Callable[[Facts], Picture] = plain_picture

@@ -14,7 +14,10 @@ from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.sample import Sample, Wrench
 
 CONTACTS = "bearing_twin_msgs/msg/Contacts"
+FLOAT = "std_msgs/msg/Float64"
 MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
+POSE = "geometry_msgs/msg/PoseStamped"
+TWIST = "geometry_msgs/msg/TwistStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 

@@ -1,6 +1,7 @@
 """The table of topics in words, for people: of one scene, or of every kind of scene."""
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from bearing_twin.kinds import KINDS
@@ -36,6 +37,18 @@ the wrenches of all bodies together are zero. Gravity, supports and the drive ar
 
 **Outputs.** `samples` holds every solver output without loss, `records/...` what happened between outputs, and `scene`
 the scene as JSON: a recording of the three can be reported on, and verified where it began with the run.
+
+**Commands.** A command acts from the output on that follows those already computed, at most 20 ms of simulated time
+ahead of what is published; stamps are not looked at. A frame other than that of the table is refused; none at all is
+taken for it. A load holds until the next one. With `sim_node`'s parameter `load_timeout` it is stale after so many
+seconds of simulated time without another: then the scene's own load acts again, and `/diagnostics` warns. What cannot
+be obeyed, such as a NaN, a load that no ball carries or one on a coordinate that is held, changes nothing: it is
+counted and said on `/diagnostics`, and the last good command stays in force. `~/reset` brings the scene's own speed and
+load back.
+
+**Services** of `sim_node`, below its own name: `~/pause` (`std_srvs/SetBool`), `~/reset` (`std_srvs/Trigger`), `~/step`
+(`bearing_twin_msgs/Step`), and with bearings `~/stiffness` (`bearing_twin_msgs/Stiffness`): where the inner ring stands
+at the last output, what loads it, and its stiffness there, 5 × 5, with the balls in balance.
 """
 
 
@@ -65,12 +78,31 @@ def kind_rows(kind: str) -> list[TopicRow]:
     return list(found.values())
 
 
+class CommandRow(NamedTuple):
+    """One row of the table of what a node obeys, as texts."""
+
+    command: str
+    type: str
+    frame: str
+    meaning: str
+
+
+def command_rows(kind: str) -> list[CommandRow]:
+    """The topics that `sim_node` obeys with a scene of this kind."""
+    return [
+        CommandRow(one.name, one.ros_type.replace("/msg/", "/"), one.frame or "-", one.meaning)
+        for one in KINDS[kind].commands()
+    ]
+
+
 def markdown() -> str:
     """The table of every kind with what there is to know beside it: the text of docs/topics.md."""
     parts = [TEXT]
     for name, kind in KINDS.items():
         parts.append(f"\n## {name}: {kind.help}\n\nNamespace `{kind.namespace}`, frame `{kind.frame}`.\n\n")
         parts.append(_table(kind_rows(name)))
+        if kind.commands():
+            parts.append("\nObeyed by `sim_node`:\n\n" + _table(command_rows(name)))
     return "".join(parts)
 
 
@@ -89,9 +121,9 @@ def _words(qos: Qos) -> str:
     return f"{qos.reliability.replace('_', ' ')}, {qos.durability.replace('_', ' ')}, depth {qos.depth}"
 
 
-def _table(rows: list[TopicRow]) -> str:
-    code = ("topic", "type", "frame")
-    lines = [f"| {' | '.join(TopicRow._fields)} |", f"|{'---|' * len(TopicRow._fields)}"]
+def _table(rows: Sequence[NamedTuple]) -> str:
+    code, names = ("topic", "command", "type", "frame"), rows[0]._fields
+    lines = [f"| {' | '.join(names)} |", f"|{'---|' * len(names)}"]
     for row in rows:
         cells = (f"`{text}`" if name in code and text != "-" else text for name, text in row._asdict().items())
         lines.append(f"| {' | '.join(cells)} |")

@@ -21,7 +21,7 @@ except ImportError as error:
 try:
     from bearing_twin_msgs.action import RunStudy
     from bearing_twin_msgs.msg import Contacts  # noqa: F401
-    from bearing_twin_msgs.srv import Step
+    from bearing_twin_msgs.srv import Step, Stiffness
 except ImportError as error:
     raise MissingInterfacesError(
         f"the interface package bearing_twin_msgs cannot be imported ({error}): build it with `make setup` and "
@@ -29,7 +29,8 @@ except ImportError as error:
     ) from error
 
 __all__ = [
-    "QoSProfile", "RunStudy", "Step", "diagnostics", "message_class", "qos_profile", "qos_words", "rclpy", "stamp",
+    "QoSProfile", "RunStudy", "Step", "Stiffness", "diagnostics", "fill_stiffness", "message_class",
+    "qos_profile", "qos_words", "rclpy", "stamp",
 ]  # fmt: skip
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -65,6 +66,16 @@ def qos_words(profile: QoSProfile) -> Qos:
 def stamp(time_ns: int) -> Time:
     """A ROS time from integer nanoseconds."""
     return Time(sec=time_ns // 1_000_000_000, nanosec=time_ns % 1_000_000_000)
+
+
+def fill_stiffness(response: Stiffness.Response, sample, point, frame: str) -> Stiffness.Response:
+    """The answer of ~/stiffness from an output and its operating point."""
+    response.header.stamp, response.header.frame_id = stamp(sample.time_ns), frame
+    response.sequence, response.inner_ring_speed = sample.sequence, float(sample["inner_ring_speed"])
+    response.coordinates, response.load = point.coordinates, point.loads
+    response.stiffness = point.stiffness.ravel()
+    response.success, response.message = True, f"at {sample.time_ns * 1e-9:.6f} s"
+    return response
 
 
 def diagnostics(now_ns: int, name: str, level: bytes, message: str, values: Mapping[str, object]) -> DiagnosticArray:

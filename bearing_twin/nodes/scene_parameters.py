@@ -41,6 +41,15 @@ PARAMETERS = (
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
     NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish simulation time on /clock"),
+    NodeParameter(
+        "load_timeout",
+        0.0,
+        "simulated time after which a load on command/load that no other followed is stale: the scene's own load acts "
+        "again, and /diagnostics warns; 0 = it holds until replaced",
+        "s",
+        0.0,
+        86400.0,
+    ),
     NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/"),
     NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
     *LOG_SAFETY,

@@ -12,27 +12,39 @@ import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.errors import BearingTwinError, Stopped
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import Kind
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, Step, qos_profile
+from bearing_twin.nodes.commanding import Commands
+from bearing_twin.nodes.messages import (
+    DIAGNOSTICS_PERIOD,
+    ERROR,
+    OK,
+    WARN,
+    Step,
+    Stiffness,
+    fill_stiffness,
+    message_class,
+    qos_profile,
+)
 from bearing_twin.nodes.node_parameters import safety_of
 from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
-from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
+from bearing_twin.nodes.simulating import SimulationLoop, log_path
 from bearing_twin.nodes.worker import Worker
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
+REFUSALS_APART = 1.0  # s between lines about refused commands; /diagnostics counts all
 SAY_EVERY = 10  # diagnostics while kernels are compiled, for each line about it
 
 
@@ -63,7 +75,8 @@ class SimNode(Node):
         self._doing = "compiling"
         self._started, self._looks = time.monotonic(), 0
         self._warned = self._log_failed = False
-        self._serve(kind.takes_speed)
+        self._frame = f"{values['frame_prefix']}{kind.frame}"
+        self._serve(kind)
         duration_ns = round(values["duration"] * 1e9)
         if kind.brief and not duration_ns:
             duration_ns = (scene.outputs - 1) * scene.output_period_ns
@@ -78,15 +91,18 @@ class SimNode(Node):
         if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
 
-    def _serve(self, takes_speed: bool) -> None:
+    def _serve(self, kind: Kind) -> None:
         services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
         self.create_service(SetBool, "~/pause", self._on_pause, callback_group=services)
         self.create_service(Trigger, "~/reset", self._on_reset, callback_group=services)
         self.create_service(Step, "~/step", self._on_step, callback_group=steps)
-        if takes_speed:
-            profile = qos_profile(Qos())
-            self.create_subscription(Float64, "command/speed", self._on_speed, profile, callback_group=others)
+        if kind.operating_point is not None:
+            self.create_service(Stiffness, "~/stiffness", self._on_stiffness, callback_group=services)
+        profile = qos_profile(Qos())
+        for command in kind.commands():
+            obey, ros_type = partial(self._on_command, command), message_class(command.ros_type)
+            self.create_subscription(ros_type, command.name, obey, profile, callback_group=others)
         self._heartbeat = Heartbeat(self, "simulation")
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
         if self._outlet.has_clock:
@@ -114,7 +130,10 @@ class SimNode(Node):
         make_stream = partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"])
         factor, repeat_ns = values["real_time_factor"], round(values["repeat"] * 1e9)
         deliver, wanted = self._outlet.deliver, self._outlet.listened_to
-        loop = SimulationLoop(run, make_stream, deliver, factor, duration_ns, self._open_log, repeat_ns, wanted)
+        commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
+        loop = SimulationLoop(
+            run, make_stream, deliver, factor, duration_ns, self._open_log, repeat_ns, wanted, commands
+        )
         loop.paced.paused = self._paused_at_start
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice_reason}
         self.loop = loop
@@ -196,9 +215,25 @@ class SimNode(Node):
         return response
 
     @guarded
-    def _on_speed(self, message):
-        check_speed(message.data)
-        self._post("set_speed", message.data)
+    def _on_stiffness(self, request, response):
+        future = self._post("operating_point")
+        try:
+            sample, point = future.result(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0)
+        except StillBusy:
+            future.cancel()
+            raise BearingTwinError(f"the node is still {self._doing} ({self._seconds():.0f} s so far)") from None
+        return fill_stiffness(response, sample, point, self._frame)
+
+    @guarded
+    def _on_command(self, command, message):
+        self._post("obey", command, message).add_done_callback(self._say_refusal)
+
+    def _say_refusal(self, future) -> None:
+        error = future.exception()
+        if isinstance(error, BearingTwinError) and self.context.ok():
+            self.get_logger().warning(str(error), throttle_duration_sec=REFUSALS_APART)
+        elif error is not None:
+            self._say_failure(future)
 
     @guarded
     def _on_parameters(self, parameters):
@@ -238,7 +273,9 @@ class SimNode(Node):
             "messages": self._outlet.published,
             "least_subscribers": min(publisher.get_subscription_count() for publisher in self._outlet.publishers),
         }
-        level, problem = WARN if slow else OK, self.loop.log_problem
+        doubt = self.loop.commands.doubt()
+        message = f"{message}; {doubt}" if doubt else message
+        level, problem = WARN if slow or doubt else OK, self.loop.log_problem
         if problem:
             level, message = ERROR, problem
             if not self._log_failed:

@@ -5,6 +5,8 @@ from collections.abc import Callable, Container
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.contract import Command
+from bearing_twin.nodes.commanding import Commands
 from bearing_twin.nodes.pacing import Pace, PacedStream, Pacer, Timed
 
 CHUNK_NS = 20_000_000  # handed over in one go; a command waits for no more than this
@@ -20,7 +22,7 @@ class SimulationLoop:
     `open_log(run)` gives the log writer of run 0, 1 ... (a reset starts a new run) or None. `duration_ns` 0 = endless.
     A run that has ended begins again `repeat_ns` of wall time after it began, or at once where it took longer; below 0
     it waits for a reset. A repeat sends the same messages again, so it is not logged. `wanted()` gives the names of the
-    topics that somebody listens to (None: all).
+    topics that somebody listens to (None: all). `commands` keeps the account of what was commanded.
     """
 
     def __init__(
@@ -33,9 +35,11 @@ class SimulationLoop:
         open_log: Callable[[int], object] = lambda run: None,
         repeat_ns: int = 0,
         wanted: Callable[[], Container[str]] | None = None,
+        commands: Commands | None = None,
     ):
         self.simulation = simulation
         self.runs = 0
+        self.commands = commands or Commands()
         self._make_stream = make_stream
         self._open_log = open_log
         self._wanted = wanted
@@ -103,6 +107,7 @@ class SimulationLoop:
             "simulation_time_s": self.time_ns * 1e-9,
             "outputs": self.simulation.sequence + 1,
             "runs": self.runs + 1,
+            **self.commands.numbers(),
         }
         return slow, message, numbers
 
@@ -114,6 +119,22 @@ class SimulationLoop:
     def set_factor(self, now: int, factor: float) -> None:
         """Changes the pace, a multiple of real time; 0 = as fast as possible."""
         self.paced.set_factor(now, factor)
+
+    def obey(self, now: int, command: Command, message) -> None:
+        """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
+        with self.commands.counted(command.name):
+            self.commands.check_frame(message, command.frame)
+            order, *arguments = command.order(message)
+            getattr(self, order)(now, *arguments)
+
+    def set_load(self, now: int, force, torque) -> None:
+        """New load on the inner ring [N], [N m]; raises BearingTwinError where it cannot be carried."""
+        self.simulation.set_load(force, torque)
+        self.commands.note_load(self.simulation.time_ns)
+
+    def operating_point(self, now: int):
+        """The last output computed, and the ring's loads and stiffness there; raises BearingTwinError."""
+        return self.simulation.operating_point()
 
     def set_speed(self, now: int, speed: float) -> None:
         """New goal for the speed of the inner ring [rad/s]; raises BearingTwinError when it is no possible speed."""
@@ -130,6 +151,7 @@ class SimulationLoop:
     def _begin_again(self, log) -> None:
         self.runs += 1
         self.simulation.reset()
+        self.commands.forget_load()
         self._stream = self._make_stream()
         self._log = log
         self._done = self._flushed = False
@@ -176,9 +198,14 @@ class SimulationLoop:
         return None
 
     def _advance(self, outputs: int) -> list[Timed]:
+        run = self.simulation
         if self._total is not None:
-            outputs = min(outputs, self._total - self.simulation.sequence - 1)
-        block = self.simulation.advance(outputs)
+            outputs = min(outputs, self._total - run.sequence - 1)
+        fresh = self.commands.fresh_outputs(run.time_ns, run.output_period_ns)
+        if not fresh:
+            run.set_load(None, None)
+            self.commands.let_go()
+        block = run.advance(min(outputs, fresh) if fresh else outputs)
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
         # A log takes every topic; without one, nothing is made that nobody listens to.
         wanted = None if self._wanted is None or self._log is not None else self._wanted()

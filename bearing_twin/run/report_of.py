@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import PlainFigures
+from bearing_twin.kinds.plain_figures import PlainFigures
 from bearing_twin.report import Report
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.sample import Block

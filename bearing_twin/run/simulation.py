@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba.core import event
 
-from bearing_twin.errors import IntegrationError, LogError
+from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
@@ -63,16 +64,13 @@ class Simulation:
         """Why this law and this stepper."""
         return self.choice.reason
 
-    @property
-    def takes_speed(self) -> bool:
-        """Whether `set_speed` means anything to this scene."""
-        return self.kind.takes_speed
-
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
         self._motion.reset()
+        self._load = None, None  # commanded; None = the scene's own
         self.sequence, self.time_ns = -1, -self.output_period_ns
         self._pending: Block | None = None
+        self._given: Block | None = None
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._gathering = Gathering(self.kind.figures_of(self.scene.parameters, self.choice), self.choice)
         self._compute_seconds = self._solved_seconds
@@ -92,7 +90,39 @@ class Simulation:
         return time.perf_counter() - start
 
     def set_speed(self, speed: float) -> None:
-        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration from now on."""
+        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration from now on.
+
+        Raises BearingTwinError, and changes nothing, where the load is not carried at this speed.
+        """
+        if self.kind.check_load is not None:
+            self.kind.check_load(self.scene.parameters, self.law, float(speed), *self._load)
+        self._to_last_output()
+        self._motion.goal_speed = float(speed)
+
+    def set_load(self, force, moment) -> None:
+        """New force (3,) [N] and moment (2,) or (3,) [N m] on the inner ring about its centre, from now on.
+
+        None for both: the scene's own. Raises BearingTwinError, and changes nothing, for what the scene cannot carry.
+        """
+        if force is not None:
+            self._refuse_without(self.kind.check_load, "load")
+            self.kind.check_load(self.scene.parameters, self.law, self._motion.goal_speed, force, moment)
+        self._to_last_output()
+        self._load = force, moment
+        self._motion.set_load(force, moment)
+
+    def operating_point(self) -> tuple[Sample, OperatingPoint]:
+        """The last output given out, or the first, with loads and stiffness there; raises BearingTwinError."""
+        self._refuse_without(self.kind.operating_point, "stiffness")
+        sample = (self._begun() if self._given is None else self._given)[-1]
+        return sample, self.kind.operating_point(self.scene.parameters, self.law, sample)
+
+    def _refuse_without(self, part, word: str) -> None:
+        if part is None:
+            raise BearingTwinError(f"a scene of the kind {self.kind.name} has no {word}; a bearing has")
+
+    def _to_last_output(self) -> None:
+        """Puts the motion back to the last output given out: what was computed ahead is computed again."""
         if self._pending is not None and len(self._pending) and self._chunk_first is not None:
             self._motion.take_back()
             given = self._pending.first_sequence - self._chunk_first
@@ -100,7 +130,6 @@ class Simulation:
             if given:
                 span = 1e-9 * self.output_period_ns * given
                 self._motion.advance(np.array([span]), span)
-        self._motion.goal_speed = float(speed)
 
     def advance(self, outputs: int) -> Block:
         """The next solver outputs, at most a chunk's worth is computed ahead; raises IntegrationError with the time."""
@@ -114,7 +143,7 @@ class Simulation:
             parts.append(pending.part(0, take))
             self._pending = pending.part(take, len(pending))
             missing -= take
-        block = joined(parts)
+        self._given = block = joined(parts)
         self.sequence, self.time_ns = block.first_sequence + outputs - 1, int(block.time_ns[-1])
         self._gathering.add(block)
         return block

@@ -30,7 +30,8 @@ from bearing_twin.sample import Block
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
 STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
-LATE = "mean over the second half of the run"
+HALF = "over the second half of the run"
+LATE = f"mean {HALF}"
 PEAK = "at the contact's greatest load"
 MEANINGS = {
     "inner_ring_speed_at_end_rad_s": "of the inner ring, at the end",
@@ -42,6 +43,12 @@ MEANINGS = {
     "drive_work_j": "work of the drive since the start, at the end",
     "dissipated_j": "energy lost in the contacts since the start, at the end",
     "drive_torque_nm": f"that turns the inner ring, {LATE}",
+    "ring_displacement_m": f"of the inner ring's centre, {LATE}",
+    "misalignment_rad": f"of the inner ring about x and y, {LATE}",
+    "ring_force_n": f"on the inner ring by the balls, {LATE}",
+    "ring_moment_nm": f"on the inner ring by the balls about x and y, {LATE}",
+    "ring_displacement_range_m": f"greatest minus least displacement, {HALF}",
+    "ring_force_range_n": f"greatest minus least force of the balls, {HALF}",
     **{
         f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
         for key, suffix, words in (
@@ -57,7 +64,12 @@ MEANINGS = {
     },
     "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
 }
-SUMS = ("count", "load", "torque", "drive_torque", "roll_rate", "speed")
+RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
+MERGED = {
+    **dict.fromkeys(("count", "load", "torque", "drive_torque", "roll_rate", "speed", "ring"), np.add),
+    "ring_least": np.minimum,
+    "ring_greatest": np.maximum,
+}
 
 
 class BearingFigures:
@@ -86,7 +98,7 @@ class BearingFigures:
             self.first = self._instant(block, 0)
         self.last = self._instant(block, len(block) - 1)
         self.samples += len(block)
-        torque = block.values["raceway_torque"]
+        torque, ring = block.values["raceway_torque"], self._ring(block)
         self.periods.append(
             {
                 "time": self.last["time"],
@@ -97,6 +109,9 @@ class BearingFigures:
                 "drive_torque": -block.values["inner_ring_torque"][:, 2].sum(),
                 "roll_rate": block.values["roll_rate"].mean(axis=1).sum(),
                 "speed": block.values["inner_ring_speed"].sum(),
+                "ring": ring.sum(axis=0),
+                "ring_least": ring.min(axis=0),
+                "ring_greatest": ring.max(axis=0),
             }
         )
         if len(self.periods) > 256:
@@ -113,7 +128,13 @@ class BearingFigures:
 
     @staticmethod
     def _merge(a: dict, b: dict) -> dict:
-        return {**b, **{name: a[name] + b[name] for name in SUMS}}
+        return {**b, **{name: together(a[name], b[name]) for name, together in MERGED.items()}}
+
+    @staticmethod
+    def _ring(block: Block) -> np.ndarray:
+        """The columns of RING side by side; logs of earlier versions have no tilt, which was 0."""
+        missing = np.zeros((len(block), 2))
+        return np.concatenate([block.values.get(name, missing)[:, :width] for name, width in RING.items()], axis=1)
 
     @staticmethod
     def _instant(block: Block, row: int) -> dict:
@@ -229,6 +250,9 @@ class BearingFigures:
         speed = late["speed"] / late["count"]
         diameters = geometry.ball_diameter, geometry.pitch_diameter
         peaks = self._peaks()
+        edges = np.cumsum(list(RING.values()))[:-1]
+        place, tilt, force, moment = np.split(late["ring"] / late["count"], edges)
+        moved, _, swing, _ = np.split(late["ring_greatest"] - late["ring_least"], edges)
         pairs = {}
         for key, unit, array in (
             ("normal_load", "n", late["load"] / late["count"]),
@@ -251,6 +275,12 @@ class BearingFigures:
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": self.last["dissipated"],
             "drive_torque_nm": float(late["drive_torque"] / late["count"]),
+            "ring_displacement_m": place.tolist(),
+            "misalignment_rad": tilt.tolist(),
+            "ring_force_n": force.tolist(),
+            "ring_moment_nm": moment.tolist(),
+            "ring_displacement_range_m": moved.tolist(),
+            "ring_force_range_n": swing.tolist(),
             **pairs,
             "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
         }

@@ -27,6 +27,18 @@ def origins(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
     return dict(zip(bodies(parameters), centres, strict=True))
 
 
+def ring_attitude(tilt: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Quaternions (..., 4) x, y, z, w of a ring turned by `angle` (...) [rad] about z, then tilted.
+
+    `tilt` (..., 2) [rad] is a rotation vector about x and y.
+    """
+    half = 0.5 * np.asarray(tilt)
+    size = np.sqrt(half[..., 0] ** 2 + half[..., 1] ** 2)
+    x, y = np.moveaxis(half, -1, 0) * np.sinc(size / np.pi)
+    w, cosine, sine = np.cos(size), np.cos(0.5 * np.asarray(angle)), np.sin(0.5 * np.asarray(angle))
+    return np.stack([x * cosine + y * sine, y * cosine - x * sine, w * sine, w * cosine], axis=-1)
+
+
 def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
     """The wrench of all contacts on each ball about its centre, then those on the rings about theirs."""
     force, torque = sample["raceway_force"], sample["raceway_torque"]

@@ -5,11 +5,10 @@ are relative, the longest as long as a ball is thick, and a line of text says ho
 with many points each: one point costs a thirtieth of one marker.
 """
 
-import math
-
 import numpy as np
 
 from bearing_twin.kinds.bearing.clearance import operating_geometry
+from bearing_twin.kinds.bearing.loads import ring_attitude
 from bearing_twin.kinds.markers import (
     BLUE,
     CYLINDER,
@@ -61,14 +60,14 @@ def _rings(parameters, sample):
     diameter = geometry.ball_diameter
     reach = 0.5 * diameter + 0.25 * geometry.radial_clearance
     inner, outer = geometry.pitch_diameter - 2.0 * reach, geometry.pitch_diameter + 2.0 * reach
-    half = 0.5 * float(sample["inner_ring_angle"])
-    turn = (0.0, 0.0, math.sin(half), math.cos(half))
+    tilt = sample["inner_ring_tilt"]
+    leaning, turned = (ring_attitude(tilt, angle).tolist() for angle in (0.0, sample["inner_ring_angle"]))
     centre = sample["inner_ring_offset"].tolist()
     spokes = [(0.5 * inner * x, 0.5 * inner * y, 0.61 * diameter) for x, y in _SPOKES]
     width = (0.05 * diameter, 0.0, 0.0)
-    yield marker("rings", 0, CYLINDER, (inner, inner, 1.2 * diameter), ORANGE, centre)
+    yield marker("rings", 0, CYLINDER, (inner, inner, 1.2 * diameter), ORANGE, centre, leaning)
     yield marker("rings", 1, CYLINDER, (outer, outer, 1.2 * diameter), GLASS)
-    yield marker("spokes", 0, LINE_LIST, width, BLUE, centre, turn, points=spokes)
+    yield marker("spokes", 0, LINE_LIST, width, BLUE, centre, turned, points=spokes)
 
 
 def _ellipses(parameters, sample, details):

@@ -265,6 +265,8 @@ def write_rows(bearing, drive, times, states, orientations, places, out, first):
         row[places.ring + 1] = drive.speed + drive.acceleration * time
         for axis in range(3):
             row[places.ring + 2 + axis] = bearing.offset[axis]
+        for column in range(places.ring + 5, places.shared):
+            row[column] = 0.0  # the ring's tilt
         for column in range(places.neighbours + balls, len(row)):
             row[column] = 0.0
         if _neighbour_gaps(bearing, states[sample], places.position, row, places.neighbours, near):

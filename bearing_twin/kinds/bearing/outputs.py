@@ -40,6 +40,7 @@ class Outputs(NamedTuple):
     inner_ring_angle: np.ndarray
     inner_ring_speed: np.ndarray
     inner_ring_offset: np.ndarray
+    inner_ring_tilt: np.ndarray
     inner_ring_force: np.ndarray
     inner_ring_torque: np.ndarray
     outer_ring_force: np.ndarray
@@ -86,6 +87,7 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
         Channel("inner_ring_angle", "rad", (), "not wrapped"),
         Channel("inner_ring_speed", "rad/s", (), "about +z"),
         Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
+        Channel("inner_ring_tilt", "rad", (2,), "of the inner ring about x and y"),
         Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls"),
         Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre"),
         Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),

@@ -1,5 +1,7 @@
 """What a study may ask of a bearing; nothing here compiles."""
 
+import math
+
 from bearing_twin.kinds.contract import Quantity, read_off
 
 
@@ -29,6 +31,16 @@ def quantities() -> dict[str, Quantity]:
             "N m", "that turns the inner ring, mean of the second half of the run", read_off("drive_torque_nm")
         ),
         "dissipated_energy": Quantity("J", "lost in the contacts during the run", read_off("dissipated_j")),
+        "ring_displacement": Quantity(
+            "m",
+            "of the inner ring's centre from the middle, mean of the second half of the run",
+            read_off("ring_displacement_m", lambda vector: math.hypot(*vector)),
+        ),
+        "misalignment": Quantity(
+            "rad",
+            "of the inner ring, mean of the second half of the run",
+            read_off("misalignment_rad", lambda vector: math.hypot(*vector)),
+        ),
         "greatest_contact_angle": Quantity(
             "rad",
             "of any contact at its greatest load",

@@ -64,23 +64,27 @@ def dimension_of(parameters) -> str:
     return QUASI_STATIC if any(free_coordinates(parameters)) or any(parameters.drive.tilt) else PRESCRIBED
 
 
-def ring_problems(parameters) -> list[str]:
-    """What contradicts itself about loads, freedom and dimension, one sentence each."""
-    ring, free, problems = parameters.rings.inner, free_coordinates(parameters), []
+def idle_loads(parameters, load, moment, *names: str) -> list[str]:
+    """That parts of a load [N] (3,) or moment [N m] (2,) of these names act on held coordinates, if they do."""
+    free = free_coordinates(parameters)
     idle = [
-        f"{key}[{i}] = {value:g} {unit}"
-        for key, unit, values, freedom in (
-            ("rings.inner.load", "N", ring.load, free[:3]),
-            ("rings.inner.moment", "N m", ring.moment, free[3:]),
-        )
+        f"{name}[{i}] = {value:g} {unit}"
+        for name, unit, values, freedom in zip(names, ("N", "N m"), (load, moment), (free[:3], free[3:]), strict=True)
         for i, (value, one) in enumerate(zip(values, freedom, strict=True))
         if value != 0.0 and not one
     ]
-    if idle:
-        problems.append(
-            f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {ring.free} holds; leave the load out "
-            "or free the coordinate"
-        )
+    if not idle:
+        return []
+    return [
+        f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {parameters.rings.inner.free} holds; leave "
+        "the load out or free the coordinate"
+    ]
+
+
+def ring_problems(parameters) -> list[str]:
+    """What contradicts itself about loads, freedom and dimension, one sentence each."""
+    ring, free, problems = parameters.rings.inner, free_coordinates(parameters), []
+    problems += idle_loads(parameters, ring.load, ring.moment, "rings.inner.load", "rings.inner.moment")
     if dimension_of(parameters) == PRESCRIBED and any(free):
         problems.append(
             "model.dimension = prescribed holds the inner ring, so that loads do not move it; use "

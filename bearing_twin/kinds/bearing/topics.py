@@ -5,12 +5,13 @@ All but the markers take many outputs at once, with one row an output in front o
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, wrenches
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.markers import markers
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
-from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
+from bearing_twin.kinds.topics import FLOAT, MARKER_ARRAY, POSE, TWIST, WRENCH, body_topics, contacts_topic
 from bearing_twin.sample import Sample
 
 FRAME = "bearing_link"
@@ -36,6 +37,10 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             together=True,
         ),
         Topic(
+            "inner_ring/pose", POSE, PUBLISH, ring_pose, "centre and attitude of the inner ring, tilted and turned",
+            FRAME, together=True,
+        ),
+        Topic(
             "joint_states", "sensor_msgs/msg/JointState", PUBLISH, joints, "angles of inner ring and orbits", FRAME,
             together=True,
         ),
@@ -43,6 +48,29 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME
         ),
     )  # fmt: skip
+
+
+def commands() -> tuple[Command, ...]:
+    """The topics that a running bearing obeys."""
+    return (
+        Command("command/speed", FLOAT, lambda message: ("set_speed", message.data), "speed of the inner ring [rad/s]"),
+        Command("command/speed_stamped", TWIST, _turning, "the same with a header: twist.angular.z alone", FRAME),
+        Command(
+            "command/load", WRENCH, _load, "load on the inner ring about its centre, held until the next", FRAME
+        ),
+    )  # fmt: skip
+
+
+def _turning(message) -> tuple:
+    linear, angular = message.twist.linear, message.twist.angular
+    if any((linear.x, linear.y, linear.z, angular.x, angular.y)):
+        raise BearingTwinError("the inner ring turns about z alone: leave all but twist.angular.z at 0")
+    return "set_speed", angular.z
+
+
+def _load(message) -> tuple:
+    force, torque = message.wrench.force, message.wrench.torque
+    return "set_load", (force.x, force.y, force.z), (torque.x, torque.y, torque.z)
 
 
 def state(output: Output) -> dict:
@@ -53,9 +81,17 @@ def state(output: Output) -> dict:
         "balls": output.parameters.geometry.balls,
         "cage_speed": orbit_rates(sample).mean(axis=-1),
         "inner_ring_offset": sample["inner_ring_offset"],
+        "inner_ring_tilt": sample["inner_ring_tilt"],
         "drive_torque": -sample["inner_ring_torque"][..., 2],
         **{name: sample[name] for name in STATE_ARRAYS + STATE_NUMBERS},
     }
+
+
+def ring_pose(output: Output) -> dict:
+    """geometry_msgs/PoseStamped of the inner ring."""
+    sample = output.sample
+    attitude = ring_attitude(sample["inner_ring_tilt"], sample["inner_ring_angle"])
+    return {"pose": {"position": sample["inner_ring_offset"], "orientation": attitude}}
 
 
 def joints(output: Output) -> dict:

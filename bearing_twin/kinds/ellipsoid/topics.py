@@ -21,7 +21,7 @@ from bearing_twin.kinds.markers import (
     marker,
     outlines,
 )
-from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.sample import Sample, Wrench
 
@@ -39,7 +39,7 @@ def topics(parameters: EllipsoidOnPlaneScene) -> tuple[Topic, ...]:
     return (
         *body_topics(FRAME, wrenches, origins, texts),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
-        Topic("pose", "geometry_msgs/msg/PoseStamped", PUBLISH, pose, "centre and orientation of the body", FRAME),
+        Topic("pose", POSE, PUBLISH, pose, "centre and orientation of the body", FRAME),
         Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "body, contact ellipse, load to look at", FRAME),
     )
 

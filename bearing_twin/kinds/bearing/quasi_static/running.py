@@ -8,29 +8,27 @@ from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEE
 from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
-from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of
+from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of, weights_of
 from bearing_twin.report import Choice
 
-MOVING = ("goal_speed", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross")
+MOVING = (
+    "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
+)  # fmt: skip
 SAME = 1e-9  # relative: instants nearer than this are one
 
 
 class QuasiStaticMotion:
     """A bearing whose every output is an equilibrium: no inertia but that of the orbits, no history but the cage's way.
 
-    `goal_speed` [rad/s] is approached at the drive's acceleration; `counts` are outputs solved.
+    `goal_speed` [rad/s] is approached at the drive's acceleration; `loads` [N, N m] (5,) act on the free coordinates.
     """
 
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters = parameters
         self.setting = setting_of(parameters, choice.law, parameters.drive.speed)
         self.support = support_of(parameters)
-        balls = parameters.geometry.balls
-        azimuths = azimuths_of(balls, 0.0)
-        gravity, mass = np.asarray(parameters.gravity), self.setting.ball_mass
-        radial = gravity[0] * np.cos(azimuths) + gravity[1] * np.sin(azimuths)
-        weights = mass * np.stack([radial, np.full(balls, gravity[2])], axis=1)
-        solver = Solver(self.setting, azimuths, weights)
+        azimuths = azimuths_of(parameters.geometry.balls, 0.0)
+        solver = Solver(self.setting, azimuths, weights_of(parameters, self.setting, azimuths))
         self._start = solver.solve(self.support)
         self._longest = solver.longest
         self.reset()
@@ -45,6 +43,7 @@ class QuasiStaticMotion:
         attitude = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)
         self.state = State(np.zeros(2), self._start.coordinates.copy(), place, attitude)
         self.goal_speed = self.speed = float(self.parameters.drive.speed)
+        self.loads = self.support.loads
         self.angle = self.elapsed = 0.0
         self.solved = 0
         self._changed = False
@@ -63,6 +62,13 @@ class QuasiStaticMotion:
         state, kept = self._before
         self.state = State(*(values.copy() for values in state))
         vars(self).update(kept)
+
+    def set_load(self, force, moment) -> None:
+        """New loads on the inner ring [N], [N m] from now on, or the scene's own where both are None.
+
+        They are taken as `operating.check_load` let them pass.
+        """
+        self.loads = self.support.loads if force is None else (*map(float, force), *map(float, moment))[:5]
 
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs of a bearing say all."""
@@ -95,7 +101,7 @@ class QuasiStaticMotion:
         drive, change = self.parameters.drive, self.parameters.drive.change
         begin, speed, angle, parts = 0.0, self.speed, self.angle, []
         free = np.array(self.support.free, np.bool_)
-        wanted = np.where(free, self.support.loads, 0.0)
+        wanted = np.where(free, self.loads, 0.0)
         if speed == self.goal_speed and (self._changed or change.time == 0.0):
             return self._even_course(instants, free, wanted)
         # knots: the goal changes once, and each speed is approached evenly until it is there

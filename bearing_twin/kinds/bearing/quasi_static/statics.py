@@ -91,6 +91,13 @@ def azimuths_of(balls: int, first: float) -> np.ndarray:
     return first + 2.0 * math.pi * np.arange(balls) / balls
 
 
+def weights_of(parameters, setting: Setting, azimuths: np.ndarray) -> np.ndarray:
+    """Weights [N] of balls at these azimuths (N,), radial and axial, (N, 2)."""
+    x, y, z = parameters.gravity
+    radial = x * np.cos(azimuths) + y * np.sin(azimuths)
+    return setting.ball_mass * np.stack([radial, np.full(len(azimuths), z)], axis=1)
+
+
 class Solver:
     """Equilibria of one bearing; what it found last is where it looks first."""
 

@@ -1,0 +1,76 @@
+"""A bearing while it runs: whether it carries a load it is told, and how stiff it is where it stands."""
+
+import math
+
+import numpy as np
+
+from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.kinds.bearing.quasi_static.statics import (
+    Solver,
+    Support,
+    azimuths_of,
+    load_line,
+    setting_of,
+    support_of,
+    weights_of,
+)
+from bearing_twin.kinds.bearing.rings import PRESCRIBED, dimension_of, idle_loads
+from bearing_twin.kinds.contract import OperatingPoint
+
+PLACES = 3  # of the balls on their way round, from one on the load line to two beside it
+
+
+def commanded_loads(force, moment) -> tuple[float, ...]:
+    """Force (3,) [N] and moment (2,) or (3,) [N m] as the loads of the five coordinates; raises BearingTwinError."""
+    values = (*force, *moment)
+    if not all(map(math.isfinite, values)):
+        raise BearingTwinError(f"force {_words(force)} N and torque {_words(moment)} N m must be finite")
+    if any(values[5:]):
+        raise BearingTwinError(
+            f"the torque of {values[5]:g} N m about z is the drive's, which keeps the speed; command the speed instead"
+        )
+    return tuple(map(float, values[:5]))
+
+
+def check_load(parameters, law: str, speed: float, force, moment) -> None:
+    """Raises BearingTwinError for a load [N], [N m] on the inner ring that nothing follows or no ball carries.
+
+    It is tried in balance with the ring at `speed` [rad/s] and the balls at PLACES of their way from one to the next.
+    None for force and moment: the scene's own load.
+    """
+    if dimension_of(parameters) == PRESCRIBED:
+        if force is None:
+            return
+        raise BearingTwinError(
+            "model.dimension = prescribed holds the inner ring, so that a load does not move it; run the scene with "
+            "model.dimension: quasi_static and rings.inner.free: displacement"
+        )
+    support = support_of(parameters)
+    if force is not None:
+        support = support._replace(loads=commanded_loads(force, moment))
+        for problem in idle_loads(parameters, support.loads[:3], support.loads[3:], "force", "torque"):
+            raise BearingTwinError(problem)
+    setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
+    for place in range(PLACES):
+        first = load_line(support) + math.pi / balls * place / (PLACES - 1)
+        azimuths = azimuths_of(balls, first)
+        Solver(setting, azimuths, weights_of(parameters, setting, azimuths)).solve(support)
+
+
+def operating_point(parameters, law: str, sample) -> OperatingPoint:
+    """The ring of an output with its loads and stiffness, the balls in balance at their azimuths there.
+
+    A ring that moves or balls that ring are off this balance by their inertia. Raises BearingTwinError.
+    """
+    coordinates = np.array([*sample["inner_ring_offset"], *sample["inner_ring_tilt"]])
+    setting, azimuths = setting_of(parameters, law, float(sample["inner_ring_speed"])), sample["orbit_angle"]
+    solver = Solver(setting, azimuths, weights_of(parameters, setting, azimuths))
+    try:
+        found = solver.solve(Support((False,) * 5, (0.0,) * 5, tuple(coordinates)))
+    except SceneError as error:
+        raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
+    return OperatingPoint(found.coordinates, found.loads, found.stiffness)
+
+
+def _words(values) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"

@@ -1,0 +1,222 @@
+"""Commands to a running bearing without ROS: obeyed or refused, counted, stale; and its operating point."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_run import a_choice
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.bearing.quasi_static import statics
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.nodes.commanding import Commands
+from bearing_twin.nodes.simulating import SimulationLoop
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+
+COMMANDS = {command.name: command for command in KINDS["bearing"].commands()}
+ALL_FREE = "rings.inner.free=all"
+
+
+def vector(x=0.0, y=0.0, z=0.0):
+    return SimpleNamespace(x=x, y=y, z=z)
+
+
+def wrench(force=(), torque=(), frame="bearing_link"):
+    """What a WrenchStamped looks like."""
+    both = SimpleNamespace(force=vector(*force), torque=vector(*torque))
+    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), wrench=both)
+
+
+def twist(linear=(), angular=(), frame="bearing_link"):
+    """What a TwistStamped looks like."""
+    both = SimpleNamespace(linear=vector(*linear), angular=vector(*angular))
+    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), twist=both)
+
+
+def recorded(scene="bearing_6203_rig_400N", overrides=(), load_timeout_ns=0, frame_prefix=""):
+    """A paused loop over a bearing: `run` goes on, `tell` commands, `channel` is what was computed so far."""
+    scene = load_scene(scene, overrides)
+    simulation, blocks = Simulation(scene), []
+    advance = simulation.advance
+    simulation.advance = lambda outputs: blocks.append(advance(outputs)) or blocks[-1]
+    commands = Commands(load_timeout_ns, frame_prefix)
+    loop = SimulationLoop(
+        simulation, lambda: MessageStream(scene, choice=a_choice()), lambda message: None, 0.0, commands=commands
+    )
+    loop.paced.paused = True
+    return SimpleNamespace(
+        loop=loop,
+        run=lambda seconds: loop.step(0, seconds),
+        tell=lambda name, message: loop.obey(0, COMMANDS[name], message),
+        channel=lambda name: np.concatenate([block.values[name] for block in blocks]),
+    )
+
+
+def test_a_load_acts_from_the_next_output_on_and_is_held_until_the_next():
+    it = recorded()
+    it.run(0.015)
+    it.tell("command/load", wrench((0.0, -700.0, 50.0)))
+    it.run(0.1)
+    it.tell("command/load", wrench((0.0, -250.0, 0.0), frame=""))
+    it.run(0.05)
+    force, down = it.channel("inner_ring_force"), it.channel("inner_ring_offset")[:, 1]
+    assert force[:16] == pytest.approx(np.tile([0.0, 400.0, 0.0], (16, 1)), abs=1e-6)
+    assert force[16:116] == pytest.approx(np.tile([0.0, 700.0, -50.0], (100, 1)), abs=1e-6)
+    assert force[116:] == pytest.approx(np.tile([0.0, 250.0, 0.0], (50, 1)), abs=1e-6)
+    assert down[20] < down[10] < down[120] < 0.0
+    assert (it.loop.commands.taken, it.loop.commands.refused) == (2, 0)
+    assert it.loop.look()[2]["load_from"] == "command/load"
+
+
+def test_moments_tilt_a_ring_that_is_free_to():
+    it = recorded("bearing_6203", [ALL_FREE, "rings.inner.load=[0,-100,100]"])
+    it.tell("command/load", wrench((0.0, -100.0, 100.0), (0.3, -0.2, 0.0)))
+    it.run(0.01)
+    assert it.channel("inner_ring_torque")[-1] == pytest.approx([-0.3, 0.2, 0.0], abs=1e-8)
+    assert np.abs(it.channel("inner_ring_tilt")[-1]).min() > 1e-5
+
+
+REFUSED = {
+    "nan": (wrench((0.0, math.nan, 0.0)), "must be finite"),
+    "infinite": (wrench((0.0, 0.0, 0.0), (math.inf, 0.0, 0.0)), "must be finite"),
+    "frame": (wrench((0.0, -10.0, 0.0), frame="map"), "its frame is 'map', but it is taken in bearing_link alone"),
+    "held": (wrench((0.0, -10.0, 0.0), (0.5, 0.0, 0.0)), r"torque\[0\] = 0.5 N m acts on a coordinate"),
+    "drive": (wrench((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
+    "too much": (wrench((0.0, -1e5, 0.0)), "through the balls: .* the greatest in this direction is a load of"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case):
+    message, words = REFUSED[case]
+    told, left = recorded(), recorded()
+    for it in (told, left):
+        it.run(0.013)
+        it.tell("command/load", wrench((0.0, -500.0, 0.0)))
+        it.run(0.02)
+    for _ in range(2):
+        with pytest.raises(BearingTwinError, match="command/load refused: .*" + words):
+            told.tell("command/load", message)
+    for it in (told, left):
+        it.run(0.05)
+    for name in ("inner_ring_force", "position", "normal_load"):
+        assert np.array_equal(told.channel(name), left.channel(name)), name
+    commands = told.loop.commands
+    assert (commands.taken, commands.refused) == (1, 2)
+    assert commands.doubt().startswith("2 refused, the last: command/load refused")
+    assert commands.doubt() == ""  # said once
+    assert told.loop.look()[2]["commands_refused"] == 2
+    assert told.loop.look()[2]["last_refusal"].startswith("command/load refused")
+
+
+def test_a_moment_that_no_ball_carries_is_refused_with_the_greatest():
+    it = recorded("bearing_6203", [ALL_FREE, "rings.inner.load=[0,-100,100]"])
+    with pytest.raises(BearingTwinError, match=r"greatest in this direction is .*a moment of"):
+        it.tell("command/load", wrench((0.0, -100.0, 100.0), (4000.0, 0.0, 0.0)))
+
+
+def test_a_ring_that_is_held_takes_no_load():
+    it = recorded("bearing_6203")
+    with pytest.raises(BearingTwinError, match=r"model\.dimension: quasi_static and rings"):
+        it.tell("command/load", wrench((0.0, -10.0, 0.0)))
+
+
+def test_a_kind_without_loads_says_so():
+    simulation = Simulation(load_scene("two_spheres"))
+    with pytest.raises(BearingTwinError, match="two_spheres has no load; a bearing has"):
+        simulation.set_load((0.0, 0.0, 1.0), (0.0, 0.0))
+    with pytest.raises(BearingTwinError, match="two_spheres has no stiffness; a bearing has"):
+        simulation.operating_point()
+
+
+def test_a_load_that_no_other_follows_is_stale_on_time_and_the_scenes_own_acts():
+    it = recorded(load_timeout_ns=30_000_000)
+    it.run(0.015)
+    it.tell("command/load", wrench((0.0, -700.0, 0.0)))
+    it.run(0.02)
+    assert it.loop.commands.doubt() == ""
+    it.tell("command/load", wrench((0.0, -600.0, 0.0)))  # in time: held on
+    it.run(0.06)
+    force = it.channel("inner_ring_force")[:, 1]
+    assert force[16:36] == pytest.approx(700.0)
+    assert force[36:66] == pytest.approx(600.0)
+    assert force[66:] == pytest.approx(400.0)
+    for _ in range(2):
+        assert it.loop.commands.doubt() == "command/load is stale, 0.03 s without another: the scene's own load acts"
+    assert it.loop.look()[2]["load_from"] == "the scene"
+    it.tell("command/load", wrench((0.0, -450.0, 0.0)))
+    assert it.loop.commands.doubt() == ""
+    it.loop.reset(0)
+    it.run(0.08)
+    assert it.channel("inner_ring_force")[-80:, 1] == pytest.approx(400.0)
+    assert it.loop.commands.doubt() == ""
+
+
+def test_a_load_given_before_the_start_acts_from_the_start():
+    it = recorded(load_timeout_ns=10_000_000)
+    it.tell("command/load", wrench((0.0, -700.0, 0.0)))
+    it.run(0.02)
+    assert it.channel("inner_ring_force")[:11, 1] == pytest.approx(700.0)
+    assert it.channel("inner_ring_force")[11:, 1] == pytest.approx(400.0)
+
+
+def test_speeds_come_with_a_stamp_or_without_one():
+    it = recorded(frame_prefix="left/")
+    it.tell("command/speed", SimpleNamespace(data=160.0))
+    it.run(0.03)
+    assert it.channel("inner_ring_speed")[-1] == 160.0
+    it.tell("command/speed_stamped", twist(angular=(0.0, 0.0, 150.0), frame="left/bearing_link"))
+    it.run(0.03)
+    assert it.channel("inner_ring_speed")[-1] == 150.0
+    for message, words in (
+        (twist(angular=(0.0, 0.0, 150.0)), "taken in left/bearing_link alone"),
+        (twist(angular=(1.0, 0.0, 150.0), frame="left/bearing_link"), "leave all but twist.angular.z at 0"),
+        (twist(linear=(1.0,), frame=""), "leave all but twist.angular.z at 0"),
+        (twist(angular=(0.0, 0.0, math.nan), frame=""), "must be finite"),
+    ):
+        with pytest.raises(BearingTwinError, match="command/speed_stamped refused: .*" + words):
+            it.tell("command/speed_stamped", message)
+    assert it.loop.commands.refused == 4
+    it.run(0.01)
+    assert it.channel("inner_ring_speed")[-1] == 150.0
+
+
+def test_a_speed_at_which_the_load_is_not_carried_is_refused_and_the_run_goes_on():
+    it = recorded("bearing_218_thrust", ["run.output_rate=1000"])
+    it.run(0.005)
+    with pytest.raises(BearingTwinError, match=r"command/speed refused: a load of \(0, 0, 1.78e\+04\) N"):
+        it.tell("command/speed", SimpleNamespace(data=9000.0))
+    it.tell("command/speed", SimpleNamespace(data=1200.0))
+    it.run(0.1)
+    assert it.channel("inner_ring_speed")[-1] == 1200.0
+    assert it.channel("inner_ring_force")[:, 2] == pytest.approx(-17800.0)
+
+
+def test_the_operating_point_is_the_equilibrium_of_the_last_output():
+    it = recorded(overrides=["gravity=[0,0,0]"])
+    for seconds in (0.0, 0.037):
+        if seconds:
+            it.run(seconds)
+        sample, point = it.loop.operating_point(0)
+        assert sample.time_ns == round(1e9 * seconds)
+        parameters = it.loop.simulation.scene.parameters
+        solver = statics.solver_of(parameters, "hertz", float(sample["orbit_angle"][0]))
+        found = solver.solve(statics.support_of(parameters))
+        assert point.loads == pytest.approx([0.0, -400.0, 0.0, 0.0, 0.0], abs=1e-5)
+        assert point.coordinates == pytest.approx(found.coordinates, rel=1e-6, abs=1e-13)
+        scale = np.sqrt(np.outer(np.diag(found.stiffness), np.diag(found.stiffness)))
+        assert np.abs((point.stiffness - found.stiffness) / scale).max() < 1e-6
+
+
+def test_balls_that_move_by_themselves_have_an_operating_point_too():
+    """The preloaded 6203 at low speed: the condensed stiffness of the literature, wherever its balls are."""
+    simulation = Simulation(load_scene("bearing_6203", ["gravity=[0,0,0]", "drive.speed=10.0"]))
+    simulation.advance(31)
+    sample, point = simulation.operating_point()
+    assert sample.sequence == 30
+    expected = [9.137e7, 9.137e7, 1.6659e6, 172.4, 172.4]
+    assert np.diag(point.stiffness) == pytest.approx(expected, rel=1e-3)
+    assert point.loads[2] == pytest.approx(-sample["inner_ring_force"][2], rel=1e-4)
