@@ -73,7 +73,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     with ros_executor() as executor:
         # A bearing runs on, so it is told when to end; the others know.
         node, scene = sim_node(executor, kind, start_paused=True, **({"duration": 0.1} if kind == "bearing" else {}))
-        recorder = started(executor, RecorderNode, log=str(path))
+        recorder = started(executor, RecorderNode, log=str(path), full=kind == "bearing")
         services = plain_node(executor)
         spin_until_ready(executor, node)
         names = names_of(scene)

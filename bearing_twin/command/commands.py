@@ -135,9 +135,11 @@ def _verify(arguments) -> Outcome:
     from bearing_twin.run.simulation import verify
 
     with progress("simulating the scene of the log again") as update:
-        verification = verify(read_log(arguments.log), update)
+        log = read_log(arguments.log)
+        verification = verify(log, update)
     doubts = [f"the log deviates by up to {verification.greatest:.3g} from a new run"] if verification.greatest else []
-    return Outcome({"log": str(arguments.log)} | verification.as_dict(), doubts)
+    kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
+    return Outcome({"log": str(arguments.log)} | verification.as_dict() | kept, doubts)
 
 
 def _report_arguments(parser):
@@ -159,11 +161,18 @@ def _report(arguments) -> Outcome:
     watched = _Watched(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), duration, f"reading {arguments.log}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
+    if stream.kept_rate:
+        result["kept_outputs_hz"] = stream.kept_rate
     if picture:
         result["plot"] = watched.write(picture)
     doubts = [f"{missing} outputs are missing from the log"] if missing else []
     lost = {"messages_lost": "were lost on the way to the recorder", "messages_dropped": "were dropped on a full disk"}
     doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
+    if stream.kept_rate:
+        doubts.append(
+            f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
+            "`verify` compares no others; a node logs all of them with full:=true"
+        )
     return Outcome(result, doubts + _doubts(result))
 
 

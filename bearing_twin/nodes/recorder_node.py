@@ -15,7 +15,7 @@ from rclpy.subscription import Subscription
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_profile, qos_words
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, safety_of
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 
@@ -59,7 +59,7 @@ class RecorderNode(Node):
         topics = [one for one in values["topics"] if one] or default_topics()
         self.recording = Recording(path, topics, definition_prefixes(), safety_of(values))
         self._topics = topics
-        self.get_logger().info(f"log: {path}")
+        self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._refused: set[str] = set()
         self._taken: dict[str, Subscription] = {}
         self._aside, self._stopping = TakenAside(), threading.Event()
@@ -147,8 +147,7 @@ class RecorderNode(Node):
         self.recording.note_losses()
         self._say_problem()
         for subscription in self.subscriptions:
-            if subscription.get_publisher_count() > 1:
-                self.recording.several(subscription.topic_name)
+            self.recording.publishers(subscription.topic_name, subscription.get_publisher_count())
         status = self.recording.status()
         level, message = OK, "recording"
         if not status["topics"]:

@@ -42,7 +42,7 @@ PARAMETERS = (
     NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish simulation time on /clock"),
     NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/"),
-    NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
+    NodeParameter("log", "", "MCAP log written by this node, without loss; empty = none"),
     *LOG_SAFETY,
 )
 

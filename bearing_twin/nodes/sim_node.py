@@ -22,7 +22,7 @@ from bearing_twin.log.mcap_log import LogWriter, choice_record
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, Step, qos_profile
-from bearing_twin.nodes.node_parameters import safety_of
+from bearing_twin.nodes.node_parameters import THINNED, safety_of
 from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
@@ -51,7 +51,8 @@ class SimNode(Node):
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._log_path = values["log"]
-        self._safety = safety_of(values)
+        safety = safety_of(values)
+        self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._discovery = values["discovery"]
         self._paused_at_start = values["start_paused"]
         self._stop = np.zeros(1, np.uint8)
@@ -99,7 +100,7 @@ class SimNode(Node):
         if not self._log_path:
             return None
         path = log_path(self._log_path, number)
-        self.get_logger().info(f"log: {path}")
+        self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
         run = self.simulation
         return LogWriter(path, run.scene, choice_record(run.choice), safety=self._safety)
 

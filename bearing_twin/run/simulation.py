@@ -227,7 +227,8 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
-    not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared.
+    not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared, and so are
+    those outputs alone that a thinned log holds.
     """
     if log.scene is None:
         raise LogError(
@@ -240,7 +241,7 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
     deviations, samples = dict.fromkeys(names, 0.0), 0
     total = log.scene.parameters.run.duration * log.scene.parameters.run.output_rate + 1
     for block in log.blocks():
-        again = simulation.advance(len(block))
+        again = simulation.advance(_outputs_until(simulation, block, log.kept_rate)).last(len(block))
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
                 f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
@@ -257,3 +258,9 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
         if progress:
             progress(min(1.0, samples / total))
     return Verification(samples, deviations)
+
+
+def _outputs_until(simulation: Simulation, block: Block, kept_rate: float) -> int:
+    """Outputs from where the simulation is to the end of `block`; those before it are passed over in a thinned log."""
+    passed = block.first_sequence - simulation.sequence - 1 if kept_rate else 0
+    return len(block) + max(passed, 0)
