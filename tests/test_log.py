@@ -26,7 +26,8 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate, verify
+from bearing_twin.run.simulation import simulate
+from bearing_twin.run.verification import verify
 from bearing_twin.sample import Block
 
 SCENE = made_up_scene()

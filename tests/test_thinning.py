@@ -18,7 +18,8 @@ from bearing_twin.log.stream import MessageStream, samples_message, topics
 from bearing_twin.log.thinning import KEPT_RATE, Thinning
 from bearing_twin.nodes.recording import Recording
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate, verify
+from bearing_twin.run.simulation import simulate
+from bearing_twin.run.verification import verify
 
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 1000)

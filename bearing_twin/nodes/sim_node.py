@@ -7,6 +7,7 @@ import threading
 import time
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -15,7 +16,7 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.errors import BearingTwinError, Stopped
+from bearing_twin.errors import BearingTwinError, IntegrationError, Stopped
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import LogWriter, choice_record
@@ -28,6 +29,7 @@ from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
+from bearing_twin.run.failure import write_failure
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
 
@@ -135,6 +137,9 @@ class SimNode(Node):
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None and not isinstance(error, Stopped) and self.context.ok():
+            left = isinstance(error, IntegrationError) and write_failure(error, Path(self._log_path).parent)
+            if left:
+                error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
             self.failure = error
             self._publish_status(ERROR, str(error), {})
             self.done.set()
