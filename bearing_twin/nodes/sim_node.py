@@ -25,7 +25,7 @@ from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, Step, qos_profile
 from bearing_twin.nodes.node_parameters import THINNED, safety_of
 from bearing_twin.nodes.outlet import Outlet
-from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
+from bearing_twin.nodes.running import Heartbeat, LogWatch, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
 from bearing_twin.nodes.simulating import SimulationLoop, check_speed, log_path
 from bearing_twin.nodes.worker import Worker
@@ -65,7 +65,7 @@ class SimNode(Node):
         self.ready = threading.Event()
         self._doing = "compiling"
         self._started, self._looks = time.monotonic(), 0
-        self._warned = self._log_failed = False
+        self._warned, self._watch = False, LogWatch(self)
         self._serve(kind.takes_speed)
         duration_ns = round(values["duration"] * 1e9)
         if kind.brief and not duration_ns:
@@ -247,9 +247,7 @@ class SimNode(Node):
         level, problem = WARN if slow else OK, self.loop.log_problem
         if problem:
             level, message = ERROR, problem
-            if not self._log_failed:
-                self.get_logger().error(f"{problem}; messages wait in memory, as many as fit")
-        self._log_failed = bool(problem)
+        self._watch.look(problem, self.loop.log_dropped)
         self._publish_status(level, message, numbers | counts)
 
     def _report_start(self) -> None:
