@@ -22,14 +22,18 @@ class LogError(BearingTwinError):
 
 
 class IntegrationError(BearingTwinError):
-    """The integration stopped: `reason` ("not finite", "too deep", "stalled"), at `seconds`, for which `body`.
+    """The integration stopped: `reason` ("not finite", "too deep", ...), at `seconds`, for which `body` and `contact`.
 
-    Where a method cannot tell, `reason` and `body` are empty and `seconds` is NaN.
+    Where a method cannot tell, `reason`, `body` and `contact` are empty and `seconds` is NaN. `record` is plain data of
+    the last good output and state, where there is one.
     """
 
-    def __init__(self, sentence: str, reason: str = "", seconds: float = float("nan"), body: str = ""):
+    def __init__(
+        self, sentence: str, reason: str = "", seconds: float = float("nan"), body: str = "", contact: str = ""
+    ):
         super().__init__(sentence)
-        self.reason, self.seconds, self.body = reason, seconds, body
+        self.reason, self.seconds, self.body, self.contact = reason, seconds, body, contact
+        self.record: dict | None = None
 
 
 class Stopped(BearingTwinError):

@@ -26,7 +26,8 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate, verify
+from bearing_twin.run.simulation import simulate
+from bearing_twin.run.verification import verify
 from bearing_twin.sample import Block
 
 SCENE = made_up_scene()
@@ -74,7 +75,7 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
         Block(kept, one.first_sequence, one.time_ns, {c.name: one.values[c.name].copy() for c in kept}, one.records)
         for one in run.blocks()
     ]
-    log = SimpleNamespace(scene=run.scene, channels=kept, blocks=lambda: iter(blocks))
+    log = SimpleNamespace(kept_rate=0.0, scene=run.scene, channels=kept, blocks=lambda: iter(blocks))
     found = verify(log)
     assert found.greatest == 0.0
     assert set(found.deviations) == {channel.name for channel in kept} | {"contact"}

@@ -28,7 +28,8 @@ from bearing_twin.nodes.replay_node import ReplayNode
 from bearing_twin.nodes.sim_node import SimNode
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate, verify
+from bearing_twin.run.simulation import simulate
+from bearing_twin.run.verification import verify
 
 # A scene a kind, short, and a pace at which a wire can follow.
 PLAYED = {
@@ -73,7 +74,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     with ros_executor() as executor:
         # A bearing runs on, so it is told when to end; the others know.
         node, scene = sim_node(executor, kind, start_paused=True, **({"duration": 0.1} if kind == "bearing" else {}))
-        recorder = started(executor, RecorderNode, log=str(path))
+        recorder = started(executor, RecorderNode, log=str(path), full=kind == "bearing")
         services = plain_node(executor)
         spin_until_ready(executor, node)
         names = names_of(scene)

@@ -75,7 +75,7 @@ def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
             for topic in topics(SCENE)
         }
         other = talker.create_publisher(DiagnosticArray, "/elsewhere", 10)
-        recorder = started(executor, RecorderNode, log=str(path))
+        recorder = started(executor, RecorderNode, log=str(path), full=True)
         spin_until(executor, lambda: all(p.get_subscription_count() for p in publishers.values()), "discovery")
         began = time.time_ns()
         for topic, data in messages():
@@ -101,7 +101,7 @@ def test_lost_outputs_are_counted_and_said(tmp_path):
         talker, seen = plain_node(executor), []
         samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        started(executor, RecorderNode, log=str(tmp_path / "out.mcap"))
+        started(executor, RecorderNode, log=str(tmp_path / "out.mcap"), full=True)
         spin_until(executor, samples.get_subscription_count, "discovery")
         blocks = [data for topic, data in messages() if topic.name == "samples"]
         for data in (*blocks[:2], *blocks[4:]):
@@ -121,7 +121,7 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
         talker, seen = plain_node(executor), []
         publisher = talker.create_publisher(Float64, "/elsewhere", 100)
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"])
+        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"], full=True)
         spin_until(executor, publisher.get_subscription_count, "discovery")
         publisher.publish(Float64())
         spin_until(executor, lambda: recorder.recording.messages == 1, "the first message")
@@ -207,8 +207,9 @@ def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number)
     path = tmp_path / "recording.mcap"
     with ros_executor() as executor:
         domain = executor.context.get_domain_id()
+        parameters = ("-p", f"log:={path}", "-p", "full:=true")
         recorder = subprocess.Popen(
-            [sys.executable, "-m", "bearing_twin.nodes.entry", "recorder_node", "--ros-args", "-p", f"log:={path}"],
+            [sys.executable, "-m", "bearing_twin.nodes.entry", "recorder_node", "--ros-args", *parameters],
             env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
             stderr=subprocess.PIPE,
             text=True,

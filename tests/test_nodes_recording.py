@@ -58,9 +58,10 @@ def test_a_report_tells_what_a_recorder_lost(tmp_path, capsys):
     recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
     recording.add("/other", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
     recording.receive(SAMPLES, 1000, 900, sample_block(0, 50), 1)
+    recording.add("/third", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
     for number in (1, 4):
         recording.receive("/other", 1000, 900, bytes(8), number)
-    recording.several("/third")
+    recording.publishers("/third", 2)
     recording.close()
     assert read_log(tmp_path / "out.mcap").losses == {
         "messages_lost": 2, "messages_dropped": 0, "uncounted": "/third",
@@ -81,7 +82,7 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     status = recording.status()
     assert (status["messages"], status["messages_lost"], status["messages_before"]) == (9, 3, 3)
     assert status["uncounted"] == "/four /three"
-    recording.several("/one")
+    recording.publishers("/one", 2)
     assert recording.status()["messages_lost"] == 0
     recording.close()
     with McapReader(tmp_path / "out.mcap") as reader:

@@ -151,7 +151,7 @@ def test_a_node_closed_while_it_compiles_ends_at_once_and_leaves_no_log(monkeypa
 
 def test_every_byte_arrives_in_real_time_and_as_in_a_log(tmp_path):
     with ros_executor() as executor:
-        node, watcher, lists = paused_node(executor, duration=1.0, log=str(tmp_path / "node.mcap"))
+        node, watcher, lists = paused_node(executor, duration=1.0, log=str(tmp_path / "node.mcap"), full=True)
         assert call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False)).success
         began = time.monotonic()
         spin_until(executor, lambda: len(lists["/bearing/samples"]) == 21, "all samples")
@@ -369,7 +369,7 @@ def test_a_log_that_exists_is_not_touched(tmp_path):
 def test_the_log_is_whole_when_the_node_is_closed_in_the_middle(tmp_path):
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:
-        node = started(executor, SimNode, log=str(path))
+        node = started(executor, SimNode, log=str(path), full=True)
         spin_until(executor, node.ready.is_set, "compilation")
         spin_until(executor, lambda: node.loop.time_ns > 200_000_000, "0.2 s")
     samples = [sample.sequence for sample in read_log(path)]

@@ -19,7 +19,14 @@ from bearing_twin.nodes.study_goal import (
     Request,
     study_of,
 )
-from bearing_twin.nodes.studying import PROGRESS_PERIOD_NS, QUEUE, Studies, free_path
+from bearing_twin.nodes.studying import (
+    LONGEST_READ_NS,
+    LONGEST_SILENCE_NS,
+    PROGRESS_PERIOD_NS,
+    QUEUE,
+    Studies,
+    free_path,
+)
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.run import run_study
 
@@ -225,6 +232,31 @@ def test_whoever_waits_for_a_study_that_does_not_end_is_answered():
     studies.turn(0)
     assert "did not wait" in request.answer.message
     assert figures(studies)[ABORTED] == 1
+
+
+def test_a_goal_that_is_not_read_in_time_is_answered_and_a_silent_study_is_told_of():
+    now, said = [0], []
+
+    def run(study, progress, cancelled):
+        progress(Progress(1, 2, 0.0, 0.0, 0.0))
+        for seconds in (LONGEST_SILENCE_NS, 1):
+            now[0] += seconds
+            said.append(studies.status()[1])
+        progress(Progress(2, 2, 0.0, 0.0, 0.0))
+        said.append(studies.status()[1])
+        return run_study(study, progress, cancelled)
+
+    studies = Studies(run=run, clock=lambda: now[0])
+    stuck = Request(QUICK)
+    studies.add(stuck)
+    now[0] = LONGEST_READ_NS
+    studies.look(now[0])
+    assert not stuck.finished.is_set()
+    studies.look(now[0] + 1)
+    assert (stuck.answer.state, "could not be read within 30 s" in stuck.answer.message) == (ABORTED, True)
+    studies.read(0, stuck)  # too late, and harmless
+    assert answered(studies).state == SUCCEEDED
+    assert [bool("has made no progress for 60 s" in one) for one in said] == [False, True, False]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from bearing_twin.nodes.replay_node import ReplayNode
 from bearing_twin.nodes.sim_node import SimNode
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import verify
+from bearing_twin.run.verification import verify
 
 SCENE = "kind: toy\nstart: 0.02\n"
 

@@ -13,7 +13,8 @@ from bearing_twin.kinds.bearing.quasi_static import statics
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import Simulation, simulate, verify
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.verification import verify
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import parse_study
 

@@ -1,6 +1,8 @@
 """`bearing_twin study`: the JSON its readers rely on, what is refused and how, logs to go on from, the picture."""
 
+import errno
 import json
+import os
 import re
 
 import matplotlib.image
@@ -10,7 +12,7 @@ import pytest
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
-from bearing_twin.log.study_log import read_study
+from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.uq.picture import plot_study
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
@@ -178,3 +180,51 @@ def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path):
     again = json.loads(capsys.readouterr().out)
     assert again["quantities"] == found["quantities"]
     assert matplotlib.image.imread(again["plot"]).shape[0] > 300
+
+
+def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, capsys):
+    """What a crash leaves is recovered and gone on from, with the numbers of one run."""
+    words = [*QUICK, "--set", "method=ensemble", "--set", "batch=100", "--set", "modality=no", "--seed", 7]
+    overrides = [word for word in map(str, words[1:]) if "=" in word]
+    study, crashed = load_study(QUICK[0], [*overrides, "seed=7", "samples=500"]), tmp_path / "crashed.mcap"
+    with StudyLog(study, tmp_path / "going.mcap", max_loss=0.0) as log:
+
+        def keep(*columns):
+            log.add(*columns)
+            if log._written == 300:
+                log._log.flush()
+                crashed.write_bytes((tmp_path / "going.mcap").read_bytes())
+
+        log.finish(run_study(study, keep=keep))
+    assert main(["recover", str(crashed), str(tmp_path / "saved.mcap")]) == DONE
+    capsys.readouterr()
+    assert len(read_study(tmp_path / "saved.mcap", unfinished=True).values) == 300
+    assert "go on with" in refused_report(tmp_path / "saved.mcap", capsys)
+    found = asked(capsys, *words, "--samples", 500, "--resume", tmp_path / "saved.mcap", "--out", tmp_path / "all.mcap")
+    whole = read_study(tmp_path / "going.mcap")
+    rest = read_study(tmp_path / "all.mcap")
+    assert found["quantities"] == whole.summary["quantities"]
+    assert (rest.values.tobytes(), rest.quantities.tobytes()) == (whole.values.tobytes(), whole.quantities.tobytes())
+
+
+def refused_report(path, capsys):
+    assert main(["report", str(path)]) == BAD_INPUT
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("from_write", [3, 5])
+def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, capsys):
+    write, calls = os.pwrite, []
+
+    def full(*arguments):
+        calls.append(arguments)
+        if len(calls) > from_write:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(*arguments)
+
+    monkeypatch.setattr(os, "pwrite", full)
+    words = ["study", *QUICK, "--samples", "500", "--set", "modality=no", "--out", str(tmp_path / "s.mcap"), "--json"]
+    assert main(words) == BAD_INPUT
+    out, err = capsys.readouterr()
+    assert json.loads(out)["samples"] == 500
+    assert "No space left on device" in err

@@ -3,6 +3,7 @@
 import argparse
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 from bearing_twin.command import (
@@ -10,10 +11,11 @@ from bearing_twin.command import (
     chart_command,
     compile_command,
     contact_command,
+    explain_command,
     study_command,
     topics_command,
 )
-from bearing_twin.command.outcome import Outcome, listed, new_log, picture_path
+from bearing_twin.command.outcome import Outcome, failure_kept, listed, new_log, picture_path
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
@@ -69,13 +71,14 @@ def _simulate(arguments) -> Outcome:
             run = simulate(scene, update)
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))
-        if log:
-            from bearing_twin.log.mcap_log import write_log
+        with failure_kept(log.parent if log else Path()):
+            if log:
+                from bearing_twin.log.mcap_log import write_log
 
-            write_log(drawing, log, max_loss=max_loss)
-        else:
-            for _ in drawing.blocks():
-                pass
+                write_log(drawing, log, max_loss=max_loss)
+            else:
+                for _ in drawing.blocks():
+                    pass
     result = run.report.as_dict() | {"compile_s": compile_seconds}
     if log:
         result["log"] = str(log)
@@ -132,12 +135,14 @@ def _log_argument(parser):
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress
     from bearing_twin.log.mcap_log import read_log
-    from bearing_twin.run.simulation import verify
+    from bearing_twin.run.verification import verify
 
     with progress("simulating the scene of the log again") as update:
-        verification = verify(read_log(arguments.log), update)
+        log = read_log(arguments.log)
+        verification = verify(log, update)
     doubts = [f"the log deviates by up to {verification.greatest:.3g} from a new run"] if verification.greatest else []
-    return Outcome({"log": str(arguments.log)} | verification.as_dict(), doubts)
+    kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
+    return Outcome({"log": str(arguments.log)} | verification.as_dict() | kept, doubts)
 
 
 def _report_arguments(parser):
@@ -159,11 +164,18 @@ def _report(arguments) -> Outcome:
     watched = _Watched(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), duration, f"reading {arguments.log}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
+    if stream.kept_rate:
+        result["kept_outputs_hz"] = stream.kept_rate
     if picture:
         result["plot"] = watched.write(picture)
     doubts = [f"{missing} outputs are missing from the log"] if missing else []
     lost = {"messages_lost": "were lost on the way to the recorder", "messages_dropped": "were dropped on a full disk"}
     doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
+    if stream.kept_rate:
+        doubts.append(
+            f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
+            "`verify` compares no others; a node logs all of them with full:=true"
+        )
     return Outcome(result, doubts + _doubts(result))
 
 
@@ -236,6 +248,7 @@ COMMANDS = {
     "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
     "report": Command("the figures of a log, of a run or of a study, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
+    "explain": Command(explain_command.HELP, explain_command.add_arguments, explain_command.run),
     "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
     "compile": Command(compile_command.HELP, compile_command.add_arguments, compile_command.run),
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),

@@ -1,10 +1,11 @@
 """What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
 
-from collections.abc import Callable, Iterable
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, IntegrationError
 
 
 class Outcome(NamedTuple):
@@ -43,3 +44,19 @@ def picture_path(text) -> Path:
     if not path.parent.is_dir():
         raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
     return path
+
+
+@contextlib.contextmanager
+def failure_kept(folder: Path) -> Iterator[None]:
+    """A run that fails in the body leaves a file in `folder`, which its error then names."""
+    try:
+        yield
+    except IntegrationError as error:
+        from bearing_twin.run.failure import write_failure
+
+        path = write_failure(error, folder)
+        if path is None:
+            raise
+        raise BearingTwinError(
+            f"{error}; look into it and go on from the last good state: bearing_twin explain {path}"
+        ) from error

@@ -6,7 +6,7 @@ import signal
 import threading
 
 from bearing_twin.command.outcome import Outcome, new_log, picture_path
-from bearing_twin.errors import StudyError
+from bearing_twin.errors import LogError, StudyError
 from bearing_twin.report import json_text
 
 HELP = "what is uncertain about a scene: distributions in, quantiles with intervals out"
@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     picture = picture_path(arguments.plot) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
     from bearing_twin.command.terminal import progress, say, show_text
-    from bearing_twin.log.study_log import read_study, write_study
+    from bearing_twin.log.study_log import StudyLog, read_study
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study_file import load_study
 
@@ -46,20 +46,32 @@ def run(arguments: argparse.Namespace) -> Outcome:
         if (value := getattr(arguments, key)) is not None:
             overrides.append(f"{key}={value}")
     study = load_study(arguments.study, overrides)
-    start = read_study(arguments.resume) if arguments.resume else None
+    start = read_study(arguments.resume, unfinished=True) if arguments.resume else None
     cancelled = threading.Event()
-    with _interrupted_by_ctrl_c(cancelled), progress(f"study {study.name}") as update:
-        result = run_study(study, lambda one: update(one.done / one.total), cancelled, start)
-    written = {}
-    if log:
-        written["log"] = str(write_study(result, log))
+    result = problem = None
+    try:
+        with contextlib.ExitStack() as stack:
+            writer = stack.enter_context(StudyLog(study, log)) if log else None
+            with _interrupted_by_ctrl_c(cancelled), progress(f"study {study.name}") as update:
+                keep = writer.add if writer else None
+                result = run_study(study, lambda one: update(one.done / one.total), cancelled, start, keep)
+            if writer:
+                writer.finish(result)
+    except LogError as error:  # the result is there: it is shown before anything is said of its log
+        if result is None:
+            raise
+        problem = error
+    written = {"log": str(log)} if log and not problem else {}
     if picture:
         from bearing_twin.uq.picture import plot_study
 
         written["plot"] = str(plot_study(result, picture))
     summary = result.as_dict() | written
-    if cancelled.is_set():
+    if cancelled.is_set() or problem:
         show_text(json_text(summary)) if arguments.json else _show(summary)
+    if problem:
+        raise problem
+    if cancelled.is_set():
         say(f"stopped by Ctrl-C with {summary['samples']} of {study.settings.samples} samples done")
         raise KeyboardInterrupt
     return Outcome(summary, list(result.doubts), lambda: _show(summary))

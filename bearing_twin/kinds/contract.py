@@ -34,7 +34,9 @@ class Motion(Protocol):
     2. `take_records` gives each record once, in order of time, those up to the end of the last chunk.
     3. Whatever cannot go on raises IntegrationError with reason, seconds and body.
     4. A motion with an attribute `stop` (1,) raises Stopped soon after it is not 0; one without is quick.
-    5. Outputs that are views of one matrix (count, total width), channels side by side in order, are never copied.
+    5. A motion that has `snapshot()` gives its state as plain data, from which `resume(snapshot)` of a motion with
+       other tolerances goes on; one without begins again.
+    6. Outputs that are views of one matrix (count, total width), channels side by side in order, are never copied.
     """
 
     def reset(self) -> None:
@@ -227,7 +229,8 @@ class Kind:
     moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load.
     `operating_point(parameters, law, sample)` raises BearingTwinError where there is none.
     `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
-    data of a scene in a log of an earlier version.
+    data of a scene in a log of an earlier version. `place_of(channel, index)` names the body and the contact that a
+    number of a channel belongs to, empty for none.
     """
 
     name: str
@@ -254,6 +257,7 @@ class Kind:
     picture: Callable[[Facts], Picture] = plain_picture
     moved: Mapping[str, str] = field(default_factory=dict)
     upgraded: Callable[[dict], dict] = as_given
+    place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")
 
     @property
     def namespace(self) -> str:

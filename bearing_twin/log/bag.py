@@ -17,13 +17,17 @@ class Qos(NamedTuple):
 
 
 class LoggedTopic(NamedTuple):
-    """One topic of a log: full name, type, hash of the type, publishers' quality of service, messages so far."""
+    """One topic of a log: full name, type, hash of the type, publishers' quality of service, messages so far.
+
+    `kept` is how many of its messages a second are in the log; 0 = all.
+    """
 
     name: str
     ros_type: str
     type_hash: str
     qos: tuple[Qos, ...]
     messages: int
+    kept: float = 0.0
 
 
 class Span(NamedTuple):

@@ -12,6 +12,7 @@ import bearing_twin
 from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Span, as_yaml, bag_information, qos_profiles
 from bearing_twin.log.mcap_write import McapWriter
+from bearing_twin.log.thinning import KEPT_KEY
 
 SUFFIX = ".mcap"
 BAG_RECORD = "rosbag2"
@@ -23,7 +24,8 @@ class Safety(NamedTuple):
     Every `max_loss` seconds what there is goes to disk, with `fsync` past its caches; 0 = as chunks become full, so
     that the same messages give the same bytes. A `patient` log raises no error while the disk is full: it keeps what
     fits into memory, counts the rest, says `problem`, and goes on when there is room. A new file begins after
-    `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all.
+    `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all. Of each topic `kept_rate`
+    messages a second are in the log, and as many outputs (see `thinning`); 0 = all.
     """
 
     max_loss: float = 0.0
@@ -32,6 +34,7 @@ class Safety(NamedTuple):
     split_bytes: int = 0
     split_seconds: float = 0.0
     keep: int = 0
+    kept_rate: float = 0.0
 
 
 class _Described(NamedTuple):
@@ -141,6 +144,8 @@ class Parts:
     def _describe(self, described: _Described) -> int:
         row = described.row
         metadata = {"offered_qos_profiles": as_yaml(qos_profiles(row.qos)), "topic_type_hash": row.type_hash}
+        if row.kept:
+            metadata[KEPT_KEY] = f"{row.kept:g}"
         return self._writer.register(row.name, row.ros_type, described.definition, metadata)
 
     def _due(self, log_time: int) -> bool:

@@ -18,6 +18,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Qos, as_yaml
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
+from bearing_twin.log.thinning import Thinning
 
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # what a recorder received and what was lost; the last one counts
@@ -49,6 +50,8 @@ class RawLogWriter:
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._safety = safety
         self._writer = Parts(names, safety)
+        self._thinned: dict[int, Thinning] = {}
+        self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._write_bag_file()
         self._ended = threading.Event()
         if safety.max_loss:
@@ -63,12 +66,32 @@ class RawLogWriter:
         else:
             self._discard()
 
-    def add_topic(self, name: str, ros_type: str, definition: str, type_hash: str, qos: tuple[Qos, ...]) -> int:
-        """Describes a topic (full name, type, `ros2msg` text with dependencies, RIHS01 hash) and returns its number."""
+    def add_topic(
+        self,
+        name: str,
+        ros_type: str,
+        definition: str,
+        type_hash: str,
+        qos: tuple[Qos, ...],
+        kept: float | None = None,
+    ) -> int:
+        """Describes a topic (full name, type, `ros2msg` text with dependencies, RIHS01 hash) and returns its number.
+
+        `kept` is how many of its messages a second are logged, 0 = all; None = as the log does.
+        """
+        seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
+        rate = (0.0 if seldom else self._safety.kept_rate) if kept is None else kept
         with self._lock:
-            number = self._writer.register(LoggedTopic(name, ros_type, type_hash, tuple(qos), 0), definition)
+            number = self._writer.register(LoggedTopic(name, ros_type, type_hash, tuple(qos), 0, rate), definition)
+            if rate and kept is None:
+                self._thinned[number] = Thinning(ros_type, rate)
             self._stale = True
         return number
+
+    def keep_all(self, topic: int, on: bool) -> None:
+        """Whether from here on every message of the topic with that number is logged, also where the log is thinned."""
+        with self._lock:
+            (self._whole.add if on else self._whole.discard)(topic)
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
         """Adds one message of the topic with that number."""
@@ -79,10 +102,18 @@ class RawLogWriter:
         with self._lock:
             patience = self._patience()
             for message in messages:
+                if message[0] in self._thinned and message[0] not in self._whole:
+                    message = self._kept(*message)
+                    if message is None:
+                        continue
                 with patience:
                     new = self._writer.write(*message)
                     if new or self._stale:
                         self._write_bag_file()
+
+    def _kept(self, topic: int, log_time_ns: int, publish_time_ns: int, data: bytes):
+        found = self._thinned[topic].kept(log_time_ns, data)
+        return None if found is None else (topic, log_time_ns, publish_time_ns, found)
 
     def flush(self) -> None:
         """Puts everything so far on disk."""

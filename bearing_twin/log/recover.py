@@ -12,6 +12,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, Topic
 from bearing_twin.log.parts import BAG_RECORD
 from bearing_twin.log.raw_log import RawLogWriter, log_files
+from bearing_twin.log.thinning import KEPT_KEY
 
 RECOVERY_RECORD = "bearing_twin_recovered"
 
@@ -58,6 +59,7 @@ def recover(path, out) -> Recovered:
                 numbers[key] = log.add_topic(
                     item.topic.name, item.topic.ros_type, item.topic.definition,
                     item.topic.metadata.get("topic_type_hash", ""), (Qos(),),
+                    float(item.topic.metadata.get(KEPT_KEY, 0.0)),
                 )  # fmt: skip
             log.write(numbers[key], item.log_time, item.publish_time, item.data)
             messages += 1

@@ -13,6 +13,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
+from bearing_twin.log.thinning import KEPT_KEY
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene, parse_scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
@@ -32,7 +33,8 @@ class LogStream:
 
     `scene` is that of the metadata or, of a recording, of its topic `scene`; None where there is neither. `choice` is
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
-    its texts. `missing` counts outputs that were found missing so far (with `allow_gaps`).
+    its texts. `missing` counts outputs that were found missing so far (with `allow_gaps`). `kept_rate` [1/s] is how
+    many outputs a second of simulated time were logged, 0 = all; what then lies between is not missing.
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None):
@@ -41,7 +43,7 @@ class LogStream:
         self.metadata: dict[str, dict[str, str]] = {}
         self._allow_gaps = allow_gaps
         self._files = log_files(path)
-        found, texts = set(), set()
+        found, texts, kept = set(), set(), {}
         try:
             for file in self._files:
                 with McapReader(file) as reader:
@@ -51,11 +53,13 @@ class LogStream:
                         name = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
                         if name == cdr.SAMPLE_BLOCK:
                             found.add(channel.topic)
+                            kept[channel.topic] = _rate(channel.metadata.get(KEPT_KEY, ""))
                         elif name == cdr.STRING:
                             texts.add(channel.topic)
         except DamagedLog as error:
             raise advice(path, error) from error
         self._topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
+        self.kept_rate: float = kept[self._topic]
         self._namespace = self._topic.rpartition("/")[0]
         self._tables = {name for name in found if name.startswith(f"{self._namespace}/records/")}
         described = self.metadata.get(SCENE_RECORD, {})
@@ -99,7 +103,7 @@ class LogStream:
         for message in self._sample_blocks():
             if message.channel_name != names or message.channel_width.tolist() != widths:
                 raise LogError(f"{self.path} changes its channels at output {message.first_sequence}; record it again")
-            if expected is not None and message.first_sequence != expected:
+            if expected is not None and message.first_sequence != expected and not self.kept_rate:
                 self._gap(expected, message.first_sequence)
             expected = message.first_sequence + message.count
             block = _block(self.channels, message)
@@ -171,6 +175,13 @@ class LogStream:
                             yield item.topic.name, message
         except DamagedLog as error:
             raise advice(self.path, error) from error
+
+
+def _rate(text: str) -> float:
+    try:
+        return max(float(text), 0.0)
+    except ValueError:
+        return 0.0
 
 
 def _report(record: Mapping[str, str]) -> dict | None:

@@ -18,11 +18,14 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
+from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files
 from bearing_twin.log.recover import advice
 from bearing_twin.log.stream import LARGEST_BLOCK, samples_message
 from bearing_twin.sample import Channel
-from bearing_twin.uq.result import StudyResult
+from bearing_twin.uq.result import StudyResult, quantity_units
+from bearing_twin.uq.scene_keys import numeric_keys
+from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import parse_study
 
 NAMESPACE = "/bearing"
@@ -33,36 +36,86 @@ STUDY_RECORD = "bearing_twin_study"
 INPUT, QUANTITY, HISTORY, STATUS, DOUBTFUL = "input ", "quantity ", "history ", "status", "doubtful"
 
 
-def write_study(result: StudyResult, path, run_record: bool = True) -> Path:
-    """Write a result with all its samples to a new log; raises LogError if `path` exists.
+class StudyLog:
+    """A new log of a study, filled as it goes; use as a context manager. Raises LogError if `path` exists.
 
-    `run_record` False leaves out date, host, seconds and who did the work: equal studies then give equal bytes.
+    What was added more than `max_loss` [s] ago is on disk, whatever happens; 0 = as chunks become full. While the disk
+    is full it keeps what fits into memory, and its end raises LogError where it still is. A log that got no further is
+    read with `unfinished`, after `recover` where it lost its end too. `run_record` False leaves out date, host,
+    seconds and who did the work: equal studies then give equal bytes.
     """
-    summary, study = result.as_dict(), result.study.resolved()
-    work = {"seconds": summary.pop("seconds"), **{key: study.pop(key) for key in WORK}}
-    with RawLogWriter(path, run_record) as log:
-        record = {
-            "study": json.dumps(study),
-            "reasons": json.dumps(list(result.reasons)),
-            "doubts": json.dumps(list(result.doubts_met)),
-            "samples": len(result.status),
-        }
-        log.add_metadata(STUDY_RECORD, record)
+
+    def __init__(self, study: Study, path, run_record: bool = True, max_loss: float = 1.0):
+        self._study, self._written, self._said = study, 0, {}
+        self._plain = study.resolved()
+        self._work = {key: self._plain.pop(key) for key in WORK}
+        self._channels = _channels(study)
+        self._log = RawLogWriter(path, run_record, Safety(max_loss, patient=max_loss > 0.0))
         latched = Qos(depth=1, durability="transient_local")
-        topics = {}
+        self._topics = {}
         for name, ros_type, qos in ((SAMPLES_TOPIC, cdr.SAMPLE_BLOCK, Qos()), (SUMMARY_TOPIC, STRING, latched)):
-            topics[name] = log.add_topic(name, ros_type, cdr.schema_text(ros_type), cdr.type_hash(ros_type), (qos,))
-        last = 0
-        for last, message in _blocks(result):
-            log.write(topics[SAMPLES_TOPIC], last, last, message)
+            described = cdr.schema_text(ros_type), cdr.type_hash(ros_type), (qos,)
+            self._topics[name] = self._log.add_topic(name, ros_type, *described)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self._log.__exit__(*exception)
+
+    def add(self, values, quantities, histories, status, doubtful, reasons, doubts) -> None:
+        """The next realisations, as columns of a `StudyResult`, and the sentences known so far."""
+        self._describe(reasons, doubts)
+        if not len(status):
+            return
+        flat = histories.reshape(len(status), -1)
+        table = np.hstack((values, quantities, status[:, None], doubtful[:, None], flat))
+        rows = max(1, LARGEST_BLOCK // (8 * sum(channel.width for channel in self._channels)))
+        for low in range(0, len(table), rows):
+            part = table[low : low + rows]
+            first = self._written
+            self._written += len(part)
+            times = np.arange(first, self._written)
+            message = samples_message(self._channels, first, times, part)
+            self._log.write(self._topics[SAMPLES_TOPIC], self._written, self._written, message)
+
+    def finish(self, result: StudyResult) -> None:
+        """Adds what is not there yet of the result, and its summary."""
+        rest = slice(self._written, None)
+        columns = result.values, result.quantities, result.histories, result.status, result.doubtful
+        self.add(*(column[rest] for column in columns), result.reasons, result.doubts_met)
+        self._describe(result.reasons, result.doubts_met, samples=len(result.status))
+        summary = result.as_dict()
+        work = {"seconds": summary.pop("seconds"), **self._work}
         text = encoded(STRING, {"data": json.dumps(summary)}, 0, "")
-        log.write(topics[SUMMARY_TOPIC], last, last, text)
-        log.note_run(work=json.dumps(work))
+        self._log.write(self._topics[SUMMARY_TOPIC], self._written, self._written, text)
+        self._log.note_run(work=json.dumps(work))
+
+    def _describe(self, reasons, doubts, **more) -> None:
+        """The study and what its numbers of reasons and doubts mean, as often as that changes; the last one counts."""
+        record = {
+            "study": json.dumps(self._plain),
+            "reasons": json.dumps(list(reasons)),
+            "doubts": json.dumps(list(doubts)),
+        }
+        record |= more
+        if record != self._said:
+            self._said = record
+            self._log.add_metadata(STUDY_RECORD, record)
+
+
+def write_study(result: StudyResult, path, run_record: bool = True) -> Path:
+    """Writes a result with all its samples to a new log; raises LogError if `path` exists. See `StudyLog`."""
+    with StudyLog(result.study, path, run_record, max_loss=0.0) as log:
+        log.finish(result)
     return Path(path)
 
 
-def read_study(path) -> StudyResult:
-    """The result in a log of a study, as it was written; raises LogError where there is none, or not all of it."""
+def read_study(path, unfinished: bool = False) -> StudyResult:
+    """The result in a log of a study, as it was written; raises LogError where there is none, or not all of it.
+
+    With `unfinished` also a study that was broken off, as far as it came, to go on from; its summary is empty.
+    """
     records, summary, rows, names = {}, None, [], []
     try:
         for file in log_files(path):
@@ -80,8 +133,14 @@ def read_study(path) -> StudyResult:
     if STUDY_RECORD not in records:
         raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
     record = records[STUDY_RECORD]
-    if summary is None or sum(map(len, rows)) != int(record["samples"]):
-        raise LogError(f"{path} lacks a part of its study; run the study again with another name for the log")
+    count = sum(map(len, rows))
+    if "samples" not in record and unfinished and count:
+        summary = {}
+    elif summary is None or count != int(record.get("samples", -1)):
+        raise LogError(
+            f"{path} lacks a part of its study; go on with `bearing_twin study ... --resume {path}` and another name "
+            "for the log, or run the study again"
+        )
     work = json.loads(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
     study = parse_study({**json.loads(record["study"]), **given}, "the study of the log")
@@ -112,22 +171,12 @@ def _columns(table, edges, names):
     return np.concatenate(parts, axis=1) if parts else np.empty((len(table), len(names)))
 
 
-def _blocks(result):
-    """(first realisation, SampleBlock) for all of them, in pieces of at most LARGEST_BLOCK bytes."""
-    study = result.study
-    channels = (
-        *(Channel(INPUT + key, unit, (), "") for key, unit in result.input_units.items()),
-        *(Channel(QUANTITY + name, unit, (), "") for name, unit in result.quantity_units.items()),
+def _channels(study: Study) -> tuple[Channel, ...]:
+    known = numeric_keys(study.kind)
+    return (
+        *(Channel(INPUT + one.key, known[one.key].unit, (), "") for one in study.inputs),
+        *(Channel(QUANTITY + name, unit, (), "") for name, unit in quantity_units(study).items()),
         Channel(STATUS, "1", (), ""),
         Channel(DOUBTFUL, "1", (), ""),
         *(Channel(HISTORY + name, "", (study.settings.history_points,), "") for name in study.histories),
     )
-    count = len(result.status)
-    rows = max(1, LARGEST_BLOCK // (8 * sum(channel.width for channel in channels)))
-    for first in range(0, count, rows):
-        part = slice(first, min(first + rows, count))
-        flat = result.histories[part].reshape(part.stop - first, -1)
-        values = np.hstack(
-            (result.values[part], result.quantities[part], result.status[part, None], result.doubtful[part, None], flat)
-        )
-        yield part.stop, samples_message(channels, first, np.arange(part.start, part.stop), values)

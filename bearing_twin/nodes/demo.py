@@ -81,7 +81,7 @@ def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording:
     with (
         _watching(scene) as (watcher, executor),
         started(
-            "recorder_node", node_command("recorder_node", {"log": recording, "topics": names}), folder
+            "recorder_node", node_command("recorder_node", {"log": recording, "topics": names, "full": True}), folder
         ) as recorder,
         started("sim_node", node_command("sim_node", parameters), folder) as simulation,
     ):

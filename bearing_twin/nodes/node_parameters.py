@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.parts import Safety
+from bearing_twin.log.thinning import KEPT_RATE
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.units import labelled, with_unit
 
@@ -78,7 +79,9 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     return None
 
 
+THINNED = f", {KEPT_RATE:g} messages a second of each topic; full: true for all of them"
 LOG_SAFETY = (
+    NodeParameter("full", False, f"log every message and output; else {KEPT_RATE:g} a second of each topic"),
     NodeParameter("max_loss", 0.1, "how much of the log a crash of the node may take along", "s", 0.01, 60.0),
     NodeParameter("fsync", False, "whether that holds for a crash of the machine too; slow on some disks"),
     NodeParameter("split_size", 0.0, "size after which a new file of the log begins; 0 = never", "B", 0.0, 1e15),
@@ -98,4 +101,5 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
         split_bytes=round(values["split_size"]),
         split_seconds=values["split_duration"],
         keep=values["keep_files"],
+        kept_rate=0.0 if values["full"] else KEPT_RATE,
     )

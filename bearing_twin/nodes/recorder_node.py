@@ -15,9 +15,9 @@ from rclpy.subscription import Subscription
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_profile, qos_words
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, safety_of
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
-from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
+from bearing_twin.nodes.running import Heartbeat, LogWatch, declare, guarded, run
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
@@ -59,13 +59,13 @@ class RecorderNode(Node):
         topics = [one for one in values["topics"] if one] or default_topics()
         self.recording = Recording(path, topics, definition_prefixes(), safety_of(values))
         self._topics = topics
-        self.get_logger().info(f"log: {path}")
+        self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._refused: set[str] = set()
         self._taken: dict[str, Subscription] = {}
         self._aside, self._stopping = TakenAside(), threading.Event()
         self._taker = threading.Thread(target=self._take, name="take", daemon=True)
         self._taker.start()
-        self._problem = ""
+        self._watch = LogWatch(self)
         self._heartbeat = Heartbeat(self, "recording")
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DISCOVERY_PERIOD, self._on_discovery, clock=steady)
@@ -132,24 +132,13 @@ class RecorderNode(Node):
             self.failure = error
             self.done.set()
 
-    def _say_problem(self) -> None:
-        """Once when the log cannot grow, and once when it can again."""
-        problem = self.recording.problem
-        if problem and not self._problem:
-            self.get_logger().error(f"{problem}; messages wait in memory, as many as fit")
-        elif self._problem and not problem:
-            dropped = self.recording.status()["messages_dropped"]
-            self.get_logger().info(f"there is room again: recording goes on, {dropped} messages were dropped")
-        self._problem = problem
-
     @guarded
     def _on_diagnostics(self):
         self.recording.note_losses()
-        self._say_problem()
         for subscription in self.subscriptions:
-            if subscription.get_publisher_count() > 1:
-                self.recording.several(subscription.topic_name)
+            self.recording.publishers(subscription.topic_name, subscription.get_publisher_count())
         status = self.recording.status()
+        self._watch.look(self.recording.problem, status["messages_dropped"])
         level, message = OK, "recording"
         if not status["topics"]:
             level, message = WARN, "no topic matches so far: there is nothing to record"

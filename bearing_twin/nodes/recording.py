@@ -17,6 +17,7 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 
 DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
+BRIEF = tuple(f"{kind.namespace}/" for kind in KINDS.values() if kind.brief)  # short runs, which are kept whole
 
 
 class Sequences:
@@ -81,13 +82,17 @@ class Recording:
         with self._lock:
             if has_samples:
                 self.sequences[topic] = Sequences()
-            number = self._log.add_topic(topic, ros_type, text, cdr.type_hash(ros_type) if known else type_hash, qos)
+            known_hash = cdr.type_hash(ros_type) if known else type_hash
+            kept = 0.0 if topic.startswith(BRIEF) else None
+            number = self._log.add_topic(topic, ros_type, text, known_hash, qos, kept)
             self._numbers[topic] = (number, has_samples)
             self._sent[topic] = Sequences()
 
-    def several(self, topic: str) -> None:
-        """Says that a topic has more than one publisher, so that its losses cannot be counted by number."""
-        self._uncounted.add(topic)
+    def publishers(self, topic: str, count: int) -> None:
+        """Says how many publishers a topic has: of several, losses cannot be counted by number, nor is it thinned."""
+        if count > 1:
+            self._uncounted.add(topic)
+        self._log.keep_all(self._numbers[topic][0], count > 1)
 
     def receive(self, topic: str, received_ns: int, sent_ns: int, data: bytes, sent_number: int | None = None) -> int:
         """Logs one message as it came; returns how many solver outputs were lost just before it.

@@ -92,6 +92,21 @@ class Heartbeat:
         self._publisher.publish(diagnostics(now, name, level, message, values))
 
 
+class LogWatch:
+    """Says once that a log cannot grow, and once that it can again."""
+
+    def __init__(self, node: Node):
+        self._node, self._problem = node, ""
+
+    def look(self, problem: str, dropped: int) -> None:
+        """Takes why the log cannot grow at present, empty while it can, and how many messages were dropped so far."""
+        if problem and not self._problem:
+            self._node.get_logger().error(f"{problem}; messages wait in memory, as many as fit")
+        elif self._problem and not problem:
+            self._node.get_logger().info(f"there is room again: the log goes on, {dropped} messages were dropped")
+        self._problem = problem
+
+
 class Executor(MultiThreadedExecutor):
     """Two threads; an exception in a callback, as of a request that rclpy itself cannot read, ends no node.
 

@@ -51,7 +51,7 @@ PARAMETERS = (
         86400.0,
     ),
     NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/"),
-    NodeParameter("log", "", "MCAP log of every message, written by this node; empty = none"),
+    NodeParameter("log", "", "MCAP log written by this node, without loss; empty = none"),
     *LOG_SAFETY,
 )
 

@@ -7,6 +7,7 @@ import threading
 import time
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -14,7 +15,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.errors import BearingTwinError, Stopped
+from bearing_twin.errors import BearingTwinError, IntegrationError, Stopped
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.log.bag import Qos
@@ -33,12 +34,13 @@ from bearing_twin.nodes.messages import (
     message_class,
     qos_profile,
 )
-from bearing_twin.nodes.node_parameters import safety_of
+from bearing_twin.nodes.node_parameters import THINNED, safety_of
 from bearing_twin.nodes.outlet import Outlet
-from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
+from bearing_twin.nodes.running import Heartbeat, LogWatch, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
 from bearing_twin.nodes.simulating import SimulationLoop, log_path
 from bearing_twin.nodes.worker import Worker
+from bearing_twin.run.failure import write_failure
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
 
@@ -63,7 +65,8 @@ class SimNode(Node):
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._log_path = values["log"]
-        self._safety = safety_of(values)
+        safety = safety_of(values)
+        self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._discovery = values["discovery"]
         self._paused_at_start = values["start_paused"]
         self._stop = np.zeros(1, np.uint8)
@@ -74,7 +77,7 @@ class SimNode(Node):
         self.ready = threading.Event()
         self._doing = "compiling"
         self._started, self._looks = time.monotonic(), 0
-        self._warned = self._log_failed = False
+        self._warned, self._watch = False, LogWatch(self)
         self._frame = f"{values['frame_prefix']}{kind.frame}"
         self._serve(kind)
         duration_ns = round(values["duration"] * 1e9)
@@ -115,7 +118,7 @@ class SimNode(Node):
         if not self._log_path:
             return None
         path = log_path(self._log_path, number)
-        self.get_logger().info(f"log: {path}")
+        self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
         run = self.simulation
         return LogWriter(path, run.scene, choice_record(run.choice), safety=self._safety)
 
@@ -153,6 +156,9 @@ class SimNode(Node):
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None and not isinstance(error, Stopped) and self.context.ok():
+            left = isinstance(error, IntegrationError) and write_failure(error, Path(self._log_path).parent)
+            if left:
+                error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
             self.failure = error
             self._publish_status(ERROR, str(error), {})
             self.done.set()
@@ -278,9 +284,7 @@ class SimNode(Node):
         level, problem = WARN if slow or doubt else OK, self.loop.log_problem
         if problem:
             level, message = ERROR, problem
-            if not self._log_failed:
-                self.get_logger().error(f"{problem}; messages wait in memory, as many as fit")
-        self._log_failed = bool(problem)
+        self._watch.look(problem, self.loop.log_dropped)
         self._publish_status(level, message, numbers | counts)
 
     def _report_start(self) -> None:

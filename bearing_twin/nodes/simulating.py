@@ -85,6 +85,12 @@ class SimulationLoop:
         log = self._log
         return log.problem if log is not None else ""
 
+    @property
+    def log_dropped(self) -> int:
+        """Messages for which the log had no room."""
+        log = self._log
+        return log.dropped if log is not None else 0
+
     def look(self) -> tuple[bool, str, dict[str, float]]:
         """Whether it cannot keep up, what it does, and its numbers since the last look."""
         pace, wanted = self.paced.pacer.pace(), float(self.paced.pacer.factor)

@@ -56,6 +56,7 @@ class Request:
         self.goal, self.called_off, self.tell = goal, called_off, tell
         self.study: Study | None = None
         self.answer: Answer | None = None
+        self.since_ns = 0  # monotonic time at which it began to wait
         self.finished = threading.Event()
         self._begin, self._begun = begin, False
 

@@ -27,6 +27,8 @@ from bearing_twin.uq.study import Study
 
 QUEUE = 4  # studies that may wait for the one that runs
 PROGRESS_PERIOD_NS = 100_000_000
+LONGEST_READ_NS = 30_000_000_000  # after which a goal that is still not read is answered
+LONGEST_SILENCE_NS = 60_000_000_000  # without progress of the study that runs, after which the node says so
 
 
 class Studies:
@@ -61,7 +63,7 @@ class Studies:
         self._running: Request | None = None
         self._progress: Progress | None = None
         self._told: Progress | None = None
-        self._next_word = 0  # monotonic time [ns]
+        self._next_word = self._moved = 0  # monotonic time [ns]
         self._closing = False
         self._counts = Counter()
         self._problem = self._last_problem = ""  # of the last request, and of the last that had one
@@ -79,6 +81,7 @@ class Studies:
         """Lets a request wait; it is aborted where there has come to be no room."""
         with self._lock:
             reason = self._no_room()
+            request.since_ns = self._clock()
             if not reason:
                 self._waiting.append(request)
         if reason:
@@ -99,7 +102,7 @@ class Studies:
                 return None
             request = self._running = self._waiting.popleft()
             self._progress = self._told = None
-            self._next_word = 0
+            self._next_word, self._moved = 0, self._clock()
         if request.called_off():
             self._cancel(request)
         else:
@@ -107,8 +110,10 @@ class Studies:
         return now
 
     def look(self, now: int) -> None:
-        """Tells of progress that had to wait, answers waiting requests that have been called off; call it at 10 Hz."""
+        """Tells of progress that had to wait; answers requests called off, or not read in time; call it at 10 Hz."""
         self._tell(now)
+        for request in self._taken(lambda one: one.study is None and now - one.since_ns > LONGEST_READ_NS):
+            self._abort(request, f"the goal could not be read within {LONGEST_READ_NS * 1e-9:.0f} s")
         for request in self._taken(lambda request: request.called_off()):
             self._cancel(request)
 
@@ -129,18 +134,24 @@ class Studies:
         """(what it does, what went wrong with the last request or nothing, figures) for diagnostics."""
         with self._lock:
             running, progress = self._running, self._progress
+            silent = self._clock() - self._moved if running else 0
             study = running.study.name if running is not None and running.study is not None else ""
             values = {
                 "study": study,
                 "done": progress.done if progress else 0,
                 "total": progress.total if progress else 0,
                 "seconds_left": float(progress.seconds_left) if progress else 0.0,
+                "seconds_without_progress": silent * 1e-9,
                 "waiting": len(self._waiting),
                 "queue": QUEUE,
                 **{key: self._counts[key] for key in (SUCCEEDED, ABORTED, CANCELLED, "refused")},
                 "last_error": self._last_problem,
             }
-            return f"running {study}" if running else "idle", self._problem, values
+            stuck = (
+                f"study {study} has made no progress for {silent * 1e-9:.0f} s; cancel it, or wait for its time_limit"
+            )
+            problem = stuck if silent > LONGEST_SILENCE_NS else self._problem
+            return f"running {study}" if running else "idle", problem, values
 
     def _taken(self, which: Callable[[Request], bool]) -> list[Request]:
         """Those that wait and are meant, which then wait no more: whoever takes a request answers it."""
@@ -175,7 +186,7 @@ class Studies:
 
     def _run(self, request: Request) -> Answer:
         def tell(progress: Progress) -> None:
-            self._progress = progress
+            self._progress, self._moved = progress, self._clock()
             self._tell(self._clock())
 
         limit = self._clock() + round(self._limit * 1e9) if self._limit else math.inf

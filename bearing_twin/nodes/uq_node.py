@@ -41,6 +41,7 @@ PARAMETERS = (
 LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that have been cancelled
 RESULT_TIMEOUT = 30  # s for which a result can be asked for again
 LATCHED = Qos(depth=1, durability="transient_local")
+ASKED = qos_profile(Qos(depth=4000))  # requests that may wait: the default of 10 loses most of a thousand in silence
 CLOSE_TIMEOUT = 30.0  # s, for the statistics and the log of a study that is ended
 
 
@@ -75,6 +76,9 @@ class UqNode(Node):
             goal_callback=self._on_goal,
             handle_accepted_callback=self._on_accepted,
             cancel_callback=lambda goal_handle: CancelResponse.ACCEPT,
+            goal_service_qos_profile=ASKED,
+            result_service_qos_profile=ASKED,
+            cancel_service_qos_profile=ASKED,
             result_timeout=RESULT_TIMEOUT,
         )
         self.create_timer(LOOK_PERIOD, self._on_look, callback_group=group, clock=steady)
@@ -142,7 +146,7 @@ class UqNode(Node):
     def _on_goal(self, goal) -> GoalResponse:
         reason = self.studies.refusal()
         if reason:
-            self.get_logger().warning(f"goal refused: {reason}")
+            self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=1.0)
         return GoalResponse.REJECT if reason else GoalResponse.ACCEPT
 
     def _on_accepted(self, goal_handle) -> None:

@@ -27,4 +27,4 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     said = log.report or {}
     name = log.scene.name if log.scene else ""
     report = gathering.report(name, float(said.get("compute_s", 0.0)), said.get("costs"))
-    return report, gathering.missing
+    return report, 0 if log.kept_rate else gathering.missing

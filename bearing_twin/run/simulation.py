@@ -2,17 +2,18 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numba.core import event
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.report import Choice, Report
+from bearing_twin.run.failure import Failure, record_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
+from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block, Sample, joined, layout_of, side_by_side
 from bearing_twin.stopping import SIGNALLED, heeding_signals
@@ -74,6 +75,24 @@ class Simulation:
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._gathering = Gathering(self.kind.figures_of(self.scene.parameters, self.choice), self.choice)
         self._compute_seconds = self._solved_seconds
+        self._health, self._good = Health(self.kind, self.channels), None
+
+    def resume(self, failure: Failure) -> None:
+        """Back to the last good state of a run that failed; to the start where there is none.
+
+        Raises SceneError for a state that is not of this scene.
+        """
+        self.reset()
+        if failure.state is None:
+            return
+        try:
+            self._motion.resume(failure.state)
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise SceneError("the state of the failed run does not fit its scene; simulate the scene again") from error
+        begun = self._block(failure.sequence, self._motion.first_outputs())
+        self._health.check(begun)
+        self._pending, self._good = begun.part(1, 1), begun[0]
+        self.sequence, self.time_ns = failure.sequence, int(begun.time_ns[0])
 
     def warm_up(self) -> float:
         """Compiles what this scene needs (or loads it from the cache) and returns the seconds it took.
@@ -154,6 +173,8 @@ class Simulation:
             start, compiling = time.perf_counter(), []
             with event.install_timer(COMPILING, compiling.append):
                 self._pending = self._block(0, self._motion.first_outputs())
+            self._health.check(self._pending)
+            self._good = self._pending[0]
             seconds = max(0.0, time.perf_counter() - start - sum(compiling))
             self._compute_seconds += seconds
             if self.kind.known_when_solved:
@@ -170,14 +191,24 @@ class Simulation:
         start = time.perf_counter()
         period = 1e-9 * self.output_period_ns
         times = period * np.arange(1, self.chunk_outputs - first % self.chunk_outputs + 1)
+        state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
         try:
             with heeding_signals():
                 arrays = self._motion.advance(times, times[-1])
+            block = self._block(first, arrays)
+            self._health.check(block)
         except IntegrationError as error:
-            sentence = f"after {1e-9 * self.time_ns:.9g} s: {error}"
-            raise IntegrationError(sentence, error.reason, error.seconds, error.body) from error
-        self._pending, self._chunk_first = self._block(first, arrays), first
+            raise self._failed(error, first - 1 if state is not None else -1, state) from error
+        self._pending, self._chunk_first, self._good = block, first, block[len(block) - 1]
         self._compute_seconds += time.perf_counter() - start
+
+    def _failed(self, error: IntegrationError, sequence: int, state) -> IntegrationError:
+        """The error with the time of the last output given out, and all that is needed to look into it."""
+        contact = error.contact or worst_contact(self.kind, self._good, self.channels, error.body)
+        told = f"after {1e-9 * self.time_ns:.9g} s: {error}"
+        failure = IntegrationError(told, error.reason, error.seconds, error.body, contact)
+        failure.record = record_of(self.scene, failure, self._good, sequence, state)
+        return failure
 
     def report(self) -> Report:
         """What the run cost and how far to trust it, up to the last output given out."""
@@ -188,13 +219,16 @@ class Simulation:
 
 
 class Run:
-    """One pass through a scene from start to end; iterate it for `Sample`s or its `blocks()`, then read `report`."""
+    """One pass through a scene from start to end; iterate it for `Sample`s or its `blocks()`, then read `report`.
 
-    def __init__(self, scene: Scene, progress: Callable[[float], None] | None = None):
+    With a `failure` it goes on from the last good state of that run.
+    """
+
+    def __init__(self, scene: Scene, progress: Callable[[float], None] | None = None, failure: Failure | None = None):
         self.scene = scene
         self.simulation = Simulation(scene)
         self.channels = self.simulation.channels
-        self._progress = progress
+        self._progress, self._failure = progress, failure
 
     @property
     def choice(self) -> Choice:
@@ -212,11 +246,15 @@ class Run:
         return self.scene.outputs
 
     def blocks(self) -> Iterator[Block]:
-        """The run in blocks of up to 400 outputs, whole chunks of the integration, from the start."""
-        self.simulation.reset()
-        done, total = 0, self.outputs
+        """The run in blocks of up to 400 outputs, whole chunks of the integration, from the start or the failure."""
+        if self._failure is None:
+            self.simulation.reset()
+        else:
+            self.simulation.resume(self._failure)
+        done, total = self.simulation.sequence + 1, self.outputs
         while done < total:
-            block = self.simulation.advance(min(self.simulation.chunk_outputs, total - done))
+            chunk = self.simulation.chunk_outputs
+            block = self.simulation.advance(min(chunk - (done % chunk if self._failure else 0), total - done))
             done += len(block)
             if self._progress:
                 self._progress(done / total)
@@ -227,62 +265,12 @@ class Run:
             yield from block
 
 
-def simulate(scene: Scene | str, progress: Callable[[float], None] | None = None) -> Run:
+def simulate(
+    scene: Scene | str, progress: Callable[[float], None] | None = None, failure: Failure | None = None
+) -> Run:
     """A run of the scene (or the scene of that name); nothing is computed before it is iterated.
 
-    `progress` is called with the share done after each block.
+    `progress` is called with the share done after each block. With a `failure` of another run of the scene it goes on
+    from the last good state of that.
     """
-    return Run(load_scene(scene) if isinstance(scene, str) else scene, progress)
-
-
-@dataclass(frozen=True)
-class Verification:
-    """How far a log is from a fresh simulation of the scene stored in it."""
-
-    samples: int
-    deviations: dict[str, float]
-
-    @property
-    def greatest(self) -> float:
-        """The greatest absolute deviation of any channel, in that channel's unit."""
-        return max(self.deviations.values(), default=0.0)
-
-    def as_dict(self) -> dict:
-        """For `--json`."""
-        return {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
-
-
-def verify(log, progress: Callable[[float], None] | None = None) -> Verification:
-    """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
-
-    Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
-    not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared.
-    """
-    if log.scene is None:
-        raise LogError(
-            "this log holds no scene, so it cannot be simulated again; verify a log written by `simulate --out`"
-        )
-    simulation = Simulation(log.scene)
-    names = [channel.name for channel in log.channels]
-    if not set(names) <= {channel.name for channel in simulation.channels}:
-        raise LogError("this log was written by another version: its channels differ; simulate the scene again")
-    deviations, samples = dict.fromkeys(names, 0.0), 0
-    total = log.scene.parameters.run.duration * log.scene.parameters.run.output_rate + 1
-    for block in log.blocks():
-        again = simulation.advance(len(block))
-        if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
-            raise LogError(
-                f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
-            )
-        for name in names:
-            difference = np.abs(block.values[name] - again.values[name])
-            deviations[name] = max(deviations[name], float(difference.max()))
-        for name, rows in again.records.items():
-            found = block.records.get(name, np.empty((0, rows.shape[1])))
-            same = found.shape == rows.shape
-            difference = float(np.abs(found - rows).max(initial=0.0)) if same else np.inf
-            deviations[name] = max(deviations.get(name, 0.0), difference)
-        samples += len(block)
-        if progress:
-            progress(min(1.0, samples / total))
-    return Verification(samples, deviations)
+    return Run(load_scene(scene) if isinstance(scene, str) else scene, progress, failure)

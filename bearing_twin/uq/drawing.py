@@ -42,6 +42,7 @@ class Drawn:
     progress: Callable[[Progress], None]
     asked: Callable[[], bool]
     began: float
+    keep: Callable | None = None
     path: list[tuple[int, float, float]] = field(default_factory=list)
     because: str = "every quantity follows without sampling"
     notes: tuple[str, ...] = ()
@@ -122,6 +123,8 @@ class Drawn:
         for parts, column in zip(self._parts, columns, strict=True):
             parts.append(column)
         self.done += len(columns[0])
+        if self.keep and len(columns[0]):
+            self.keep(*columns, tuple(self.reasons.sentences), tuple(self.doubts.sentences))
 
     @property
     def _quantities(self) -> list[np.ndarray]:

@@ -37,14 +37,16 @@ def run_study(
     progress: Callable[[Progress], None] | None = None,
     cancelled=None,
     start: StudyResult | None = None,
+    keep: Callable | None = None,
 ) -> StudyResult:
     """Runs a study; the same study and seed give the same numbers whatever the number of workers.
 
     `progress` is called after every batch and every few realisations, from this thread. `cancelled` is a
     threading.Event or a function: once true the study ends within half a second with what is done, besides the time
     the statistics of it take (a second for two million samples). `start` is an earlier result of the same study with
-    fewer samples, which are kept; the result equals that of one run. Raises StudyError for a study too large for its
-    memory, a method that does not fit it, or a `start` of another study.
+    fewer samples, which are kept; the result equals that of one run. `keep(values, quantities, histories, status,
+    doubtful, reasons, doubts)` is handed every realisation as soon as it is there, in order. Raises StudyError for a
+    study too large for its memory, a method that does not fit it, or a `start` of another study.
     """
     began = time.monotonic()
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
@@ -55,7 +57,7 @@ def run_study(
         _refuse_another_study(study, start)
     task = task_of(study)
     exact = exact_distributions(study, task, study.settings.method)
-    drawn = Drawn(study, task, _part(tell, 0, parts), asked, began)
+    drawn = Drawn(study, task, _part(tell, 0, parts), asked, began, keep)
     with Ensemble(task, study.settings.workers, study.executor, asked) as ensemble:
         chaos, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
         at_mean = empty(task, 0) if asked() or drawn.broken else ensemble.evaluate(mean_inputs(study))

@@ -115,6 +115,35 @@ class BearingMotion:
         self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed = rest
         self._keep()
 
+    def snapshot(self) -> dict:
+        """The state as plain data; see `resume`."""
+        arrays = {name: getattr(self, name).tolist() for name in ("state", "orientation", "steps", "counts")}
+        rest = {"drive": list(self.drive), "goal_speed": self.goal_speed, "offset": list(self.bearing.offset)}
+        fixed = {"fixed_step": self.step} if self.stepper in FIXED_STEP else {}
+        moving = {"elapsed": self.elapsed, "changed": self._changed, "acceleration": self._acceleration}
+        return arrays | rest | fixed | moving
+
+    def resume(self, kept: dict) -> None:
+        """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another bearing."""
+        self.reset()
+        for array, name in ((self.state, "state"), (self.orientation, "orientation"), (self.steps, "steps")):
+            given = np.array(kept[name], float)
+            if given.shape != array.shape or not np.isfinite(given).all():
+                raise ValueError(name)
+            array[...] = given
+        if not (self.steps > 0.0).all():
+            raise ValueError("steps")
+        self.counts[:] = kept["counts"]
+        self.drive = RingDrive(*map(float, kept["drive"]))
+        self.goal_speed, self.elapsed, self._changed = (
+            float(kept["goal_speed"]),
+            float(kept["elapsed"]),
+            kept["changed"],
+        )
+        self._acceleration = float(kept["acceleration"])
+        self.bearing = self._bearing._replace(offset=tuple(map(float, kept["offset"])))
+        self._keep()
+
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs of a bearing say all."""
         return {}

@@ -109,6 +109,15 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     return rows
 
 
+def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
+    """The body and the contact that a number of a channel belongs to, such as "ball 3" and "outer race"."""
+    if channel.name.startswith(("inner_ring", "outer_ring")):
+        return channel.name[:10].replace("_", " "), ""
+    if not channel.shape:
+        return "", ""
+    return f"ball {index[0]}", ("inner race", "outer race")[index[1]] if channel.shape[1:2] == (2,) else ""
+
+
 @functools.cache
 def _places(parameters: BearingScene) -> Places:
     """Where the numbers of a bearing with N balls stand in a row of all channels."""

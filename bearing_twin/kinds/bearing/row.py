@@ -15,6 +15,7 @@ BEARING = Kind(
     choose=late(f"{HERE}.models:choose"),
     motion=late(f"{HERE}.motion:bearing_motion"),
     channels=late(f"{HERE}.outputs:channels"),
+    place_of=late(f"{HERE}.outputs:place_of"),
     figures=late(f"{HERE}.figures:BearingFigures"),
     meanings=late(f"{HERE}.figures:meanings"),
     quantities=late(f"{HERE}.quantities:quantities"),

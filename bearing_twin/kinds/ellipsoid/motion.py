@@ -40,6 +40,7 @@ from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach
 
 FLOOR = 1e-4  # of the shortest contact
+KEPT = ("state", "clock", "record", "counts")  # what a motion goes on from
 RECORDS = 256  # completed in one call of the kernel
 
 
@@ -135,6 +136,27 @@ class EllipsoidMotion:
             raise IntegrationError(f"at {self.clock[TIME]:.9g} s {reasons[status]}")
         self._now = until
         return outputs_of(self.body, states, float(self.clock[DRIFT]))
+
+    def snapshot(self) -> dict:
+        """The state as plain data; see `resume`."""
+        arrays = {name: getattr(self, name).tolist() for name in KEPT}
+        fixed = {"fixed_step": self.plan.fixed} if self.plan.fixed else {}
+        return arrays | fixed | {"touched": self._touched if math.isfinite(self._touched) else None, "now": self._now}
+
+    def resume(self, kept: dict) -> None:
+        """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another scene."""
+        self.reset()
+        for name in KEPT:
+            array, given = getattr(self, name), np.array(kept[name], float)
+            if given.shape != array.shape:
+                raise ValueError(name)
+            array[...] = given
+        longest = self.plan.fixed if self.plan.fixed and self.clock[IN_CONTACT] else math.inf
+        self.clock[STEP] = np.nanmin([self.clock[STEP], longest])  # plain data have no infinity
+        if not np.isfinite(self.state).all():
+            raise ValueError("state")
+        self._touched = -math.inf if kept["touched"] is None else float(kept["touched"])
+        self._now = float(kept["now"])
 
     def take_records(self) -> dict[str, np.ndarray]:
         """The touches and the ends of contacts since the last call."""

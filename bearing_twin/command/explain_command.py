@@ -1,0 +1,98 @@
+"""`explain`: what made a run fail, and how it goes on from its last good state at a tighter tolerance."""
+
+import argparse
+from pathlib import Path
+
+from bearing_twin.command.outcome import Outcome, new_log
+from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.parameters import echo, read_number
+from bearing_twin.units import Limits
+
+HELP = "what made a run fail: time, body, contact, last good output; goes on from there at a tighter tolerance"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `explain` to its parser."""
+    parser.add_argument("failure", metavar="FILE", help="the file that a failed run left, failure_<date>_<time>.json")
+    parser.add_argument("--tolerance", metavar="SHARE", help="wanted.tolerance to go on with; a tenth by default")
+    parser.add_argument("--until", metavar="SECONDS", help="where to end; by default where the scene ends")
+    parser.add_argument("--out", metavar="LOG", help="write what follows to this MCAP log")
+    parser.add_argument("--stop", action="store_true", help="only say what happened")
+
+
+def run(arguments: argparse.Namespace) -> Outcome:
+    """Says what is in the file and goes on; that it fails again is a doubt. Raises BearingTwinError for no failure."""
+    from bearing_twin.run.failure import read_failure, shortened
+
+    failure = read_failure(arguments.failure)
+    log = new_log(arguments.out) if arguments.out else None
+    tolerance = _number("--tolerance", arguments.tolerance, Limits(above=0.0, below=1.0))
+    until = _number("--until", arguments.until, Limits(above=0.0, at_most=1e6))
+    result = {
+        "failure": failure.sentence,
+        "reason": failure.reason or "not told",
+        "at_s": failure.seconds,
+        "body": failure.body or "not told",
+        "contact": failure.contact or "not told",
+        "last_good_s": failure.good_seconds,
+        "last_good": {name: value for name, value, _ in failure.about_body()},
+    }
+    doubts = []
+    if not arguments.stop:
+        scene = failure.tightened(tolerance)
+        told, doubts = _continued(failure, shortened(scene, until) if until else scene, log)
+        result |= told
+    return Outcome(result, doubts, lambda: _show(result, failure))
+
+
+def _continued(failure, scene, log) -> tuple[dict, list[str]]:
+    from bearing_twin.command.terminal import progress
+    from bearing_twin.run.failure import write_failure
+    from bearing_twin.run.simulation import simulate
+
+    again = ""
+    with progress(f"going on with {scene.name}") as update:
+        run = simulate(scene, update, failure)
+        try:
+            if log:
+                from bearing_twin.log.mcap_log import write_log
+
+                write_log(run, log)
+            else:
+                for _ in run.blocks():
+                    pass
+        except IntegrationError as error:
+            left = write_failure(error, log.parent if log else Path())
+            again = f"it fails again {error}" + (f"; see bearing_twin explain {left}" if left else "")
+    report = None if again else run.report
+    wanted, solver = (getattr(scene.parameters, name, None) for name in ("wanted", "solver"))
+    told = {
+        "continued_from_s": max(failure.sequence, 0) * 1e-9 * scene.output_period_ns,
+        "continued_to_s": 1e-9 * run.simulation.time_ns,
+        "tolerance": getattr(wanted, "tolerance", None),
+        "step_s": getattr(solver, "step", None),
+        "status": again or report.status,
+        **({"log": str(log)} if log and not again else {}),
+    }
+    doubts = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
+    return told, doubts
+
+
+def _number(option: str, text: str | None, limits: Limits) -> float | None:
+    if text is None:
+        return None
+    value, problem = read_number(text, "1", limits)
+    if problem:
+        raise BearingTwinError(f"{option} {echo(text)} {problem}")
+    return value
+
+
+def _show(result, failure) -> None:
+    from bearing_twin.command.terminal import show_result, show_rows, show_text
+
+    show_result({key: value for key, value in result.items() if key != "last_good"})
+    if failure.values:
+        show_text(f"\nlast good output, {failure.good_seconds:.9g} s, {failure.body or 'all bodies'}:")
+        show_rows(
+            ("channel", "value", "unit"), ((name, f"{value:.6g}", unit) for name, value, unit in failure.about_body())
+        )

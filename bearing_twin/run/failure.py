@@ -1,0 +1,146 @@
+"""Runs that failed, as files: what failed, when and where, the last good output, and the state to go on from."""
+
+import dataclasses
+import json
+import math
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import bearing_twin
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.kinds import KINDS
+from bearing_twin.report import json_text
+from bearing_twin.run.scene import Scene, parse_scene, read_logged
+from bearing_twin.sample import Channel, Sample
+
+FORMAT = "bearing_twin failure 1"
+LARGEST_FILE = 20_000_000  # bytes
+TIGHTER = 0.1  # of the tolerance, to go on with
+SHORTER = 0.25  # of a fixed step
+
+
+class Failure(NamedTuple):
+    """A run that failed: where it did, the `values` of its last good output, the motion's `state` after `sequence`.
+
+    `state` is what the motion's `snapshot` gave, or None where such a run can only begin again; its `sequence` is then
+    -1.
+    """
+
+    scene: Scene
+    sentence: str
+    reason: str
+    seconds: float
+    body: str
+    contact: str
+    good_seconds: float
+    values: Mapping[str, Any]
+    sequence: int
+    state: Mapping[str, Any] | None
+
+    def about_body(self) -> list[tuple[str, float, str]]:
+        """(channel with its contact, value, unit) of the last good output for the body that failed, or all scalars."""
+        kind, rows = KINDS[self.scene.kind], []
+        for channel in self.scene.channels:
+            values = np.asarray(self.values.get(channel.name, np.full(channel.shape, math.nan)), float)
+            if values.shape != channel.shape:
+                raise SceneError(f"the last good output in it does not fit its scene at {channel.name}")
+            for index in np.ndindex(channel.shape):
+                body, contact = kind.place_of(channel, index)
+                if body == self.body:
+                    label = " ".join((channel.name, contact, *_axis(channel, index))).replace("  ", " ").strip()
+                    rows.append((label, float(values[index]), channel.unit))
+        return rows
+
+    def tightened(self, tolerance: float | None = None) -> Scene:
+        """The scene with a tenth of its tolerance, or with `tolerance`, and a fixed step a quarter as long."""
+        mapping = self.scene.resolved()
+        wanted, solver = mapping.get("wanted", {}), mapping.get("solver", {})
+        if "tolerance" in wanted:
+            wanted["tolerance"] = wanted["tolerance"] * TIGHTER if tolerance is None else tolerance
+        elif tolerance is not None:
+            raise SceneError(f"a scene of kind {self.scene.kind} has no wanted.tolerance; leave out --tolerance")
+        step = solver.get("step", 0.0) or (self.state or {}).get("fixed_step", 0.0)
+        if "step" in solver and step:
+            solver["step"] = step * SHORTER
+        return parse_scene(mapping, f"scene {self.scene.name}")
+
+
+def record_of(scene: Scene, error: IntegrationError, good: Sample | None, sequence: int, state) -> dict:
+    """What the file of a failure holds, as plain data."""
+    values = {} if good is None else {name: np.asarray(value).tolist() for name, value in good.values.items()}
+    return {
+        "format": FORMAT,
+        "bearing_twin_version": bearing_twin.__version__,
+        "failure": str(error),
+        "reason": error.reason,
+        "seconds": error.seconds,
+        "body": error.body,
+        "contact": error.contact,
+        "last_good_s": -1.0 if good is None else 1e-9 * good.time_ns,
+        "last_good_output": values,
+        "state_after_output": sequence,
+        "state": state,
+        "scene": scene.text,
+    }
+
+
+def write_failure(error: IntegrationError, folder: Path) -> Path | None:
+    """Writes what a failed run left into a new file in `folder`; None where it left nothing or cannot be written."""
+    if error.record is None:
+        return None
+    stem = f"failure_{time.strftime('%Y%m%d_%H%M%S')}"
+    for number in range(1, 1000):
+        path = folder / (f"{stem}.json" if number == 1 else f"{stem}_{number}.json")
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(json_text(error.record) + "\n")
+            return path
+        except FileExistsError:
+            continue
+        except OSError:
+            return None
+    return None
+
+
+def read_failure(path) -> Failure:
+    """The failure in a file; raises BearingTwinError where there is none."""
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise BearingTwinError(f"{path} is too large for a failure; give a file that a failed run wrote")
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if found["format"] != FORMAT:
+            raise ValueError
+        seconds = found["seconds"]
+        return Failure(
+            scene=read_logged(str(found["scene"]), f"the scene in {path.name}"),
+            sentence=str(found["failure"]),
+            reason=str(found["reason"]),
+            seconds=math.nan if seconds is None else float(seconds),
+            body=str(found["body"]),
+            contact=str(found["contact"]),
+            good_seconds=float(found["last_good_s"]),
+            values=dict(found["last_good_output"]),
+            sequence=int(found["state_after_output"]),
+            state=None if found["state"] is None else dict(found["state"]),
+        )
+    except OSError as error:
+        raise BearingTwinError(f"{path} cannot be read ({error.strerror}); give the file of a failed run") from error
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+        raise BearingTwinError(f"{path} is not the file of a failed run; give one that a failed run wrote") from error
+
+
+def shortened(scene: Scene, seconds: float) -> Scene:
+    """The scene with another duration."""
+    run = dataclasses.replace(scene.parameters.run, duration=seconds)
+    return dataclasses.replace(scene, parameters=dataclasses.replace(scene.parameters, run=run))
+
+
+def _axis(channel: Channel, index: tuple[int, ...]) -> tuple[str, ...]:
+    """The letter of the component of a vector or quaternion; nothing for a number."""
+    width = channel.shape[-1] if channel.shape else 0
+    return ("xyzw"[index[-1]],) if width in (3, 4) else ()

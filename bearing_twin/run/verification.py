@@ -1,0 +1,70 @@
+"""A log against a fresh simulation of the scene that is stored in it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bearing_twin.errors import LogError
+from bearing_twin.run.simulation import Simulation
+from bearing_twin.sample import Block
+
+
+@dataclass(frozen=True)
+class Verification:
+    """How far a log is from a fresh simulation of the scene stored in it."""
+
+    samples: int
+    deviations: dict[str, float]
+
+    @property
+    def greatest(self) -> float:
+        """The greatest absolute deviation of any channel, in that channel's unit."""
+        return max(self.deviations.values(), default=0.0)
+
+    def as_dict(self) -> dict:
+        """For `--json`."""
+        return {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
+
+
+def verify(log, progress: Callable[[float], None] | None = None) -> Verification:
+    """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
+
+    Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
+    not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared, and so are
+    those outputs alone that a thinned log holds.
+    """
+    if log.scene is None:
+        raise LogError(
+            "this log holds no scene, so it cannot be simulated again; verify a log written by `simulate --out`"
+        )
+    simulation = Simulation(log.scene)
+    names = [channel.name for channel in log.channels]
+    if not set(names) <= {channel.name for channel in simulation.channels}:
+        raise LogError("this log was written by another version: its channels differ; simulate the scene again")
+    deviations, samples = dict.fromkeys(names, 0.0), 0
+    total = log.scene.parameters.run.duration * log.scene.parameters.run.output_rate + 1
+    for block in log.blocks():
+        again = simulation.advance(_outputs_until(simulation, block, log.kept_rate)).last(len(block))
+        if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
+            raise LogError(
+                f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
+            )
+        for name in names:
+            difference = np.abs(block.values[name] - again.values[name])
+            deviations[name] = max(deviations[name], float(difference.max()))
+        for name, rows in again.records.items():
+            found = block.records.get(name, np.empty((0, rows.shape[1])))
+            same = found.shape == rows.shape
+            difference = float(np.abs(found - rows).max(initial=0.0)) if same else np.inf
+            deviations[name] = max(deviations.get(name, 0.0), difference)
+        samples += len(block)
+        if progress:
+            progress(min(1.0, samples / total))
+    return Verification(samples, deviations)
+
+
+def _outputs_until(simulation: Simulation, block: Block, kept_rate: float) -> int:
+    """Outputs from where the simulation is to the end of `block`; those before it are passed over in a thinned log."""
+    passed = block.first_sequence - simulation.sequence - 1 if kept_rate else 0
+    return len(block) + max(passed, 0)

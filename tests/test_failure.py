@@ -1,0 +1,189 @@
+"""Runs that fail: what no motion can have is found in the outputs; the file that is left says where, and goes on."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
+from bearing_twin.run.failure import read_failure, write_failure
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+
+PINNED = ("run.duration=0.4", "solver.stepper=rodas4", "contact.normal=hertz")
+BALLS = load_scene("bearing_6203", PINNED)
+SPOILT_FROM = 0.25  # s, in the chunk that ends at 0.299 s; its state before is that of output 199
+SPOILS = {
+    "not finite": ("normal_load", (40, 3, 1), np.nan, "ball 3", "outer race"),
+    "not a rotation": ("orientation", (40, 5, 0), 0.9, "ball 5", ""),
+    "out of bounds": ("velocity", (40, 2, 1), 2e5, "ball 2", ""),
+    "energy": ("kinetic_energy", (40,), 1e3, "", ""),
+}
+
+
+@pytest.fixture
+def spoilt(monkeypatch):
+    """A function that has one number of the outputs replaced, for scenes of the default tolerance or looser."""
+    move = BearingMotion.advance
+
+    def spoil(name, index, value):
+        def advance(self, times, duration):
+            out = move(self, times, duration)
+            if self.elapsed > SPOILT_FROM and self.parameters.wanted.tolerance >= 1e-3:
+                getattr(out, name)[index] = value
+            return out
+
+        monkeypatch.setattr(BearingMotion, "advance", advance)
+
+    return spoil
+
+
+def failed(scene):
+    with pytest.raises(IntegrationError) as caught:
+        for _ in simulate(scene).blocks():
+            pass
+    return caught.value
+
+
+@pytest.mark.parametrize("reason", SPOILS)
+def test_a_number_that_no_motion_has_stops_the_run_and_is_named(reason, spoilt, tmp_path):
+    name, index, value, body, contact = SPOILS[reason]
+    spoilt(name, index, value)
+    error = failed(BALLS)
+    assert (error.reason, error.body, error.seconds) == (reason, body, pytest.approx(0.24))
+    assert error.contact == contact or not contact
+    found = read_failure(write_failure(error, tmp_path))
+    assert (found.sequence, found.good_seconds, found.reason) == (199, pytest.approx(0.199), reason)
+    assert found.scene == BALLS
+    assert all(np.isfinite(value) for _, value, _ in found.about_body())
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [PINNED, (*PINNED, "drive.change.time=0.1", "drive.change.speed=40", "drive.change.offset=[1e-6,0,0]")],
+    ids=["even", "changing"],
+)
+def test_a_run_goes_on_from_its_last_good_state_to_the_bit(overrides, spoilt, monkeypatch, tmp_path):
+    scene = load_scene("bearing_6203", overrides)
+    whole = np.concatenate([block.matrix() for block in simulate(scene).blocks()])
+    spoilt("normal_load", (40, 3, 1), np.nan)
+    found = read_failure(write_failure(failed(scene), tmp_path))
+    monkeypatch.undo()
+    rest = list(simulate(scene, failure=found).blocks())
+    assert rest[0].first_sequence == 200
+    assert np.concatenate([block.matrix() for block in rest]).tobytes() == whole[200:].tobytes()
+
+
+def test_an_ellipsoid_goes_on_to_the_bit_in_the_middle_of_a_contact(monkeypatch, tmp_path):
+    scene = load_scene("ellipsoid_rocking", ["run.duration=0.4"])
+    whole = list(simulate(scene).blocks())
+    move = EllipsoidMotion.advance
+
+    def advance(self, times, duration):
+        out = move(self, times, duration)
+        if self._now > 0.25:
+            out[0][-1] = np.nan
+        return out
+
+    monkeypatch.setattr(EllipsoidMotion, "advance", advance)
+    found = read_failure(write_failure(failed(scene), tmp_path))
+    monkeypatch.undo()
+    rest = list(simulate(scene, failure=found).blocks())
+    expected = np.concatenate([block.matrix() for block in whole])[rest[0].first_sequence :]
+    assert 0 < found.sequence == rest[0].first_sequence - 1
+    assert np.concatenate([block.matrix() for block in rest]).tobytes() == expected.tobytes()
+    touches = [np.concatenate([block.records["touch"] for block in blocks]) for blocks in (whole, rest)]
+    assert touches[0][len(touches[0]) - len(touches[1]) :].tobytes() == touches[1].tobytes()
+
+
+def test_the_kernels_own_failures_leave_a_file_too(tmp_path):
+    """A tolerance without any sense: ever shorter steps."""
+    simulation = Simulation(BALLS)
+    simulation.advance(50)
+    simulation._motion.scales = simulation._motion.scales * 1e-30
+    with pytest.raises(IntegrationError) as caught:
+        simulation.advance(100)
+    found = read_failure(write_failure(caught.value, tmp_path))
+    assert (found.reason, found.sequence) == ("stalled", 99)
+    assert found.body.startswith("ball ")
+    assert found.contact in ("inner race", "outer race")
+    assert {unit for _, _, unit in found.about_body()} >= {"N", "m/s"}
+
+
+def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    spoilt("normal_load", (40, 3, 1), np.nan)
+    words = [word for override in PINNED for word in ("--set", override)]
+    assert main(["simulate", "bearing_6203", *words]) == BAD_INPUT
+    [file] = tmp_path.glob("failure_*.json")
+    assert f"bearing_twin explain {file.name}" in capsys.readouterr().err
+    assert main(["explain", file.name, "--json", "--out", "rest.mcap"]) == DONE
+    told = json.loads(capsys.readouterr().out)
+    assert (told["body"], told["contact"], told["at_s"]) == ("ball 3", "outer race", pytest.approx(0.24))
+    assert (told["continued_from_s"], told["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.4))
+    assert (told["tolerance"], told["status"]) == (pytest.approx(1e-4), "done")
+    assert told["last_good"]["normal_load outer race"] > 0.0
+    assert main(["report", "rest.mcap", "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out)["samples"] == 201
+    # fails again where the tolerance is as loose as before, and says so
+    assert main(["explain", file.name, "--tolerance", "1e-3", "--strict"]) == DOUBTFUL
+    said = capsys.readouterr()
+    assert "it fails again" in said.err
+    assert "normal_load outer race" in said.out
+    assert len(list(tmp_path.glob("failure_*.json"))) == 2
+    assert main(["explain", file.name, "--until", "0.25"]) == DONE
+    assert main(["explain", file.name, "--stop", "--json"]) == DONE
+    assert "continued_to_s" not in json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("format", "another", "not the file of a failed run"),
+        ("scene", "kind: nothing", "nothing"),
+        ("state", {"state": [[1.0]]}, "does not fit its scene"),
+        ("state", {}, "does not fit its scene"),
+        ("last_good_output", {"normal_load": [1.0]}, "does not fit its scene"),
+        ("seconds", "soon", "not the file of a failed run"),
+    ],
+)
+def test_a_file_that_is_no_failure_is_told_in_a_sentence(key, value, words, spoilt, tmp_path, capsys):
+    spoilt("normal_load", (40, 3, 1), np.nan)
+    path = write_failure(failed(BALLS), tmp_path)
+    record = json.loads(path.read_text(encoding="utf-8"))
+    record[key] = value
+    path.write_text(json.dumps(record), encoding="utf-8")
+    assert main(["explain", str(path)]) == BAD_INPUT
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", ["", "[" * 100_000, "{}", "[1]", "\0\1", '{"format": 3}'])
+def test_what_is_no_failure_at_all_is_refused(content, tmp_path):
+    path = tmp_path / "failure.json"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(BearingTwinError, match="failed run"):
+        read_failure(path)
+
+
+def test_a_kind_without_a_state_begins_again(monkeypatch, tmp_path):
+    scene = load_scene("two_spheres")
+    simulation = Simulation(scene)
+    kind_at = simulation._motion.impact.at
+    whole = simulation.advance(scene.outputs).matrix()
+    simulation.reset()
+    object.__setattr__(
+        simulation._motion.impact,
+        "at",
+        lambda times: (np.where(times > 1e-5, np.nan, kind_at(times)[0]), *kind_at(times)[1:]),
+    )
+    with pytest.raises(IntegrationError, match="is not finite") as caught:
+        simulation.advance(scene.outputs)
+    found = read_failure(write_failure(caught.value, tmp_path))
+    assert (found.state, found.sequence) == (None, -1)
+    assert (
+        np.concatenate([block.matrix() for block in simulate(scene, failure=found).blocks()]).tobytes()
+        == whole.tobytes()
+    )

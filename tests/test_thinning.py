@@ -1,0 +1,130 @@
+"""What nodes log by default: some outputs a second of what fills disks, all of what comes seldom, and said to be so."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_run import a_choice, bits, made_up_block, made_up_scene
+
+from bearing_twin.command.cli import DONE, DOUBTFUL, main
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log, recover
+from bearing_twin.log.parts import Safety
+from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.stream import MessageStream, samples_message, topics
+from bearing_twin.log.thinning import KEPT_RATE, Thinning
+from bearing_twin.nodes.recording import Recording
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.run.verification import verify
+
+SCENE = made_up_scene(balls=2)
+BLOCK = made_up_block(SCENE, 1000)
+EVERY = round(1000 / KEPT_RATE)
+SAMPLES = "/bearing/samples"
+
+
+def thin_log(path, run, blocks, **safety):
+    """What sim_node logs by default."""
+    with LogWriter(path, run.scene, choice_record(run.choice), safety=Safety(kept_rate=KEPT_RATE, **safety)) as log:
+        stream = MessageStream(run.scene, choice=run.choice)
+        for block in blocks:
+            log.write_all(stream.messages(block))
+        log.write_all(stream.flush())
+    return path
+
+
+@pytest.fixture(scope="module")
+def made_up(tmp_path_factory):
+    run = SimpleNamespace(scene=SCENE, choice=a_choice())
+    return thin_log(tmp_path_factory.mktemp("thin") / "run.mcap", run, [BLOCK])
+
+
+def test_what_is_kept_is_as_it_was(made_up):
+    log = read_log(made_up)
+    assert log.kept_rate == KEPT_RATE
+    assert bits(log) == bits(BLOCK[row] for row in range(0, 1000, EVERY))
+    whole = {name: [] for name in (topic.full_name for topic in topics(SCENE))}
+    stream = MessageStream(SCENE, choice=a_choice())
+    for topic, stamp, data in (*stream.messages(BLOCK), *stream.flush()):
+        whole[topic.full_name].append((stamp, data))
+    kept = {name: [] for name in whole}
+    for message in raw_messages(made_up):
+        kept[message.topic.name].append((message.log_time, message.data))
+    for name, found in kept.items():
+        if name != SAMPLES:
+            seldom = len(whole[name]) == 1
+            assert found == [one for one in whole[name] if seldom or one[0] % round(1e9 / KEPT_RATE) == 0], name
+            assert len(found) == (1 if seldom else 1 + 999 // EVERY), name
+
+
+def test_recover_still_says_that_it_is_thinned(made_up, tmp_path):
+    recover(made_up, tmp_path / "saved.mcap")
+    log = read_log(tmp_path / "saved.mcap")
+    assert log.kept_rate == KEPT_RATE
+    assert len(list(log)) == 1000 // EVERY
+
+
+def test_an_hour_of_the_default_log_is_half_a_gigabyte_and_verifies_where_it_has_outputs(tmp_path, capsys):
+    run = simulate(load_scene("bearing_6203", ["run.duration=2", "solver.stepper=rodas4", "contact.normal=hertz"]))
+    path = thin_log(tmp_path / "run.mcap", run, run.blocks())
+    assert path.stat().st_size / 2.0 * 3600.0 < 0.5e9
+    checked = verify(read_log(path))
+    assert (checked.samples, checked.greatest) == (11, 0.0)
+    assert main(["verify", str(path), "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out)["kept_outputs_hz"] == KEPT_RATE
+    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert (found["samples"], found["missing_outputs"], found["kept_outputs_hz"]) == (11, 0, KEPT_RATE)
+    assert abs(found["energy_closure"]) < 1e-3  # sums need no output in between
+    assert "full:=true" in said.err
+
+
+def test_an_altered_output_of_a_thinned_log_is_found(tmp_path):
+    run = simulate(load_scene("bearing_6203", ["run.duration=0.5", "solver.stepper=rodas4", "contact.normal=hertz"]))
+    blocks = list(run.blocks())
+    blocks[2].values["normal_load"][1, 0, 0] += 1e-9  # output 201 is in none of the 5 a second
+    assert verify(read_log(thin_log(tmp_path / "same.mcap", run, blocks))).greatest == 0.0
+    blocks[2].values["normal_load"][0, 0, 0] += 0.5  # output 200 is
+    assert verify(read_log(thin_log(tmp_path / "other.mcap", run, blocks))).greatest == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("period", "count", "kept"), [(1_000_000, 50, 1), (1_000, 5000, 5000), (10_000_000, 50, 1)])
+def test_a_block_of_an_impact_is_kept_whole(period, count, kept):
+    times = np.arange(count) * period
+    data = samples_message(SCENE.channels, 0, times, np.zeros((count, BLOCK.matrix().shape[1])))
+    message = cdr.deserialise(cdr.SAMPLE_BLOCK, Thinning(cdr.SAMPLE_BLOCK, KEPT_RATE).kept(0, data))
+    assert message.count == kept
+
+
+def test_a_second_publisher_is_not_lost_among_the_messages_of_the_first(tmp_path):
+    recording = Recording(tmp_path / "out.mcap", ["*"], safety=Safety(kept_rate=KEPT_RATE))
+    brief = "/two_discs/disc_0/wrench"
+    for topic in ("/tf", brief):
+        recording.add(topic, cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+    for number in range(1, 11):
+        for topic in ("/tf", brief):
+            recording.receive(topic, number * 10**7, 1, b"", number)
+    assert recording.status()["messages_lost"] == 0
+    recording.publishers("/tf", 2)
+    for number in range(11, 21):
+        recording.receive("/tf", number * 10**7, 1, b"", number)
+    recording.publishers("/tf", 1)
+    for number in range(21, 31):
+        recording.receive("/tf", number * 10**7, 1, b"", number)
+    recording.close()
+    counts = {}
+    for message in raw_messages(tmp_path / "out.mcap"):
+        counts[message.topic.name] = counts.get(message.topic.name, 0) + 1
+    assert counts == {"/tf": 1 + 10 + 1, brief: 10}
+
+
+def test_a_block_that_is_none_is_refused(tmp_path):
+    with RawLogWriter(tmp_path / "out.mcap", safety=Safety(kept_rate=KEPT_RATE)) as log:
+        number = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), "", (Qos(),))
+        with pytest.raises(LogError, match="cannot be decoded"):
+            log.write(number, 0, 0, b"\0\1\0\0")
