@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import bearing_twin.uq.realise
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
@@ -128,6 +129,23 @@ def test_one_input_and_closed_forms_need_no_samples():
     for one in found["sweep"]["studies"]:
         value = one["quantities"]["contact_duration"]["quantiles"]["0.50"]["value"]
         assert value == pytest.approx(6.18657240e-5 * (one["value"] / 20.0) ** -0.2, rel=1e-8)
+
+
+def test_densities_at_named_values_are_exact_where_the_distribution_is():
+    """Paper 3, eq. (10), written out; by samples they come with an interval."""
+    at, b = [4.5e-5, 6e-5, 9e-5], 4e-10 / 1.138e-4
+    asked = {**SPHERES, "densities": {"contact_duration": at}, "samples": 4000, "modality": "no"}
+    alpha = np.array(at) * 20.0**0.2
+    truth = stats.gamma(1.138e-4 / b, scale=b).pdf(alpha) * 20.0**0.2
+    for method in METHODS:
+        found = run({**asked, "method": method}).as_dict()["quantities"]
+        assert found["peak_force"]["densities"] == []
+        rows = found["contact_duration"]["densities"]
+        assert [row["value"] for row in rows] == at
+        if method == "ensemble":
+            assert all(0.9 * row["low"] <= right <= 1.1 * row["high"] for row, right in zip(rows, truth, strict=True))
+        else:
+            assert [row["density"] for row in rows] == pytest.approx(truth.tolist(), rel=1e-6)
 
 
 @pytest.mark.parametrize("speed", [10.0, 100.0])

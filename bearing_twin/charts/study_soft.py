@@ -17,7 +17,7 @@ from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import mean_inputs, task_of
 from bearing_twin.uq.realise import realise
 from bearing_twin.uq.run import history_statistics, run_study
-from bearing_twin.uq.statistics import density
+from bearing_twin.uq.statistics import natural_density
 from bearing_twin.uq.study_file import load_study
 
 WIDTH, HEIGHT = Axis("along the wall", "m"), Axis("above the wall", "m")
@@ -117,7 +117,7 @@ def _forces(figure, found, at_mean, kept):
 
 def _at_narrowing(figure, kept, instants, narrow):
     values = kept[:, int(np.argmin(np.abs(instants - narrow.time)))]
-    smooth = density(values, low=0.0)
+    smooth = natural_density(values)
     parts = [bars(values), Line("smoothed", smooth.x, smooth.density, colour(0))]
     title = f"Figure {figure}: force at {1e3 * narrow.time:.1f} ms"
     return Panel(f"figure {figure}", title, FORCE, Axis("density", "1/N", limits=(0.0, None)), parts)
@@ -169,7 +169,7 @@ def soft_fast(update, samples: int = 0) -> Sheet:
     result = run_study(large, lambda one: update(one.done / one.total))
     times = result.sample("contact_duration")
     times, moduli = times[np.isfinite(times)], result.values[:, 0]
-    smooth = density(times, low=0.0)
+    smooth = natural_density(times)
     small, johnson = known("discs_small_100"), known("discs_small_100", "contact.normal=johnson")
     slow = known("discs_small_10")
     rows = [

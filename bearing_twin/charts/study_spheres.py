@@ -20,7 +20,7 @@ from bearing_twin.kinds.impact.derived import sphere_pair
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.run.scene import load_scene
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.statistics import density
+from bearing_twin.uq.statistics import natural_density
 
 STUDIES = ("spheres_alpha_2e-5", "spheres_alpha_4e-5", "spheres_alpha_6e-5")
 ALPHA = Axis("alpha", "s (m/s)^0.2", shown=(1e5, "1e-5 s (m/s)^0.2"))
@@ -48,7 +48,7 @@ def densities(update) -> Sheet:
         panels.append(Panel(f"figure {1 + column}", f"{title}; steps are samples", axis, up, parts))
     widest, found = ones[-1], both[-1]
     for column, (axis, up) in enumerate(columns):
-        smooth = density(found[column], low=0.0)
+        smooth = natural_density(found[column])
         parts = [
             bars(found[column]),
             density_line("closed form", (widest.study.inputs[0], widest.exact)[column], EXACT_LOOK),

@@ -158,6 +158,9 @@ def _show(summary) -> None:
     for name, found in summary["quantities"].items():
         for statistic, reason in found["refused"].items():
             show_text(f"{name}: no {statistic}, because {reason}")
+        for one in found["densities"]:
+            height = _interval(one["density"], (one["low"], one["high"]))
+            show_text(f"{name}: density {height} 1/{found['unit']} at {one['value']:.6g} {found['unit']}")
         if found["modality"]:
             show_text(f"{name}: {_modes(found['modality'])}")
     failed = sum(summary["failed"].values())

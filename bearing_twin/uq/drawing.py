@@ -132,7 +132,7 @@ class Drawn:
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """Values (n, d), quantities (n, q), histories (n, h, points), status (n,) and doubts (n,) of all so far."""
-        return tuple(np.concatenate(parts) for parts in self._parts)
+        return tuple(map(_joined, self._parts))
 
     def _look(self, sample) -> bool:
         """Adds to the convergence path; whether the interval is narrow enough."""
@@ -158,3 +158,14 @@ class Drawn:
         total, spent = self._total, time.monotonic() - self.began
         _, value, half_width = self.path[-1] if self.path else (0, np.nan, np.nan)
         self.progress(Progress(done, total, value, half_width, spent * (total - done) / max(done, 1)))
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """The pieces as one array, which then stands in their place; each is let go once it is copied."""
+    whole, first = np.empty((sum(map(len, parts)), *parts[0].shape[1:]), parts[0].dtype), 0
+    while parts:
+        piece = parts.pop(0)
+        whole[first : first + len(piece)] = piece
+        first += len(piece)
+    parts.append(whole)
+    return whole

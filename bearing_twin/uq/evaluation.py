@@ -76,7 +76,7 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     return result
 
 
-def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str]) -> dict:
+def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str], densities=()) -> dict:
     """As `summary_of_sample`, from an expansion: mean and deviation exactly, the rest from SURROGATE_POINTS of it.
 
     The intervals of mean and deviation, and `half_width`, are the root mean square error of the expansion at fresh
@@ -85,7 +85,8 @@ def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str]) -> dic
     settings = study.settings
     points = UnitPoints("sobol", study.joint.dimension, settings.seed, SURROGATE_POINTS)
     sample = chaos.predict(points.chunk(0, points.samples))
-    found = summary_of_sample(sample, missing, points.replicates, settings.seed, settings.modality == "yes")
+    modes = settings.modality == "yes"
+    found = summary_of_sample(sample, missing, points.replicates, settings.seed, modes, densities)
     miss = chaos.error * chaos.std
     for name in ("mean", "std"):
         if name not in missing:

@@ -1,8 +1,7 @@
 """Statistics of an ensemble of histories, force over time, on one time grid (paper 3, figures 8 and 17 to 24).
 
-Means, deviations and all correlations are running sums over every history, so the memory does not grow with their
-number. Quantiles and densities need the histories themselves: the first KEPT of them are kept. Points of every sampler
-come in an order that makes the first ones a fair sample, except for a latin hypercube; there only the whole is one.
+All of them, quantiles and densities too, are those of every history. They are computed ROWS histories or COLUMNS
+instants at a time, so that little memory is taken beside the histories themselves.
 """
 
 import numpy as np
@@ -10,61 +9,50 @@ import numpy as np
 from bearing_twin.errors import StatisticError
 from bearing_twin.uq.statistics import binned, silverman_bandwidth, smoothed
 
-KEPT = 4096
+ROWS, COLUMNS = 1024, 8  # histories and instants taken together
 MOST_TIMES = 2000
 
 
-class Histories:
-    """Running statistics of histories (samples, times) of one quantity, added block by block.
+def complete(histories: np.ndarray) -> np.ndarray:
+    """Histories (n, t) without those that hold a NaN, (m,) of which are left; the array itself where none does."""
+    whole = np.isfinite(histories).all(axis=1)
+    return histories if whole.all() else histories[whole]
 
-    `times` (t,) in s; `inputs` = number d of uncertain inputs whose correlation with the history is wanted. The sums
-    depend on the order of the blocks in their last digits only; add them in the order of the samples to have the same
-    bytes. Memory: 8 (t^2 + t d + kept t) bytes. Raises StatisticError for more than MOST_TIMES times.
+
+class Histories:
+    """Statistics of histories (n, t) of one quantity at `times` (t,) [s], rows with a NaN left out.
+
+    `inputs` (n, d) are the uncertain inputs whose correlation with the history is wanted. Raises StatisticError for
+    more than MOST_TIMES times. Memory: 8 (t^2 + t d + (n + m) COLUMNS) bytes, and a copy of the histories where some
+    failed; m levels of a density.
     """
 
-    def __init__(self, times, inputs=0, kept=KEPT):
-        self.times = np.asarray(times, float)
+    def __init__(self, times, histories, inputs=None):
+        self.times, histories = np.asarray(times, float), np.asarray(histories, float)
         size = len(self.times)
         if not 2 <= size <= MOST_TIMES:
             raise StatisticError(f"histories need 2 to {MOST_TIMES} times, not {size}; choose a coarser time grid")
-        self.count = 0
-        self._mean = np.zeros(size + inputs)
-        self._products = np.zeros((size, size + inputs))
-        self._squares = np.zeros(inputs)
-        self._kept = np.empty((kept, size))
-        self._kept_count = 0
-
-    def add(self, histories, inputs=None):
-        """Take in histories (n, t) and the inputs (n, d) they belong to; rows with a NaN are left out.
-
-        Pairwise update of mean and centred products: T. F. Chan, G. H. Golub, R. J. LeVeque, Am. Stat. 37 (1983).
-        """
-        histories = np.asarray(histories, float)
-        size = len(self.times)
-        columns = np.empty((len(histories), 0)) if inputs is None else np.asarray(inputs, float)
-        if histories.ndim != 2 or histories.shape[1] != size or columns.shape[1] + size != len(self._mean):
-            raise ValueError(f"histories of {size} times with {len(self._mean) - size} inputs are needed")
-        whole = np.isfinite(histories).all(axis=1)
-        both = np.concatenate([histories, columns], axis=1)[whole]
-        if not len(both):
-            return
-        room = min(len(both), len(self._kept) - self._kept_count)
-        self._kept[self._kept_count : self._kept_count + room] = both[:room, :size]
-        self._kept_count += room
-        mean = both.mean(axis=0)
-        centred, shift = both - mean, mean - self._mean
-        total = self.count + len(both)
-        weight = self.count * len(both) / total
-        self._products += centred[:, :size].T @ centred + weight * np.outer(shift[:size], shift)
-        self._squares += np.sum(centred[:, size:] ** 2, axis=0) + weight * shift[size:] ** 2
-        self._mean += shift * (len(both) / total)
-        self.count = total
+        inputs = np.empty((len(histories), 0)) if inputs is None else np.asarray(inputs, float)
+        if histories.ndim != 2 or histories.shape[1] != size or len(inputs) != len(histories):
+            raise ValueError(f"histories of {size} times, and as many rows of inputs, are needed")
+        self.whole = complete(histories)
+        self.count = len(self.whole)
+        if len(self.whole) < len(histories):
+            inputs = inputs[np.isfinite(histories).all(axis=1)]
+        self._mean = np.mean(self.whole, axis=0) if self.count else np.zeros(size)
+        centred = inputs - inputs.mean(axis=0) if self.count else inputs
+        self._squares = np.sum(centred**2, axis=0)
+        self._products, self._cubes = np.zeros((size, size + inputs.shape[1])), np.zeros(size)
+        for first in range(0, self.count, ROWS):
+            block = self.whole[first : first + ROWS] - self._mean
+            self._products += block.T @ np.concatenate([block, centred[first : first + ROWS]], axis=1)
+            self._cubes += np.sum(block**3, axis=0)
 
     @property
     def mean(self):
         """Mean history (t,)."""
         self._need(1)
-        return self._mean[: len(self.times)].copy()
+        return self._mean.copy()
 
     @property
     def std(self):
@@ -73,14 +61,17 @@ class Histories:
         return np.sqrt(self._variances() / (self.count - 1))
 
     @property
-    def kept(self):
-        """The histories (m, t) that quantiles and densities are taken from."""
-        return self._kept[: self._kept_count]
+    def skewness(self):
+        """Skewness (t,) over the samples at each time; 0 where they do not differ."""
+        self._need(2)
+        spread = self._spread() / np.sqrt(self.count)
+        return np.nan_to_num(self._cubes / self.count / spread**3)
 
     def quantiles(self, probabilities=(0.05, 0.5, 0.95)):
-        """Quantiles (probabilities, t) at each time, of the kept histories."""
+        """Quantiles (probabilities, t) at each time."""
         self._need(1)
-        return np.quantile(self.kept, probabilities, axis=0, method="median_unbiased")
+        found = [np.quantile(block, probabilities, axis=1, method="median_unbiased") for block in self._columns()]
+        return np.concatenate(found, axis=1)
 
     def autocorrelation(self):
         """R(t, t') = E[(F(t) - m(t)) (F(t') - m(t'))] / (s(t) s(t')), (t, t), in -1 .. 1 (paper 3, section 5.2.1).
@@ -99,20 +90,20 @@ class Histories:
         return np.clip((self._products[:, size:] / np.outer(self._spread(), inputs)).T, -1.0, 1.0)
 
     def density(self, levels=200, low=-np.inf, high=np.inf):
-        """Levels (m,), evenly spaced, and the density (t, m) [1/unit] of the kept histories over them at each time.
+        """Levels (m,), evenly spaced, and the density (t, m) [1/unit] of the histories over them at each time.
 
         Kernel estimates with Silverman's bandwidth, reflected at the bounds [low, high], the mass of each time 1. A
         spread below the distance of two levels shows as one level.
         """
         self._need(2)
-        kept = self.kept
-        margin = 0.05 * float(np.ptp(kept))
-        bottom, top = max(low, float(kept.min()) - margin), min(high, float(kept.max()) + margin)
+        least, most = float(self.whole.min()), float(self.whole.max())
+        margin = 0.05 * (most - least)
+        bottom, top = max(low, least - margin), min(high, most + margin)
         if not top > bottom:
             raise StatisticError("all histories are equal: there is no density")
         width = (top - bottom) / levels
         result = np.empty((len(self.times), levels))
-        for index, column in enumerate(kept.T):
+        for index, column in enumerate(row for block in self._columns() for row in block):
             spread = float(np.ptp(column))
             # Runs whose bodies are apart all have the same force, none: the spread of the others is what counts.
             others = column[column > column.min()]
@@ -122,13 +113,18 @@ class Histories:
         result /= result.sum(axis=1, keepdims=True) * width
         return bottom + (np.arange(levels) + 0.5) * width, result
 
+    def _columns(self):
+        """The histories as (instants, n), COLUMNS instants at a time, each of them in one piece of memory."""
+        for first in range(0, len(self.times), COLUMNS):
+            yield np.ascontiguousarray(self.whole[:, first : first + COLUMNS].T)
+
     def _variances(self):
         return np.maximum(np.diag(self._products), 0.0)
 
     def _spread(self):
         """Root of the centred squares (t,), NaN where they are rounding alone."""
         variances = self._variances()
-        level = (1e-14 * np.abs(self._mean[: len(self.times)])) ** 2 * self.count
+        level = (1e-14 * np.abs(self._mean)) ** 2 * self.count
         return np.sqrt(np.where(variances > level, variances, np.nan))
 
     def _need(self, fewest):

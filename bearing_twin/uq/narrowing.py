@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.errors import StatisticError
+from bearing_twin.uq.histories import ROWS, complete
 from bearing_twin.uq.modality import modality
 
 OVER = 0.25  # of the peak of the mean: below it only those that last longest are left, and deviation falls to zero
@@ -30,7 +31,7 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0) -> Narrow
     The modes are those at the nearest of `times`, their p-value that of one mode at most (see `modality`). Raises
     StatisticError for fewer than FEWEST histories, or where no instant after the peak has the least deviation.
     """
-    kept = histories[np.isfinite(histories).all(axis=1)]
+    kept = complete(histories)
     if len(kept) < FEWEST:
         raise StatisticError(f"a narrowing needs {FEWEST} histories at least, there are {len(kept)}")
     found, low, high = least_instant(times, kept, seed)
@@ -43,14 +44,21 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0) -> Narrow
 def least_instant(times: np.ndarray, kept: np.ndarray, seed: int = 0) -> tuple[float, float, float]:
     """The instant [s] of least deviation of histories (n, t) without NaN, and its 95 % interval by bootstrap.
 
+    Memory: RESAMPLES n bytes beside the histories.
     Raises StatisticError where there is none.
     """
     found = _least(times, kept.mean(axis=0), kept.std(axis=0, ddof=1))
-    random = np.random.default_rng(seed)
-    # Moments of a resample are sums over rows with the weights by which they were drawn.
-    weights = random.multinomial(len(kept), np.full(len(kept), 1.0 / len(kept)), size=RESAMPLES) / len(kept)
-    means = weights @ kept
-    spreads = np.sqrt(np.maximum(weights @ kept**2 - means**2, 0.0))
+    random, count = np.random.default_rng(seed), len(kept)
+    # Moments of a resample are sums over rows, each as often as it was drawn.
+    drawn = np.empty((RESAMPLES, count), np.uint8)
+    for row in drawn:
+        row[:] = np.bincount(random.integers(count, size=count), minlength=count)
+    means, squares = np.zeros((2, RESAMPLES, len(times)))
+    for first in range(0, count, ROWS):
+        weights, block = drawn[:, first : first + ROWS] / count, kept[first : first + ROWS]
+        means += weights @ block
+        squares += weights @ block**2
+    spreads = np.sqrt(np.maximum(squares - means**2, 0.0))
     again = [_least(times, mean, spread) for mean, spread in zip(means, spreads, strict=True)]
     if np.isnan(found) or np.mean(np.isnan(again)) > 0.05:
         raise StatisticError("no instant after the peak of the mean has a least deviation")

@@ -12,7 +12,7 @@ from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, head
 from bearing_twin.units import inverse, labelled
 from bearing_twin.uq.propagation import exact_distributions, task_of
 from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.statistics import density, histogram
+from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.uq.study import Study
 
 MOST_QUANTITIES = 3
@@ -68,7 +68,7 @@ def _draw_quantity(axis, result, name, exact):
         edges, heights = histogram(kept)
         axis.stairs(heights / factor, edges * factor, fill=True, color="#b9c6d2", label=f"{len(kept)} samples")
         low, high = np.quantile(kept, [FAR, 1.0 - FAR])
-        smooth = density(kept, low=0.0) if kept.min() >= 0.0 else density(kept)
+        smooth = natural_density(kept)
         axis.plot(smooth.x * factor, smooth.density / factor, color=BALL_COLOURS[0], linewidth=2, label="smoothed")
     if exact is not None:
         low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)

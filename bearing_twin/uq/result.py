@@ -1,6 +1,7 @@
 """What a study found: every sample, and a summary of each quantity with the interval it is known to."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from bearing_twin.uq.modality import Modality, modality, mode_numbers
 from bearing_twin.uq.quantities import quantity_of
 from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.scene_keys import numeric_keys
-from bearing_twin.uq.statistics import MOMENTS, estimate
+from bearing_twin.uq.statistics import MOMENTS, densities_at, estimate
 from bearing_twin.uq.study import Study
 
 PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -112,8 +113,15 @@ class Tally:
         return bits
 
 
-def summary_of_sample(sample: np.ndarray, missing: dict[str, str], replicates: int, seed: int, modes: bool) -> dict:
-    """Mean, deviation, skewness and quantiles of a quantity with 95 % intervals, and its modes.
+def summary_of_sample(
+    sample: np.ndarray,
+    missing: dict[str, str],
+    replicates: int,
+    seed: int,
+    modes: bool,
+    densities: Sequence[float] = (),
+) -> dict:
+    """Mean, deviation, skewness and quantiles of a quantity with 95 % intervals, its modes, and its density at values.
 
     `missing` names moments that do not exist, with the reason; they are None and their reason is in `refused`.
     """
@@ -144,10 +152,17 @@ def summary_of_sample(sample: np.ndarray, missing: dict[str, str], replicates: i
             result["modality"] = _modality(modality(sample, seed))
         except StatisticError as error:
             refused["modality"] = str(error)
+    result["densities"] = []
+    if densities:
+        try:
+            found = densities_at(sample, densities)
+            result["densities"] = [_density(*row[:4]) for row in zip(densities, *zip(*found, strict=True), strict=True)]
+        except StatisticError as error:
+            refused["densities"] = str(error)
     return {**result, "refused": refused}
 
 
-def summary_of_derived(derived: Derived) -> dict:
+def summary_of_derived(derived: Derived, densities: Sequence[float] = ()) -> dict:
     """The same of an exact distribution: intervals have no width, and modes are those of the density."""
     refused, result = {}, {}
     for name in MOMENTS:
@@ -162,11 +177,17 @@ def summary_of_derived(derived: Derived) -> dict:
     low, high = derived.quantile(0.0005), derived.quantile(0.9995)
     number = int(mode_numbers(derived.pdf(np.linspace(low, high, GRID))))
     result["modality"] = {"modes": number, "p_value": None}
+    heights = derived.pdf(np.array(densities, float)).tolist()
+    result["densities"] = [_density(at, *[height] * 3) for at, height in zip(densities, heights, strict=True)]
     return {**result, "refused": refused}
 
 
 def _modality(found: Modality) -> dict:
     return {"modes": found.modes, "p_value": found.p_value, "positions": list(found.positions)}
+
+
+def _density(at, height, low, high) -> dict:
+    return {"value": float(at), "density": height, "low": low, "high": high}
 
 
 def _finite(value: float) -> float | None:

@@ -13,8 +13,8 @@ from bearing_twin.uq.chaos import Chaos
 from bearing_twin.uq.drawing import Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.evaluation import Cancelled, Evaluator, expansions, sources_of_variance, summary_of_chaos
-from bearing_twin.uq.histories import KEPT, Histories
-from bearing_twin.uq.narrowing import narrowing
+from bearing_twin.uq.histories import COLUMNS, Histories
+from bearing_twin.uq.narrowing import RESAMPLES, narrowing
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
@@ -22,7 +22,6 @@ from bearing_twin.uq.sensitivity import values_held
 from bearing_twin.uq.statistics import half_width
 from bearing_twin.uq.study import Study
 
-HISTORY_BLOCK = 1024
 CORRELATED = 41  # instants of the autocorrelation in a summary
 WORKING_COPIES = 4  # of one column, while its statistics are made
 # What must be the same where samples are taken over from an earlier result.
@@ -79,13 +78,13 @@ def memory_needed(study: Study) -> float:
     """Bytes of the arrays a study fills, at its greatest number of samples."""
     settings, histories = study.settings, len(study.histories) * study.settings.history_points
     inputs, quantities = len(study.inputs), len(study.quantities)
-    # A batch is kept in pieces before it is joined, and histories are sorted instant by instant.
-    row = 2.0 * (inputs + quantities + histories + 2) + WORKING_COPIES
+    row = 2.0 * (inputs + quantities + histories + 2) + WORKING_COPIES  # twice: pieces of a batch are joined
     rows = study.sensitivity_rows
     # Their points are kept three times: in the unit cube, as values, and as the key by which they are found again.
     further = rows * (inputs + 2) * (3.0 * inputs + quantities) + (values_held(rows, inputs) if rows else 0)
-    sums = len(study.histories) * settings.history_points * (settings.history_points + KEPT)
-    return 8.0 * (settings.samples * row + further + sums)
+    sums = len(study.histories) * settings.history_points**2
+    columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
+    return 8.0 * (settings.samples * row + further + sums + columns)
 
 
 def refuse_too_large(study: Study) -> None:
@@ -171,11 +170,12 @@ def _summary(result, task, without_sampling, drawn, at_mean) -> dict:
 
 def _of_quantity(result, task, name, drawn, found) -> dict:
     """What is known of a quantity by its distribution, its expansion, or its sample."""
+    wanted = result.study.densities.get(name, ())
     if isinstance(found, Derived):
-        return {"method": "change_of_variable", **summary_of_derived(found), "half_width": 0.0}
+        return {"method": "change_of_variable", **summary_of_derived(found, wanted), "half_width": 0.0}
     missing = missing_moments(result.study, task, name)
     if isinstance(found, Chaos):
-        return {"method": "chaos", **summary_of_chaos(result.study, found, missing)}
+        return {"method": "chaos", **summary_of_chaos(result.study, found, missing, wanted)}
     return {"method": "ensemble", **_of_sample(result, missing, name, drawn)}
 
 
@@ -183,7 +183,7 @@ def _of_sample(result, missing, name, drawn) -> dict:
     settings, rule, replicates = result.study.settings, drawn.rule, drawn.points.replicates
     sample = result.sample(name)
     modes = settings.modality == "yes" and not drawn.asked()
-    found = summary_of_sample(sample, missing, replicates, settings.seed, modes)
+    found = summary_of_sample(sample, missing, replicates, settings.seed, modes, result.study.densities.get(name, ()))
     statistic = rule.asked if name == rule.quantity else "mean"
     width = np.inf if statistic in missing else half_width(sample, statistic, replicates=replicates)
     return {**found, "half_width": width if np.isfinite(width) else None}
@@ -208,7 +208,7 @@ def _histories(result, task, at_mean) -> dict:
     for place, channel in enumerate(result.study.histories):
         found, bands = history_statistics(result, channel, task.instants), {}
         if found.count > 1:
-            bands = {"mean": found.mean, "std": found.std, "skewness": _skewness(result.history(channel))}
+            bands = {"mean": found.mean, "std": found.std, "skewness": found.skewness}
             bands |= dict(zip(("0.05", "0.50", "0.95"), found.quantiles(), strict=True))
             for key, row in zip(result.study.joint.keys, found.input_correlation(), strict=True):
                 bands[f"correlation with {key}"] = np.where(np.isfinite(row), row, 0.0)
@@ -216,17 +216,8 @@ def _histories(result, task, at_mean) -> dict:
             bands["at_mean_inputs"] = at_mean.histories[0, place]
         bands_of[channel] = {"time_s": task.instants.tolist()} | {name: one.tolist() for name, one in bands.items()}
         if found.count > 1:
-            bands_of[channel] |= _between_instants(found) | _narrowing(result, channel, task)
+            bands_of[channel] |= _between_instants(found) | _narrowing(found, result.study.settings.seed)
     return bands_of
-
-
-def _skewness(histories) -> np.ndarray:
-    """At each instant, over the histories that did not fail; 0 where they do not differ."""
-    kept = histories[np.isfinite(histories).all(axis=1)]
-    off = kept - kept.mean(axis=0)
-    spread = np.sqrt(np.mean(off**2, axis=0))
-    differ = spread > 1e-12 * np.abs(kept).max()
-    return np.where(differ, np.mean(off**3, axis=0) / np.where(differ, spread, 1.0) ** 3, 0.0)
 
 
 def _between_instants(found) -> dict:
@@ -239,10 +230,10 @@ def _between_instants(found) -> dict:
     }
 
 
-def _narrowing(result, channel, task) -> dict:
+def _narrowing(histories, seed) -> dict:
     """Where the histories come together after their peak; nothing where they do not."""
     try:
-        found = narrowing(task.instants, result.history(channel), result.study.settings.seed)
+        found = narrowing(histories.times, histories.whole, seed)
     except StatisticError:
         return {}
     return {
@@ -255,12 +246,7 @@ def _narrowing(result, channel, task) -> dict:
 
 def history_statistics(result: StudyResult, channel: str, instants: np.ndarray) -> Histories:
     """Everything `histories` knows of one channel: also its autocorrelation and its density over time."""
-    found = Histories(instants, len(result.study.inputs))
-    histories = result.history(channel)
-    for first in range(0, len(histories), HISTORY_BLOCK):
-        rows = slice(first, first + HISTORY_BLOCK)
-        found.add(histories[rows], result.values[rows])
-    return found
+    return Histories(instants, result.history(channel), result.values)
 
 
 def _flags_at_mean(study, task) -> list[str]:

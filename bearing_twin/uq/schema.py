@@ -72,6 +72,11 @@ def study_schema() -> dict[str, Any]:
         ),
         "quantities": _told("what shall be found out", items={"type": "string"}, **ONE_OR_MORE),
         "histories": _told("channels of one number, over time", items={"type": "string"}, type=["string", "array"]),
+        "densities": _told(
+            "quantities and the values at which their density is asked for",
+            type="object",
+            additionalProperties=numbers,
+        ),
         "sweep": _told(
             "one key of the scene and its values",
             type="object",

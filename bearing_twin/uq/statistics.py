@@ -25,6 +25,8 @@ MOMENTS = ("mean", "std", "skewness")
 LEAST_BINS, GREATEST_BINS = 512, 2**16
 BINS_PER_BANDWIDTH = 8
 GREATEST_HISTOGRAM = 400
+REFLECTIONS = {"even": (fft.dct, fft.idct, 0), "odd": (fft.dst, fft.idst, 1)}  # transform, back, first wave
+NONE_SEEN = 3.7  # expected samples at most, with 97.5 %, where none is seen
 
 
 class Estimate(NamedTuple):
@@ -44,7 +46,7 @@ class Estimate(NamedTuple):
 
 
 class Density(NamedTuple):
-    """A density (m,) [1/unit of x] at the evenly spaced x (m,), or for kind log at rising x, and its bandwidth."""
+    """A density (m,) [1/unit of x] at the evenly spaced x (m,), and its bandwidth."""
 
     x: np.ndarray
     density: np.ndarray
@@ -164,33 +166,51 @@ def histogram(sample, bins="fd"):
     return edges, density
 
 
-def density(sample, low=-math.inf, high=math.inf, bandwidth=None, kind="reflection") -> Density:
+def density(sample, low=-math.inf, high=math.inf, bandwidth=None, kind="even") -> Density:
     """Kernel estimate of a density on [low, high], with a mass of exactly 1 between these bounds.
 
-    `reflection` puts back what a normal kernel would spread beyond a bound (slope 0 there); `log` smooths ln(x - low)
-    and is right where the density vanishes at `low` and has a long tail. `bandwidth` [unit of x, for log of ln x]
-    defaults to Silverman's rule 0.9 min(std, IQR/1.34) n^(-1/5). Raises StatisticError for equal samples, or
-    samples outside the bounds.
+    `even` puts back what a normal kernel would spread beyond a bound (slope 0 there), `odd` takes away as much (0
+    there). `bandwidth` [unit of x] defaults to Silverman's rule 0.9 min(std, IQR/1.34) n^(-1/5). Raises StatisticError
+    for equal samples, or samples outside the bounds.
     """
     kept = _kept(sample, 2)
     if kept.min() < low or kept.max() > high:
         raise StatisticError(f"samples lie outside the bounds {low:g} and {high:g} of the density")
-    if kind == "log":
-        if not (math.isfinite(low) and kept.min() > low):
-            raise StatisticError("a density by logarithms needs a lower bound that all samples lie above")
-        found = density(np.log(kept - low), bandwidth=bandwidth)
-        return Density(low + np.exp(found.x), found.density * np.exp(-found.x), found.bandwidth)
-    if kind != "reflection":
-        raise StatisticError(f"{echo(kind)} is no kind of density; {unknown(kind, ('reflection', 'log'))}")
+    if kind not in REFLECTIONS:
+        raise StatisticError(f"{echo(kind)} is no kind of density; {unknown(kind, REFLECTIONS)}")
     bandwidth = silverman_bandwidth(kept) if bandwidth is None else bandwidth
     low = max(low, kept.min() - 6.0 * bandwidth)
     high = min(high, kept.max() + 6.0 * bandwidth)
     bins = int(np.clip(BINS_PER_BANDWIDTH * (high - low) / bandwidth, LEAST_BINS, GREATEST_BINS))
     bins = fft.next_fast_len(bins, real=True)
     width = (high - low) / bins
-    smooth = smoothed(binned(kept, low, high, bins), bandwidth / width)
+    smooth = smoothed(binned(kept, low, high, bins), bandwidth / width, kind)
     x = low + (np.arange(bins) + 0.5) * width
     return Density(x, np.maximum(smooth, 0.0) / (np.sum(np.maximum(smooth, 0.0)) * width), bandwidth)
+
+
+def natural_density(sample) -> Density:
+    """`density` of the kind that suits a sample: 0 at 0 where it is positive; else bounded by a 0 in it.
+
+    A quantity that is positive and yet has a density at 0 is underestimated there.
+    """
+    least = _kept(sample, 2).min()
+    return density(sample, 0.0 if least >= 0.0 else -math.inf, kind="odd" if least > 0.0 else "even")
+
+
+def densities_at(sample, values, confidence=0.95) -> list[Estimate]:
+    """`natural_density` at `values`, with what the scatter of the sample leaves open of it (not the kernel's bias).
+
+    The variance is f / (2 sqrt(pi) n b), b being the bandwidth (B. W. Silverman, Density Estimation, 1986, 3.3).
+    Where no sample is near, the upper end is that of NONE_SEEN samples.
+    """
+    found, kept, values = natural_density(sample), _kept(sample, 2), np.asarray(values, float)
+    heights = np.interp(values, found.x, found.density, left=0.0, right=0.0)
+    one = 1.0 / (2.0 * math.sqrt(math.pi) * len(kept) * found.bandwidth)  # of one sample
+    half = float(stats.norm.ppf(0.5 + 0.5 * confidence)) * np.sqrt(heights * one)
+    possible = NONE_SEEN * one * ((values > 0.0) | (kept.min() < 0.0))
+    low, high = np.maximum(heights - half, 0.0), np.maximum(heights + half, possible)
+    return [Estimate(*row, "kernel") for row in zip(heights.tolist(), low.tolist(), high.tolist(), strict=True)]
 
 
 def silverman_bandwidth(sample) -> float:
@@ -209,15 +229,16 @@ def binned(sample, low, high, bins):
     return np.bincount(np.clip(place, 0, bins - 1), minlength=bins).astype(float)
 
 
-def smoothed(counts, bandwidth):
-    """Counts (.., m) spread by a normal kernel of `bandwidth` [bins], reflected at both ends; the sum stays.
+def smoothed(counts, bandwidth, kind="even"):
+    """Counts (.., m) spread by a normal kernel of `bandwidth` [bins], reflected at both ends; of `even` the sum stays.
 
-    This is the heat equation with insulated ends, solved by cosines, so the number of modes never grows with the
-    bandwidth.
+    This is the heat equation, with insulated ends by cosines, with cold ones (odd) by sines, so the number of modes
+    never grows with the bandwidth.
     """
     size = counts.shape[-1]
-    damping = np.exp(-0.5 * (math.pi * bandwidth / size * np.arange(size)) ** 2)
-    return fft.idct(fft.dct(counts, axis=-1) * damping, axis=-1)
+    there, back, first = REFLECTIONS[kind]
+    damping = np.exp(-0.5 * (math.pi * bandwidth / size * np.arange(first, first + size)) ** 2)
+    return back(there(counts, axis=-1) * damping, axis=-1)
 
 
 def _kept(sample, fewest):

@@ -54,7 +54,8 @@ class Study:
     """A study, complete and checked.
 
     `scene` is the scene's plain data with what it leaves to be chosen still open; `given` maps each input's key to
-    what the file says of it, `also` to further keys that take the same value; `joint` draws them.
+    what the file says of it, `also` to further keys that take the same value; `joint` draws them. `densities` maps
+    quantities to the values at which their density is asked for.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Study:
     correlation: tuple[tuple[str, str, float], ...]
     quantities: tuple[str, ...]
     histories: tuple[str, ...]
+    densities: dict[str, tuple[float, ...]]
     sweep: tuple[str, tuple[float, ...]] | None
     stop_quantity: str
     executor: str
@@ -118,6 +120,7 @@ class Study:
             "correlation": [list(row) for row in self.correlation],
             "quantities": list(self.quantities),
             "histories": list(self.histories),
+            "densities": {name: list(values) for name, values in self.densities.items()},
             **({"sweep": {self.sweep[0]: list(self.sweep[1])}} if self.sweep else {}),
             "executor": self.executor,
             **settings,

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 
 from bearing_twin.errors import SceneError, StudyError
-from bearing_twin.parameters import echo, read, unknown
+from bearing_twin.parameters import echo, read, read_number, unknown
 from bearing_twin.run.scene import open_scene, parse_scene
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.uq.quantities import quantities_of, quantity_of
@@ -13,7 +13,8 @@ from bearing_twin.uq.study import Settings, Study
 from bearing_twin.uq.study_inputs import read_inputs
 
 FREE_KEYS = (
-    "name", "description", "scene", "set", "inputs", "correlation", "quantities", "histories", "sweep", "executor",
+    "name", "description", "scene", "set", "inputs", "correlation", "quantities", "histories", "densities", "sweep",
+    "executor",
 )  # fmt: skip
 GREATEST_SWEEP = 1000
 
@@ -84,6 +85,7 @@ def _read(mapping, scene, origin, problems):
         correlation,
         quantities,
         _histories(free.get("histories", ()), scene, problems),
+        _densities(free.get("densities", {}), quantities, problems),
         _sweep(free.get("sweep"), scene, given, also, problems),
         _stop_quantity(stop_quantity, settings, quantities, kind, problems),
         _executor(free.get("executor", "processes"), problems),
@@ -167,6 +169,24 @@ def _histories(given, scene, problems):
             if name not in channels:
                 problems.append(f"histories: {echo(name)} is no channel of one number; {unknown(name, channels)}")
     return names
+
+
+def _densities(given, quantities, problems):
+    """{quantity: values [SI]} at which densities are asked for."""
+    if not isinstance(given, Mapping):
+        problems.append(f"densities = {echo(given)} must map quantities to lists of values")
+        return {}
+    found = {}
+    for name, values in given.items():
+        values = values if isinstance(values, (list, tuple)) else (values,)
+        read = [read_number(value) for value in values]
+        if name not in quantities:
+            problems.append(f"densities: {echo(name)} is not among the study's quantities; {unknown(name, quantities)}")
+        elif not 1 <= len(read) <= GREATEST_SWEEP or any(problem for _, problem in read):
+            problems.append(f"densities: {name} must have a list of 1 to {GREATEST_SWEEP} numbers")
+        else:
+            found[name] = tuple(float(value) for value, _ in read)
+    return found
 
 
 def _words(given, key, problems):
