@@ -84,7 +84,7 @@ def test_a_number_for_no_law_and_a_law_without_its_number_are_refused():
         with pytest.raises(SceneError, match=sentence):
             load_scene("bearing_6203", overrides)
     for law, row in LAWS.items():
-        if row.fits == "line" or "alpha" in row.needs or "state" in row.needs:
+        if row.fits == "line" or "alpha" in row.needs:
             with pytest.raises(SceneError):
                 load_scene("bearing_6203", [f"contact.normal={law}"])
 

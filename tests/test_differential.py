@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bearings import TURNED_REST, run
 
 from bearing_twin.contact.differential import (
     Shape,
@@ -14,8 +15,6 @@ from bearing_twin.contact.differential import (
     shape_rates,
 )
 from bearing_twin.contact.ellipse import axis_ratio, curvature_ratio, hertz_coefficient
-from bearing_twin.errors import SceneError
-from bearing_twin.run.scene import load_scene
 
 TURNS = 40
 
@@ -114,8 +113,38 @@ def test_carried_from_a_circle_the_states_give_hertz():
         assert found == pytest.approx(hertz_coefficient(3.0, large, 2.0), rel=error)
 
 
-def test_a_bearing_that_asks_for_the_differential_law_is_told_what_to_use():
-    with pytest.raises(
-        SceneError, match=r"hertz_differential' carries the shape .* use hertz, .*contact\.differential"
-    ):
-        load_scene("bearing_6203", ["contact.normal=hertz_differential"])
+def carried_and_afresh(moving):
+    """States carried (balls, 2, 3) by a bearing and the same solved afresh, with the last P/Q (balls, 2)."""
+    carried = moving.carried.reshape(-1, 2, 4)
+    return carried[..., 1:], np.array([[shape_of(ratio, 1.0) for ratio in row] for row in carried[..., 0]])
+
+
+@pytest.mark.parametrize("stepper", ["rodas4", "rk4", "imex"])
+def test_a_bearing_carries_the_integrals_of_each_contact(stepper):
+    """Balls that slide and ring: the same motion as by exact Hertz, the carried states those of each contact."""
+    exact, found = (
+        run(*TURNED_REST, count=8, law=law, stepper=stepper) for law in ("hertz_exact", "hertz_differential")
+    )
+    for channel in ("normal_load", "position", "angular_velocity"):
+        one, other = getattr(found[1], channel), getattr(exact[1], channel)
+        assert one == pytest.approx(other, rel=1e-7, abs=1e-7 * np.abs(other).max()), channel
+    states, afresh = carried_and_afresh(found[0])
+    assert np.ptp(afresh[..., 0]) > 1e-3  # contacts of many shapes
+    assert states == pytest.approx(afresh, rel=1e-12)
+    assert not exact[0].carried.any()
+
+
+def test_a_bearing_lets_the_errors_of_the_unprojected_law_stand():
+    """What is carried is what presses: a fault in the states stays in them, in the load, and over chunks."""
+    period = 5e-5 * np.arange(1, 5)
+    moving, _ = run(*TURNED_REST, count=4, law="hertz_unprojected")
+    states, afresh = carried_and_afresh(moving)
+    assert 0.0 < np.abs(states / afresh - 1.0).max() < 1e-6
+    moving.carried.reshape(-1, 2, 4)[..., 2] *= 1.001
+    moving.advance(period, period[-1])
+    states, afresh = carried_and_afresh(moving)
+    assert states[..., 1] / afresh[..., 1] == pytest.approx(1.001, rel=1e-6)
+    straight, _ = run(*TURNED_REST, count=8, law="hertz_unprojected")
+    assert np.abs(moving.state - straight.state)[:, :9].max() > 1e-7
+    moving.take_back()
+    assert carried_and_afresh(moving)[0][..., 1] == pytest.approx(1.001 * afresh[..., 1], rel=1e-2)

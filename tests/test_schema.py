@@ -100,7 +100,7 @@ WRONG = [
     "kind: bearing\ncontacts: {}\n",
     "kind: bearing\ncontact: {norml: hertz}\n",
     "kind: bearing\ncontact: {normal: hertzian}\n",
-    "kind: bearing\ncontact: {normal: hertz_differential}\n",
+    "kind: bearing\ncontact: {normal: johnson}\n",
     "kind: bearing\ncontact: {yield_pressure: 4.0e+9}\n",
     "kind: bearing\ncontact: {friction_coefficient: -0.1}\n",
     "kind: bearing\ngeometry: {inner_conformity: 0.5}\n",

@@ -100,15 +100,19 @@ def projected(shape, ratio):
 
 
 @kernel
+def _d(shape):
+    """D = (K - E)/c from the states."""
+    if shape.parameter < SERIES_BELOW:
+        first, _ = first_kind_slopes(shape)
+        return shape.first_kind - 2.0 * (1.0 - shape.parameter) * first
+    return (shape.first_kind - shape.second_kind) / shape.parameter
+
+
+@kernel
 def differential_coefficient(shape, curvature_small, effective_modulus):
     """c [N/m^1.5] of the load c h^1.5 from the states carried: (2 pi/3) E* K^(-3/2) sqrt(D/P), D = (K - E)/c."""
     k = shape.first_kind
-    if shape.parameter < SERIES_BELOW:
-        first, _ = first_kind_slopes(shape)
-        d = k - 2.0 * (1.0 - shape.parameter) * first
-    else:
-        d = (k - shape.second_kind) / shape.parameter
-    return (2.0 * math.pi / 3.0) * effective_modulus * math.sqrt(d / (curvature_small * k * k * k))
+    return (2.0 * math.pi / 3.0) * effective_modulus * math.sqrt(_d(shape) / (curvature_small * k * k * k))
 
 
 @kernel
@@ -161,13 +165,21 @@ NOTHING = Carrier(_no_shape, _no_rates, _left, False)
 """Of laws that carry no states."""
 
 
-@kernel
-def _moved(shape, factor, rates):
+@inlined
+def moved(shape, factor, rates):
+    """The shape after `factor` [s] at these rates."""
     return Shape(
         shape.parameter + factor * rates.parameter,
         shape.first_kind + factor * rates.first_kind,
         shape.second_kind + factor * rates.second_kind,
     )
+
+
+@kernel
+def large_slope(shape, curvature_large):
+    """d ln(c)/dQ [m] at constant P, from the states: -b^2/(2 h) = -(1 - D/K)/(2 Q), the work on a change of the gap."""
+    k = shape.first_kind
+    return -0.5 * (1.0 - _d(shape) / k) / curvature_large
 
 
 @kernel
@@ -186,11 +198,11 @@ def follow(ratios, ratio_rates, step, project):
             break
         start, middle, end = ratio_rates[2 * k], ratio_rates[2 * k + 1], ratio_rates[2 * k + 2]
         k1 = shape_rates(shape, start)
-        k2 = shape_rates(_moved(shape, 0.5 * step, k1), middle)
-        k3 = shape_rates(_moved(shape, 0.5 * step, k2), middle)
-        k4 = shape_rates(_moved(shape, step, k3), end)
-        shape = _moved(_moved(shape, step / 6.0, k1), step / 3.0, k2)
-        shape = _moved(_moved(shape, step / 3.0, k3), step / 6.0, k4)
+        k2 = shape_rates(moved(shape, 0.5 * step, k1), middle)
+        k3 = shape_rates(moved(shape, 0.5 * step, k2), middle)
+        k4 = shape_rates(moved(shape, step, k3), end)
+        shape = moved(moved(shape, step / 6.0, k1), step / 3.0, k2)
+        shape = moved(moved(shape, step / 3.0, k3), step / 6.0, k4)
         if project:
             shape = projected(shape, ratios[2 * k + 2])
     return states

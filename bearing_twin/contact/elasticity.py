@@ -83,10 +83,15 @@ def coefficient_at(law, curvature_small, curvature_large, shape):
     return _coefficient(law.number, Place(curvature_small, curvature_large, law.modulus, law.given, shape))
 
 
+@kernel
+def fresh_coefficient(law, curvature_small, curvature_large):
+    """c [N/m^power] of a law (`Elasticity`), its states, if any, solved afresh."""
+    return coefficient_at(law, curvature_small, curvature_large, state_begun(law, curvature_small, curvature_large))
+
+
 def coefficient_of(name: str, curvature_small, curvature_large, modulus, given=0.0) -> float:
     """c [N/m^power] of the law of that name, its states, if any, solved afresh."""
-    law = elasticity(name, modulus, given)
-    return coefficient_at(law, curvature_small, curvature_large, state_begun(law, curvature_small, curvature_large))
+    return fresh_coefficient(elasticity(name, modulus, given), curvature_small, curvature_large)
 
 
 def sphere_coefficient(name: str, modulus, radius, given=0.0):
@@ -108,6 +113,17 @@ def state_begun(law, curvature_small, curvature_large):
 def state_rates(law, shape, ratio_rate):
     """Rates of the states when P/Q changes at `ratio_rate` [1/s]."""
     return _rates(law.number, shape, ratio_rate)
+
+
+@kernel
+def state_moved(law, shape, change):
+    """The states after P/Q has changed by `change`: one step of the classical Runge-Kutta method along it."""
+    k1 = state_rates(law, shape, change)
+    k2 = state_rates(law, differential.moved(shape, 0.5, k1), change)
+    k3 = state_rates(law, differential.moved(shape, 0.5, k2), change)
+    k4 = state_rates(law, differential.moved(shape, 1.0, k3), change)
+    shape = differential.moved(differential.moved(shape, 1.0 / 6.0, k1), 1.0 / 3.0, k2)
+    return differential.moved(differential.moved(shape, 1.0 / 3.0, k3), 1.0 / 6.0, k4)
 
 
 @kernel
@@ -143,7 +159,7 @@ def lane_elastic(law, curvature_small, curvature_large, given, approach):
 @inlined
 def lane_given(law, curvature_small, curvature_large, approach):
     """What `lane_elastic` must be given: c [N/m^1.5], or of another power the load over the approach [N/m]."""
-    coefficient = coefficient_at(law, curvature_small, curvature_large, NO_SHAPE)
+    coefficient = fresh_coefficient(law, curvature_small, curvature_large)
     if law.power != HERTZIAN and law.power != 1.0:
         coefficient *= max(approach, SHALLOWEST) ** (law.power - 1.0)
     return coefficient

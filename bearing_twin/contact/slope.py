@@ -3,7 +3,7 @@
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elasticity import NO_SHAPE, coefficient_at, follows, in_lanes
+from bearing_twin.contact.elasticity import follows, fresh_coefficient, in_lanes
 from bearing_twin.contact.ellipse import HERTZ_DENOMINATOR, HERTZ_NUMERATOR, HERTZ_U_MAX
 
 STEP = 1e-5  # relative, of the difference for laws that are looked up: off by its square
@@ -40,12 +40,12 @@ def hertz_and_slope(curvature_small, curvature_large, effective_modulus):
 @kernel
 def _looked_up(law, curvature_small, curvature_large):
     """As `coefficient_and_slope`, for laws that are not evaluated in lanes."""
-    coefficient = coefficient_at(law, curvature_small, curvature_large, NO_SHAPE)
+    coefficient = fresh_coefficient(law, curvature_small, curvature_large)
     if not follows(law):
         return coefficient, 0.0
     step = STEP * curvature_large
-    above = coefficient_at(law, curvature_small, curvature_large + step, NO_SHAPE)
-    below = coefficient_at(law, curvature_small, curvature_large - step, NO_SHAPE)
+    above = fresh_coefficient(law, curvature_small, curvature_large + step)
+    below = fresh_coefficient(law, curvature_small, curvature_large - step)
     return coefficient, 0.5 * (above - below) / step
 
 

@@ -22,10 +22,13 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
-from bearing_twin.contact.elasticity import Elasticity, in_lanes, lane_elastic, lane_given, looked_up
+from bearing_twin.contact.elasticity import Elasticity, carries, in_lanes, lane_elastic, lane_given, looked_up
 from bearing_twin.contact.friction import friction_factor
+from bearing_twin.kinds.bearing.carried import carried_coefficient, gap_at
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
+    CARRIED_INNER,
+    CARRIED_OUTER,
     DISSIPATED,
     DRIVE_WORK,
     GIVEN_INNER,
@@ -195,11 +198,7 @@ def given_coefficient(bearing, raceway, centre, position):
     law = raceway.law
     given = law.given
     if looked_up(law):
-        offset = minus(position, centre)
-        axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
-        geometry = ball_in_groove(
-            axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
-        )
+        geometry = gap_at(bearing, raceway, minus(position, centre))
         given = lane_given(law, geometry.curvature_small, geometry.curvature_large, geometry.approach)
     return given
 
@@ -375,8 +374,15 @@ def give_coefficients(bearing, lanes):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         position = lane_position(lanes, k)
         centre = about_z(cosine, -sine, bearing.offset)
-        put(lanes, GIVEN_INNER, k, given_coefficient(bearing, bearing.inner, centre, position))
-        put(lanes, GIVEN_OUTER, k, given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position))
+        if carries(bearing.inner.law):
+            offset = minus(position, centre)
+            inner, _ = carried_coefficient(bearing, bearing.inner, offset, lanes, CARRIED_INNER, k)
+            outer, _ = carried_coefficient(bearing, bearing.outer, position, lanes, CARRIED_OUTER, k)
+        else:
+            inner = given_coefficient(bearing, bearing.inner, centre, position)
+            outer = given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position)
+        put(lanes, GIVEN_INNER, k, inner)
+        put(lanes, GIVEN_OUTER, k, outer)
 
 
 @kernel

@@ -6,8 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.carried import carry_on
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
+    CARRIED_INNER,
     COLUMNS,
     LANE_ROWS,
     LANES,
@@ -17,7 +19,6 @@ from bearing_twin.kinds.bearing.layout import (
     get,
     into_blocks,
     new_blocks,
-    new_lanes,
 )
 from bearing_twin.kinds.bearing.pairs import Pairs, new_pairs
 from bearing_twin.kinds.bearing.rates import block_rates
@@ -31,7 +32,7 @@ TURN_EVERY, CHECK_EVERY = 8, 64
 
 
 class LaneRoom(NamedTuple):
-    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, STATE_SPAN)."""
+    """Arrays to work in: `y`, `trial` and each slope of `k` are (blocks, STATE_SPAN), `lanes` those of `layout`."""
 
     y: np.ndarray
     trial: np.ndarray
@@ -53,7 +54,7 @@ def lane_room(state, near, slopes):
         k=np.zeros((slopes, *y.shape)),
         turned_from=np.zeros_like(y),
         turned_rates=np.zeros_like(y),
-        lanes=new_lanes(LANE_ROWS),
+        lanes=new_blocks(len(state), LANE_ROWS),
         pairs=new_pairs(near, np.arange(len(state))),
     )
 
@@ -142,6 +143,7 @@ def explicit_chunk(
     adaptive, stages, balls = np.any(method.error != 0.0), len(method.nodes), bearing.balls
     room, counts = lane_room(state, near, stages + 1), results.counts
     time, wanted = 0.0, steps[0] if adaptive else greatest_step
+    into_blocks(results.carried, room.lanes, CARRIED_INNER)
     block_rates(bearing, drive, room.pairs, time, room.y, room.k[0], room.lanes)
     for instant in range(len(times) + 1):
         goal = times[instant] if instant < len(times) else duration
@@ -171,6 +173,8 @@ def explicit_chunk(
             done += 1
             room.y[:] = room.trial
             room.k[0] = room.k[stages]
+            for block in range(len(room.y)):
+                carry_on(bearing, room.y[block], AXIS_DISTANCE, room.lanes[block])
             if done % TURN_EVERY == 0 or time == goal:
                 _turn_since(time - turned_at, room, room.k[0], orientation)
                 turned_at = time
@@ -183,4 +187,5 @@ def explicit_chunk(
             results.states[instant] = state
             results.orientations[instant] = orientation
     steps[:] = wanted
+    from_blocks(room.lanes, CARRIED_INNER, results.carried)
     return OK

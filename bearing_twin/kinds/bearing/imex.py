@@ -11,9 +11,11 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import kernel
+from bearing_twin.kinds.bearing.carried import carry_on
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_jacobian, lane_resistance
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
+    CARRIED_INNER,
     COLUMNS,
     HEIGHT,
     IMEX_ROWS,
@@ -106,6 +108,7 @@ def _step(bearing, drive, pairs, time, h, blocks):
         _kick(h, lanes)
         _turn_lanes(h, lanes)
         _drift(0.5 * h, False, lanes)
+        carry_on(bearing, lanes, AXIS_DISTANCE, lanes)
 
 
 @kernel
@@ -115,6 +118,7 @@ def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orie
     blocks, pairs = new_blocks(balls, IMEX_ROWS), new_pairs(near, np.arange(balls))
     into_blocks(state, blocks, AXIS_DISTANCE)
     into_blocks(orientation, blocks, ORIENTATION)
+    into_blocks(results.carried, blocks, CARRIED_INNER)
     time = 0.0
     for instant in range(len(times) + 1):
         goal = times[instant] if instant < len(times) else duration
@@ -137,4 +141,5 @@ def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orie
         if instant < len(times):
             results.states[instant] = state
             results.orientations[instant] = orientation
+    from_blocks(blocks, CARRIED_INNER, results.carried)
     return OK

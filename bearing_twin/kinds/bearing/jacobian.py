@@ -8,12 +8,15 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elasticity import lane_given, looked_up
+from bearing_twin.contact.elasticity import carries, lane_given, looked_up
+from bearing_twin.kinds.bearing.carried import carried_coefficient, gap_at
 from bearing_twin.kinds.bearing.equations import lane_position
 from bearing_twin.kinds.bearing.gradient import CURVATURE_STEP, contact_gradient
 from bearing_twin.kinds.bearing.layout import (
     AXIAL_VELOCITY,
     AXIS_DISTANCE,
+    CARRIED_INNER,
+    CARRIED_OUTER,
     COLUMNS,
     DISSIPATED,
     DRIVE_WORK,
@@ -47,7 +50,6 @@ from bearing_twin.kinds.bearing.layout import (
 from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.numerics.block_solve import Linear, plus
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
-from bearing_twin.shapes.surfaces import ball_in_groove
 
 
 @inlined
@@ -89,19 +91,23 @@ def _add_frame(lanes, k, position, velocity, spin, gravity):
 
 @kernel
 def _give_slopes(bearing, lanes):
-    """dC/dQ of the load coefficients that are looked up, by central differences."""
+    """dC/dQ of the load coefficients that are looked up: from the states carried, else by central differences."""
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         position = lane_position(lanes, k)
         offset = minus(position, about_z(cosine, -sine, bearing.offset))
-        put(lanes, GIVEN_SLOPE_INNER, k, _given_slope(bearing, bearing.inner, offset))
-        put(lanes, GIVEN_SLOPE_OUTER, k, _given_slope(bearing, bearing.outer, position))
+        if carries(bearing.inner.law):
+            _, inner = carried_coefficient(bearing, bearing.inner, offset, lanes, CARRIED_INNER, k)
+            _, outer = carried_coefficient(bearing, bearing.outer, position, lanes, CARRIED_OUTER, k)
+        else:
+            inner, outer = _given_slope(bearing, bearing.inner, offset), _given_slope(bearing, bearing.outer, position)
+        put(lanes, GIVEN_SLOPE_INNER, k, inner)
+        put(lanes, GIVEN_SLOPE_OUTER, k, outer)
 
 
 @kernel
 def _given_slope(bearing, raceway, offset):
-    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
-    at = ball_in_groove(axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius)
+    at = gap_at(bearing, raceway, offset)
     step = CURVATURE_STEP * at.curvature_large
     more = lane_given(raceway.law, at.curvature_small, at.curvature_large + step, at.approach)
     less = lane_given(raceway.law, at.curvature_small, at.curvature_large - step, at.approach)

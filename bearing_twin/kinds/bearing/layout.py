@@ -33,8 +33,12 @@ MOTION = 9  # the columns before this one are the motion; the rest only listen
 COLUMNS = 12
 MOTION_SPAN, STATE_SPAN = MOTION * LANES, COLUMNS * LANES  # numbers in a stretch of rows
 
-# What the rates need besides the motion, and the rates; then what friction over the spots works with, if anything.
-RING_SPEED, GIVEN_INNER, GIVEN_OUTER, LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(COLUMNS, 1, 1, 1, COLUMNS, 16)
+# What the rates need besides the motion, what a law carries (see `carried`), and the rates; then what friction over the
+# spots works with, if anything.
+RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(
+    COLUMNS, 1, 1, 1, 4, 4, COLUMNS, 16
+)
+CARRIED_COLUMNS = 8
 # The motion in a spot's frame, its semi-axes, and three means over it, each in two rows, inner contacts and outer ones:
 # 16 numbers side by side become vector instructions there, 8 do not.
 SPOTS = 2 * LANES

@@ -68,6 +68,10 @@ def choose(parameters) -> Choice:
             f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
 
+    state = LAWS[law].state
+    if state is not None and not state.projects:
+        warnings.append(f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does")
+
     if dimension_of(parameters) == QUASI_STATIC:
         return Choice(law, QUASI_STATIC, error, "; ".join([*reasons, *_balance(parameters, warnings)]), tuple(warnings))
     if pinned_stepper != "auto":

@@ -7,7 +7,7 @@ from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
-from bearing_twin.kinds.bearing.layout import DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE
+from bearing_twin.kinds.bearing.layout import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE
 from bearing_twin.kinds.bearing.linear_system import new_coupling
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -97,6 +97,7 @@ class BearingMotion:
         self.goal_speed = float(self.parameters.drive.speed)
         self.bearing = self._bearing
         self.steps = np.full(self.bearing.balls, FIRST_STEP)
+        self.carried = np.zeros((self.bearing.balls, CARRIED_COLUMNS))
         self._acceleration = 0.0
         self.elapsed = 0.0
         self._changed = self.parameters.drive.change.time == 0.0
@@ -105,13 +106,13 @@ class BearingMotion:
 
     def _keep(self) -> None:
         """Keeps what `take_back` needs."""
-        arrays = self.state.copy(), self.orientation.copy(), self.steps.copy(), self.counts.copy()
+        arrays = tuple(one.copy() for one in (self.state, self.orientation, self.steps, self.carried, self.counts))
         rest = self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed
         self._before = arrays, rest
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        (self.state, self.orientation, self.steps, self.counts), rest = self._before
+        (self.state, self.orientation, self.steps, self.carried, self.counts), rest = self._before
         self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed = rest
         self._keep()
 
@@ -226,7 +227,7 @@ class BearingMotion:
             self._acceleration = drive.acceleration
         states = np.full((len(times), *self.state.shape), np.nan)
         orientations = np.full((len(times), *self.orientation.shape), np.nan)
-        before = self.state.copy(), self.orientation.copy(), self.steps.copy()
+        before = self.state.copy(), self.orientation.copy(), self.steps.copy(), self.carried.copy()
         near = np.zeros(self.bearing.balls, np.bool_)
         mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
         self._integrate(drive, near, times, duration, states, orientations)
@@ -234,7 +235,7 @@ class BearingMotion:
         mark_near(self.bearing, self.state, 0.5 * NEAR * self.bearing.ball_radius, 0.0, after)
         if np.any(after & ~near):
             # Balls came together that were integrated apart: once more, all together.
-            self.state[:], self.orientation[:], self.steps[:] = before
+            self.state[:], self.orientation[:], self.steps[:], self.carried[:] = before
             mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
             self._integrate(drive, near, times, duration, states, orientations)
         write_outputs(self.parameters, self.bearing, drive, times, states, orientations, out, first)
@@ -247,7 +248,7 @@ class BearingMotion:
     def _integrate(self, drive, near, times, duration, states, orientations):
         moving = self.state, self.orientation
         failure = np.zeros(2)
-        results = Results(states, orientations, self.counts, failure, self.stop)
+        results = Results(states, orientations, self.counts, failure, self.stop, self.carried)
         chunk = self.bearing, drive, near, times, duration
         if self.stepper in ROSENBROCK:
             task = ChunkTask(

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.contact.names import law_names, numbers_missing
+from bearing_twin.contact.names import numbers_missing
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.rings import Model, Rings, ring_problems
 from bearing_twin.kinds.sections import (
@@ -23,12 +23,7 @@ from bearing_twin.kinds.sections import (
 from bearing_twin.numerics.names import stepper_names
 from bearing_twin.parameters import choice, quantity, section
 
-GIVES = ("curvatures", "frozen", "stiffness")  # what a law may need here
-CARRIES = (
-    "carries the shape of each ellipse as states, which a bearing's motion has no room for; use "
-    "hertz, the same load to 1e-10 and cheaper, or bearing_twin.contact.differential in a motion of your own"
-)
-REFUSED_LAWS = dict.fromkeys(set(law_names("point", (*GIVES, "state"))) - set(law_names("point", GIVES)), CARRIES)
+GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
@@ -71,7 +66,7 @@ class Materials:
 class BearingContact(ViscoelasticDamping, Friction, PointElastic):
     """The laws of one ball-raceway contact; balls among themselves have the same damping and friction at a point."""
 
-    normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = the cheapest adequate one", REFUSED_LAWS)
+    normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = the cheapest adequate one")
     damping_law: str = choice(
         "hunt_crossley", ("hunt_crossley",), "of a restitution below 1: it loses more when faster", STEADY_REFUSED
     )

@@ -17,7 +17,6 @@ from bearing_twin.kinds.bearing.layout import (
     get,
     into_blocks,
     new_blocks,
-    new_lanes,
     put,
 )
 from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
@@ -42,24 +41,28 @@ def put_ring_speed(drive, time, lanes):
 
 @kernel
 def block_rates(bearing, drive, pairs, time, values, rates, lanes):
-    """Rates of all balls at `time` [s] from `values`, both (blocks, STATE_SPAN or more); `lanes` is room to work in."""
+    """Rates of all balls at `time` [s] from `values`, both (blocks, STATE_SPAN or more).
+
+    `lanes` (blocks, LANE_ROWS * LANES) hold what the law carries, and are room to work in.
+    """
     for block in range(len(values)):
+        room = lanes[block]
         for i in range(MOTION_SPAN):
-            put(lanes, AXIS_DISTANCE, i, values[block, i])
-        put_ring_speed(drive, time, lanes)
-        lane_rates(bearing, lanes)
+            put(room, AXIS_DISTANCE, i, values[block, i])
+        put_ring_speed(drive, time, room)
+        lane_rates(bearing, room)
         for i in range(STATE_SPAN):
-            rates[block, i] = get(lanes, LANE_RATES, i)
+            rates[block, i] = get(room, LANE_RATES, i)
     if pairs.touching:
         add_pairs(bearing, pairs, values, rates, AXIS_DISTANCE)
 
 
 @kernel
 def bearing_rates(bearing, drive, near, time, state, rates):
-    """d(state)/dt of all balls at `time` [s], one row a ball; `near` as for `new_pairs`."""
+    """d(state)/dt of all balls at `time` [s], one row a ball, with nothing carried; `near` as for `new_pairs`."""
     values = new_blocks(len(state), COLUMNS)
     found = np.zeros_like(values)
     into_blocks(state, values, AXIS_DISTANCE)
     pairs = new_pairs(near, np.arange(len(state)))
-    block_rates(bearing, drive, pairs, time, values, found, new_lanes(LANE_ROWS))
+    block_rates(bearing, drive, pairs, time, values, found, new_blocks(len(state), LANE_ROWS))
     from_blocks(found, AXIS_DISTANCE, rates)

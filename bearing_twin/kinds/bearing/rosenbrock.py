@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
+    CARRIED_INNER,
     COLUMNS,
     END,
     ERROR,
@@ -67,9 +69,10 @@ class ChunkTask(NamedTuple):
 
 
 @kernel
-def _next_ball(number, state, orientation, steps, duration, lanes, k):
+def _next_ball(number, state, orientation, carried, steps, duration, lanes, k):
     """Puts a ball at the start of the chunk into a lane."""
     into_lane(state[number], lanes, START, k)
+    into_lane(carried[number], lanes, CARRIED_INNER, k)
     into_lane(orientation[number], lanes, ORIENTATION, k)
     put(lanes, TIME, k, 0.0)
     put(lanes, STEP, k, min(steps[number], duration))
@@ -102,12 +105,14 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
     put_quaternion(lanes, ORIENTATION, k, get_quaternion(lanes, TURNED, k))
     put(lanes, TIME, k, moment)
     put(lanes, STEP, k, proposed)
+    carry_ball(task.bearing, lanes, START, lanes, k)
     if not finished:
         return RUNNING, cursor
     # A step cut short by the end of the chunk: what it proposes counts only if it is longer.
     steps[number] = max(get(lanes, WANTED, k), proposed)
     from_lane(lanes, START, k, state[number])
     from_lane(lanes, ORIENTATION, k, orientation[number])
+    from_lane(lanes, CARRIED_INNER, k, results.carried[number])
     status = check_ball(task.bearing, state, number)
     if status != OK:
         results.failure[0], results.failure[1] = task.duration, number
@@ -174,7 +179,8 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
     for place in range(places):
         # A lane without a ball repeats the last one's start, as good as any.
         number = balls[min(place, running - 1)]
-        _next_ball(number, state, orientation, steps, task.duration, blocks[place // LANES], place % LANES)
+        lanes, k = blocks[place // LANES], place % LANES
+        _next_ball(number, state, orientation, results.carried, steps, task.duration, lanes, k)
         ball[place] = number if place < running else IDLE
     _agree(coupling, STEP, True, running, blocks)
     while running > 0:
@@ -211,7 +217,7 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
             if waiting < len(balls):
                 ball[place] = balls[waiting]
                 waiting += 1
-                _next_ball(ball[place], state, orientation, steps, task.duration, lanes, k)
+                _next_ball(ball[place], state, orientation, results.carried, steps, task.duration, lanes, k)
             else:
                 ball[place] = IDLE
                 running -= 1

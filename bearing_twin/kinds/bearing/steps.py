@@ -35,13 +35,17 @@ DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through eac
 
 
 class Results(NamedTuple):
-    """What a chunk fills in; `stop` (1,) is looked at before every step, and ends the chunk when it is not 0."""
+    """What a chunk fills in; `stop` (1,) is looked at before every step, and ends the chunk when it is not 0.
+
+    `carried` (N, CARRIED_COLUMNS) is what the law carries at each ball's contacts, at the chunk's start and its end.
+    """
 
     states: np.ndarray
     orientations: np.ndarray
     counts: np.ndarray
     failure: np.ndarray
     stop: np.ndarray
+    carried: np.ndarray
 
 
 class DenseStep(NamedTuple):
