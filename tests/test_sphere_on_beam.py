@@ -19,6 +19,7 @@ from bearing_twin.kinds.beam.motion import solve
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
+from bearing_twin.stopping import SIGNALLED
 
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
 
@@ -66,7 +67,6 @@ def test_the_classical_impact():
     assert found.extremes["peak_stress"] == pytest.approx(5.688573e5, rel=1e-6)
     assert found.time[found.force.argmax()] == pytest.approx(7.254815e-5, abs=1e-7)
     assert found.time[found.values["deflection"][:, 0].argmax()] == pytest.approx(3.2370e-4, abs=2e-7)
-    assert reported("sphere_on_beam", "run.output_rate=2.0e7").flags == ()
 
 
 def test_the_drop_of_50_mm_strikes_twice():
@@ -93,7 +93,7 @@ def test_impulse_and_energy_identities(scene):
     assert motion.works.sum() == pytest.approx(stored, abs=1e-9 * 0.5 * mass * speed**2)
     assert abs(found.energy_closure) < 1e-8
     total = sum(found.values[name] for name in ("kinetic_energy", "beam_energy", "elastic_energy"))
-    assert total == pytest.approx(total[0], rel=2e-4)  # the tail's own small energy is in none of the three
+    assert total == pytest.approx(total[0], rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,9 @@ def march_blindly(step, explicit, until):
     """The Volterra march without event, refusal or check: forces at even steps of the drop of 50 mm."""
     _, modes, sphere, speed, _ = parts("sphere_on_beam_drop_50mm")
     count = int(until / step) + 1
-    weights = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, count + 1)
+    weights = volterra.kernel_weights(
+        modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, count + 1, SIGNALLED
+    )
     force = np.zeros(count)
     for k in range(1, count):
         given = speed * k * step - weights[k:0:-1] @ force[:k]
@@ -215,7 +217,7 @@ def test_long_steps_make_false_contacts():
 def test_picard_diverges_in_a_step_in_which_newton_does_not():
     _, modes, sphere, speed, _ = parts()
     step = 0.5 * hertz_contact_time(sphere, speed)
-    weight = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, 2)[0]
+    weight = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, 2, SIGNALLED)[0]
     given = speed * step
     force = volterra.contact_force(sphere.coefficient, given, weight)
     assert (force / sphere.coefficient) ** (2.0 / 3.0) + weight * force == pytest.approx(given, rel=1e-14)
@@ -242,7 +244,7 @@ def test_no_touch_is_stepped_over_in_free_flight():
     piece = int(np.searchsorted(motion.starts, first.start + first.duration - 1e-15))
     state, (position, velocity) = motion.states[piece], motion.motions[piece]
     arguments = motion.modes.rate, motion.modes.shape, state, motion.sphere, position, velocity
-    touch = next_touch(*arguments, 1.0, 1e-15)
+    touch = next_touch(*arguments, 1.0, 1e-15, SIGNALLED)
     assert motion.starts[piece] + touch == pytest.approx(second.start, rel=1e-12)
     out = np.empty_like(state)
     gaps = [gap_and_rate(*arguments, time, out)[0] for time in np.linspace(1e-7, touch * (1.0 - 1e-9), 2000)]
@@ -254,7 +256,8 @@ def test_a_sphere_that_flies_away_is_known_to_be_gone():
     motion = thrown()
     modes = motion.modes
     assert motion.gone
-    touch = next_touch(modes.rate, modes.shape, motion.states[-1], motion.sphere, *motion.motions[-1], 1.0, 1e-9)
+    flight = modes.rate, modes.shape, motion.states[-1], motion.sphere, *motion.motions[-1]
+    touch = next_touch(*flight, 1.0, 1e-9, SIGNALLED)
     assert touch == math.inf
 
 

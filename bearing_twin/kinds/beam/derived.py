@@ -8,7 +8,7 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.beam.contact import ThrownSphere
 from bearing_twin.kinds.beam.impact import hertz_contact_time
 from bearing_twin.kinds.beam.modes import Beam, first_frequency, rectangular_beam, static_deflection
-from bearing_twin.kinds.beam.parameters import Blow, SphereOnBeamScene
+from bearing_twin.kinds.beam.parameters import EULER, TIMOSHENKO, Blow, SphereOnBeamScene
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.impact.derived import sphere_mass
 from bearing_twin.kinds.sections import check_run, resolved_run
@@ -20,12 +20,13 @@ HEAVIEST = 20.0  # sphere mass / beam mass
 GREATEST_BEND = 0.1  # deflection / span: beyond it the beam's own length change carries load
 
 
-def beam_of(parameters: SphereOnBeamScene) -> Beam:
-    """The beam as numbers."""
+def beam_of(parameters: SphereOnBeamScene, theory: str = EULER) -> Beam:
+    """The beam as numbers, by that theory."""
     beam, material = parameters.beam, parameters.beam.material
     return rectangular_beam(
-        beam.span, beam.width, beam.height, material.young_modulus, material.density, beam.damping_ratio
-    )
+        beam.span, beam.width, beam.height, material.young_modulus, material.density, beam.damping_ratio,
+        material.poisson_ratio if theory == TIMOSHENKO else None,
+    )  # fmt: skip
 
 
 def thrown_sphere(parameters: SphereOnBeamScene) -> ThrownSphere:
@@ -60,8 +61,8 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
         )
     if parameters.beam.height > beam.span / 3.0:
         problems.append(
-            f"beam.height = {parameters.beam.height:g} m makes a block of a span of {beam.span:g} m; Euler-Bernoulli "
-            f"beams need a height of at most {beam.span / 3.0:.4g} m"
+            f"beam.height = {parameters.beam.height:g} m makes a block of a span of {beam.span:g} m; "
+            f"a beam needs a height of at most {beam.span / 3.0:.4g} m"
         )
     point = blow.point * beam.span
     bend = touch_speed(blow) * math.sqrt(mass * float(static_deflection(beam, point, point)))
