@@ -123,7 +123,7 @@ class Simulation:
         """The outputs computed and not given out; the first of a run are those at its start."""
         if self._pending is None:
             start, compiling = time.perf_counter(), []
-            with event.install_timer(COMPILING, compiling.append):
+            with event.install_timer(COMPILING, compiling.append), heeding_signals():
                 self._pending = self._block(0, self._motion.first_outputs())
             seconds = max(0.0, time.perf_counter() - start - sum(compiling))
             self._compute_seconds += seconds

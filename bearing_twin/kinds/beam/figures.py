@@ -20,8 +20,8 @@ MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",
     "sphere_velocity_after_m_s": "of the sphere along the blow, at the end",
     "contact_count": "contacts that have ended",
-    "peak_deflection_m": "of the beam, greatest by magnitude over all watched points and the whole motion",
-    "peak_stress_pa": "bending stress, greatest by magnitude over all watched points and the whole motion",
+    "peak_deflection_m": "of the beam, greatest by magnitude at all watched points, whole motion; none for peaks alone",
+    "peak_stress_pa": "bending stress, greatest by magnitude at all watched points, whole motion; none for peaks alone",
     "highest_mode": "of the beam in the sum, the same for the whole motion",
     "gravity_m_s2": "on the sphere after the first touch, as the scene gives it",
 }
@@ -58,7 +58,8 @@ class BeamFigures(ImpactFigures):
         """Takes a block in."""
         super().add(block)
         for row in block.records.get("extremes", ()):
-            self._extremes = dict(zip((column.name for column in EXTREMES.columns), map(float, row), strict=True))
+            known = zip((column.name for column in EXTREMES.columns), map(float, row), strict=True)
+            self._extremes = {name: value for name, value in known if not math.isnan(value)}
 
     @property
     def restitution(self) -> float | None:

@@ -18,6 +18,7 @@ from bearing_twin.stopping import SIGNALLED
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 FEWEST_MODES, MOST_MODES = 5, 4000
+MOST_BYTES = 1e9  # of the modes' states that are held at once
 GREATEST_CONTACTS = 1000
 LONGEST_CONTACT = 200  # in Hertz contact times: a sphere 20 times as heavy as the beam stays for some 60
 LONGEST_VOLTERRA = 20  # the same for the integral equation, whose cost grows as the square
@@ -118,6 +119,7 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
     modes = modes if with_tail else modes._replace(tail=0.0)
     regular = hertz_contact_time(sphere, speed)
     room = int(steps * min(until / regular, LONGEST_CONTACT)) + 1000
+    room = min(room, int(MOST_BYTES / (16 * len(modes.rate))))
     march = _marcher(method, modes, sphere, regular, steps, until, room, stop)
     parts, contacts, gone = [], [], False
     pieces, first = _room(room, len(modes.rate)), 0
@@ -148,10 +150,9 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
         if gone or time + flight >= until:
             break
         _begin_again(pieces, last)
-    starts, lengths, forces, states, motions, works = (np.concatenate(column) for column in zip(*parts, strict=True))
-    end = (array[last : last + 1] for array in (pieces[0], pieces[3], pieces[4]))
-    starts, states, motions = (np.concatenate(pair) for pair in zip((starts, states, motions), end, strict=True))
-    return BeamImpact(beam, modes, sphere, starts, lengths, forces, states, motions, works, tuple(contacts), gone, stop)
+    ends = (pieces[0], *(array[:0] for array in pieces[1:3]), *pieces[3:5], pieces[5][:0])
+    parts.append(tuple(array[last : last + 1] for array in ends))
+    return BeamImpact(beam, modes, sphere, *map(np.concatenate, zip(*parts, strict=True)), tuple(contacts), gone, stop)
 
 
 def _marcher(method, modes, sphere, regular, steps, until, room, stop):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
-from bearing_twin.kinds.beam.impact import hertz_contact_time, highest_mode, throw
+from bearing_twin.kinds.beam.impact import MOST_MODES, hertz_contact_time, highest_mode, throw
 from bearing_twin.kinds.beam.modes import modes_of
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, SphereOnBeamScene
 
@@ -54,7 +54,7 @@ def trial(parameters: SphereOnBeamScene) -> Trial:
     tolerance, found = max(parameters.wanted.tolerance, FINEST_TRIAL), []
     for theory in BEAM_THEORIES:
         line = beam_of(parameters, theory)
-        count = highest_mode(line, hertz_contact_time(sphere, speed), tolerance)
+        count = min(highest_mode(line, hertz_contact_time(sphere, speed), tolerance), MOST_MODES)
         modes = modes_of(line, parameters.blow.point * line.span, count)
         found.append(throw(line, modes, sphere, speed, until, TRIAL_STEPS).contacts)
     by_euler, by_timoshenko = found
