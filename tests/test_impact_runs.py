@@ -15,7 +15,7 @@ from bearing_twin.run.simulation import Simulation, simulate
 
 SCENES = (
     "two_spheres", "two_discs", "sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm",
-    "sphere_on_beam_drop_600mm",
+    "sphere_on_beam_drop_600mm", "sphere_on_beam_drop_50mm_shear",
 )  # fmt: skip
 KEYS = {"peak_force_n", "contact_duration_s", "contacts", "restitution", "energy_closure", "flags", "status"}
 BEAM_KEYS = {"peak_deflection_m", "peak_stress_pa"}

@@ -8,17 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from runs import reported
 
-from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.beam import contact as beam_contact
+from bearing_twin.kinds.beam import impact as impact_module
 from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.free_flight import gap_and_rate, next_touch
-from bearing_twin.kinds.beam.impact import hertz_contact_time, throw
+from bearing_twin.kinds.beam.impact import BeamImpact, hertz_contact_time, throw
 from bearing_twin.kinds.beam.modes import modes_of
 from bearing_twin.kinds.beam.motion import solve
+from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.scene import load_scene, open_scene
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.stopping import SIGNALLED
+from bearing_twin.uq.realise import Task, realise
 
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
 
@@ -66,7 +70,6 @@ def test_the_classical_impact():
     assert found.extremes["peak_stress"] == pytest.approx(5.688573e5, rel=1e-6)
     assert found.time[found.force.argmax()] == pytest.approx(7.254815e-5, abs=1e-7)
     assert found.time[found.values["deflection"][:, 0].argmax()] == pytest.approx(3.2370e-4, abs=2e-7)
-    assert reported("sphere_on_beam", "run.output_rate=2.0e7").flags == ()
 
 
 def test_the_drop_of_50_mm_strikes_twice():
@@ -93,7 +96,7 @@ def test_impulse_and_energy_identities(scene):
     assert motion.works.sum() == pytest.approx(stored, abs=1e-9 * 0.5 * mass * speed**2)
     assert abs(found.energy_closure) < 1e-8
     total = sum(found.values[name] for name in ("kinetic_energy", "beam_energy", "elastic_energy"))
-    assert total == pytest.approx(total[0], rel=2e-4)  # the tail's own small energy is in none of the three
+    assert total == pytest.approx(total[0], rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -182,7 +185,9 @@ def march_blindly(step, explicit, until):
     """The Volterra march without event, refusal or check: forces at even steps of the drop of 50 mm."""
     _, modes, sphere, speed, _ = parts("sphere_on_beam_drop_50mm")
     count = int(until / step) + 1
-    weights = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, count + 1)
+    weights = volterra.kernel_weights(
+        modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, count + 1, SIGNALLED
+    )
     force = np.zeros(count)
     for k in range(1, count):
         given = speed * k * step - weights[k:0:-1] @ force[:k]
@@ -215,7 +220,7 @@ def test_long_steps_make_false_contacts():
 def test_picard_diverges_in_a_step_in_which_newton_does_not():
     _, modes, sphere, speed, _ = parts()
     step = 0.5 * hertz_contact_time(sphere, speed)
-    weight = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, 2)[0]
+    weight = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, 2, SIGNALLED)[0]
     given = speed * step
     force = volterra.contact_force(sphere.coefficient, given, weight)
     assert (force / sphere.coefficient) ** (2.0 / 3.0) + weight * force == pytest.approx(given, rel=1e-14)
@@ -242,7 +247,7 @@ def test_no_touch_is_stepped_over_in_free_flight():
     piece = int(np.searchsorted(motion.starts, first.start + first.duration - 1e-15))
     state, (position, velocity) = motion.states[piece], motion.motions[piece]
     arguments = motion.modes.rate, motion.modes.shape, state, motion.sphere, position, velocity
-    touch = next_touch(*arguments, 1.0, 1e-15)
+    touch = next_touch(*arguments, 1.0, 1e-15, SIGNALLED)
     assert motion.starts[piece] + touch == pytest.approx(second.start, rel=1e-12)
     out = np.empty_like(state)
     gaps = [gap_and_rate(*arguments, time, out)[0] for time in np.linspace(1e-7, touch * (1.0 - 1e-9), 2000)]
@@ -254,7 +259,8 @@ def test_a_sphere_that_flies_away_is_known_to_be_gone():
     motion = thrown()
     modes = motion.modes
     assert motion.gone
-    touch = next_touch(modes.rate, modes.shape, motion.states[-1], motion.sphere, *motion.motions[-1], 1.0, 1e-9)
+    flight = modes.rate, modes.shape, motion.states[-1], motion.sphere, *motion.motions[-1]
+    touch = next_touch(*flight, 1.0, 1e-9, SIGNALLED)
     assert touch == math.inf
 
 
@@ -345,3 +351,104 @@ def test_numbers_that_are_not_finite_and_endless_bouncing_stop_the_run():
 def test_bad_input_gets_a_sentence(overrides, sentence):
     with pytest.raises(SceneError, match=sentence):
         load_scene("sphere_on_beam", overrides)
+
+
+@pytest.mark.parametrize("method", ["modes", "volterra"])
+def test_every_loop_of_an_impact_looks_whether_to_stop(method):
+    """A stop before it starts, one during a loop of each kind, and none: then the numbers are as ever."""
+    now, never = np.ones(1, np.uint8), np.zeros(1, np.uint8)
+    beam, modes, sphere, speed, until = parts("sphere_on_beam_drop_50mm")
+    with pytest.raises(Stopped):
+        throw(beam, modes, sphere, speed, until, 100, method, stop=now)
+    motion = throw(beam, modes, sphere, speed, until, 100, method, stop=never)
+    now_and_then = [np.copy(motion.at([1e-5, 2e-3])[1])]
+    never[0] = 1
+    with pytest.raises(Stopped):
+        motion.at([1e-5])
+    never[0] = 0
+    now_and_then.append(motion.at([1e-5, 2e-3])[1])
+    assert np.array_equal(*now_and_then)
+
+
+def test_loops_end_where_they_are_told_to_stop():
+    now = np.ones(1, np.uint8)
+    _, modes, sphere, speed, _ = parts()
+    flight = modes.rate, modes.shape, np.zeros(len(modes.rate), complex), sphere, -1e-3, 1e-3
+    assert next_touch(*flight, 7.0, 1e-9, SIGNALLED) == pytest.approx(1.0)
+    assert next_touch(*flight, 7.0, 1e-9, now) == 7.0
+    plain = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, 1e-6, 5, SIGNALLED)
+    force = np.zeros(5)
+    assert volterra.march_forces(sphere.coefficient, 0.0, plain, speed * 1e-6 * np.arange(5), force, SIGNALLED) == 5
+    assert volterra.march_forces(sphere.coefficient, 0.0, plain, speed * 1e-6 * np.arange(5), force, now) == 1
+    pieces, step = impact_module._room(50, len(modes.rate)), beam_contact.new_step(len(modes.rate))
+    pieces[4][0] = 0.0, speed
+    common = modes.rate, modes.shape, modes.modal_mass, modes.tail, sphere, 1e-8, 1e-6, 1.0, step, pieces, 0
+    assert beam_contact.march(*common, now) == (0, STOPPED)
+    assert beam_contact.march(*common, SIGNALLED)[0] == 49
+
+
+def test_a_run_that_is_stopped_while_it_solves_can_go_on():
+    stop = np.ones(1, np.uint8)
+    simulation = Simulation(load_scene("sphere_on_beam_drop_50mm"), stop)
+    with pytest.raises(Stopped):
+        simulation.advance(1)
+    stop[0] = 0
+    loads = simulation.advance(200).values["normal_load"]
+    plain = next(iter(simulate(load_scene("sphere_on_beam_drop_50mm")).blocks())).values["normal_load"]
+    assert np.array_equal(loads, plain[:200])
+
+
+def test_peaks_alone_read_off_no_history(monkeypatch):
+    asked, at = [], BeamImpact.at
+    monkeypatch.setattr(BeamImpact, "at", lambda self, times: asked.append(len(times)) or at(self, times))
+    whole = solved("sphere_on_beam_drop_50mm")
+    reads = sum(asked)
+    asked.clear()
+    peaks = solved("sphere_on_beam_drop_50mm", "wanted.outputs=peaks")
+    assert (peaks.contacts, peaks.restitution) == (whole.contacts, whole.restitution)
+    assert reads > 4000 > 10 > sum(asked)
+    figures = reported("sphere_on_beam_drop_50mm", "wanted.outputs=peaks").figures
+    assert figures["peak_stress_pa"] is None
+    assert figures["peak_force_n"] == whole.peak_force
+
+
+def test_a_study_computes_the_whole_motion_only_where_it_asks_for_it(monkeypatch):
+    asked, at = [], BeamImpact.at
+    monkeypatch.setattr(BeamImpact, "at", lambda self, times: asked.append(len(times)) or at(self, times))
+    scene = open_scene("sphere_on_beam", ["wanted.tolerance=1e-6"])[0]
+    for quantities, reads in ((("peak_force",), (1, 100)), (("peak_force", "peak_stress"), (8000, 10000))):
+        asked.clear()
+        task = Task(scene, (("blow.speed",),), quantities, (), 0, 0.0, closed=False)
+        found = realise(task, np.array([[0.01], [0.02]]))
+        assert not found.failures
+        assert np.isfinite(found.quantities).all()
+        assert reads[0] <= sum(asked) <= reads[1]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        (["beam.span=1000", "run.duration=0.01"], "wants modes up to .* shorten beam.span to .* or give solver.modes"),
+        (["solver.steps=200000", "solver.modes=4000"], "would hold .* GB; at most 1 GB: lower solver.steps"),
+    ],
+)
+def test_what_no_memory_holds_is_refused_before_it_starts(overrides, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        choose(load_scene("sphere_on_beam", overrides))
+
+
+def test_a_long_computation_is_told_before():
+    warnings = choose(load_scene("sphere_on_beam", ["beam.span=20", "beam.theory=timoshenko"])).warnings
+    assert "so the result is less exact" in warnings[0]
+    assert "take about" in choose(load_scene("sphere_on_beam", ["solver.modes=4000", "solver.steps=6000"])).warnings[0]
+    assert choose(load_scene("sphere_on_beam_drop_50mm_shear")).warnings == ()
+
+
+def test_memory_does_not_follow_the_number_of_outputs(monkeypatch):
+    """Instants are read off in blocks of a bounded number of states."""
+    asked, at = [], BeamImpact.at
+    monkeypatch.setattr(BeamImpact, "at", lambda self, times: asked.append(len(times)) or at(self, times))
+    found = solved("sphere_on_beam", "solver.modes=999")
+    found.at(np.linspace(0.0, 1e-3, 3000))
+    assert max(asked) * 500 <= 500_000
+    assert sum(asked) > 7000

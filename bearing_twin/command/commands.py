@@ -67,7 +67,7 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.run.simulation import simulate
 
     with progress(f"simulating {scene.name}") as update:
-        with said_if_slow("loading what this scene needs; compiled once on a machine"):
+        with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run = simulate(scene, update)
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))

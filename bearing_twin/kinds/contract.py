@@ -154,12 +154,16 @@ class Output:
 
 
 class Quantity(NamedTuple):
-    """What a study may ask: `unit`, `meaning`, `figure` of a run's figures, vectorised `closed` form or None."""
+    """What a study may ask: `unit`, `meaning`, `figure` of a run's figures, vectorised `closed` form or None.
+
+    `whole`: it wants the whole motion, of which `wanted.outputs: peaks` computes the contacts alone.
+    """
 
     unit: str
     meaning: str
     figure: Callable[[Mapping], float]
     closed: Callable[..., np.ndarray] | None = None
+    whole: bool = False
 
 
 class ClosedForm(NamedTuple):

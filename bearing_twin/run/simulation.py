@@ -171,7 +171,7 @@ class Simulation:
         """The outputs computed and not given out; the first of a run are those at its start."""
         if self._pending is None:
             start, compiling = time.perf_counter(), []
-            with event.install_timer(COMPILING, compiling.append):
+            with event.install_timer(COMPILING, compiling.append), heeding_signals():
                 self._pending = self._block(0, self._motion.first_outputs())
             self._health.check(self._pending)
             self._good = self._pending[0]

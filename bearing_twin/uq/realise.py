@@ -161,7 +161,9 @@ def only_what_is_wanted(task: Task) -> dict:
         # A little longer, so that rounding does not lose the last instant.
         run |= {"duration": task.instants[-1] + 0.5e-9 * task.step_ns, "output_rate": rate, "publish_rate": rate}
     elif KINDS[task.scene["kind"]].known_when_solved:
-        return {**task.scene, "wanted": {**task.scene["wanted"], "outputs": "peaks"}}
+        known = KINDS[task.scene["kind"]].quantities_of()
+        outputs = "history" if any(known[name].whole for name in task.quantities) else "peaks"
+        return {**task.scene, "wanted": {**task.scene["wanted"], "outputs": outputs}}
     return {**task.scene, "run": run}
 
 

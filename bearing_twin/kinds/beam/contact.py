@@ -16,7 +16,7 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.elastic import HERTZIAN, approach_of_load, elastic
 from bearing_twin.kinds.beam.modes import TERMS, moments
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, STALLED, TIME_UP
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, STALLED, STOPPED, TIME_UP
 
 POINTS = (0.0, 0.5 - 0.1 * math.sqrt(5.0), 0.5 + 0.1 * math.sqrt(5.0), 1.0)
 WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
@@ -138,7 +138,9 @@ def guess(step, length, alpha, alpha_rate):
 
 
 @kernel
-def last_step(rate, shape, modal_mass, tail, sphere, longest, step, state, position, velocity, alpha, alpha_rate):
+def last_step(
+    rate, shape, modal_mass, tail, sphere, longest, step, state, position, velocity, alpha, alpha_rate, stop
+):  # fmt: skip
     """Length [s] of the step at whose end the approach is zero, at most `longest`; the buffers hold that step."""
     low, high = 0.0, longest
     for _ in range(100):
@@ -150,17 +152,17 @@ def last_step(rate, shape, modal_mass, tail, sphere, longest, step, state, posit
             low = length
         else:
             high = length
-        if high - low <= 1e-13 * longest:
+        if high - low <= 1e-13 * longest or stop[0] != 0:
             break
     return length
 
 
 @kernel
-def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step, pieces, first):
+def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step, pieces, first, stop):
     """Marches one contact from piece `first`, whose start, state and motion are set; returns (next piece, status).
 
     Writes starts, lengths, cubics and works of the pieces of contact, and start, state and motion of the next.
-    Without separation before `until` [s] the status is TIME_UP.
+    Without separation before `until` [s] the status is TIME_UP, once `stop` (1,) is not 0 STOPPED.
     """
     starts, _, _, states, motions, works = pieces
     begun, piece = starts[first], first
@@ -171,6 +173,8 @@ def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step,
         alpha_rate -= shape[n] * (states[first, n].real + rate[n].real * q)
     step.force[:] = 0.0
     while piece + 1 < len(starts):
+        if stop[0] != 0:
+            return piece, STOPPED
         elapsed = starts[piece] - begun
         length = min(longest, max(shortest, elapsed))
         if alpha_rate < 0.0:
@@ -195,7 +199,7 @@ def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step,
                         span = POINTS[i + 1] * length
                 length = last_step(
                     rate, shape, modal_mass, tail, sphere, span, step, states[piece], position, velocity,
-                    alpha, alpha_rate,
+                    alpha, alpha_rate, stop,
                 )  # fmt: skip
                 prepared, ended = length, True
                 step.force[3] = 0.0

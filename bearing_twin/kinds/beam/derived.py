@@ -6,9 +6,9 @@ import math
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.beam.contact import ThrownSphere
-from bearing_twin.kinds.beam.impact import hertz_contact_time
+from bearing_twin.kinds.beam.impact import MOST_MODES, hertz_contact_time, highest_mode
 from bearing_twin.kinds.beam.modes import Beam, first_frequency, rectangular_beam, static_deflection
-from bearing_twin.kinds.beam.parameters import Blow, SphereOnBeamScene
+from bearing_twin.kinds.beam.parameters import EULER, TIMOSHENKO, Blow, SphereOnBeamScene
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.impact.derived import sphere_mass
 from bearing_twin.kinds.sections import check_run, resolved_run
@@ -16,16 +16,18 @@ from bearing_twin.kinds.sections import check_run, resolved_run
 STANDARD_GRAVITY = 9.80665
 OUTPUTS = 1500  # of a run whose output_rate is left to be chosen
 PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is left to be chosen
+LOOSEST = 0.01  # tolerance
 HEAVIEST = 20.0  # sphere mass / beam mass
 GREATEST_BEND = 0.1  # deflection / span: beyond it the beam's own length change carries load
 
 
-def beam_of(parameters: SphereOnBeamScene) -> Beam:
-    """The beam as numbers."""
+def beam_of(parameters: SphereOnBeamScene, theory: str = EULER) -> Beam:
+    """The beam as numbers, by that theory."""
     beam, material = parameters.beam, parameters.beam.material
     return rectangular_beam(
-        beam.span, beam.width, beam.height, material.young_modulus, material.density, beam.damping_ratio
-    )
+        beam.span, beam.width, beam.height, material.young_modulus, material.density, beam.damping_ratio,
+        material.poisson_ratio if theory == TIMOSHENKO else None,
+    )  # fmt: skip
 
 
 def thrown_sphere(parameters: SphereOnBeamScene) -> ThrownSphere:
@@ -58,10 +60,11 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
             f"the sphere of {mass:.4g} kg is heavier than the model allows on a beam of {beam.mass:.4g} kg; "
             f"its mass must be at most {HEAVIEST:g} times the beam's: lower sphere.radius or sphere.mass"
         )
+    problems += _too_many_modes(parameters)
     if parameters.beam.height > beam.span / 3.0:
         problems.append(
-            f"beam.height = {parameters.beam.height:g} m makes a block of a span of {beam.span:g} m; Euler-Bernoulli "
-            f"beams need a height of at most {beam.span / 3.0:.4g} m"
+            f"beam.height = {parameters.beam.height:g} m makes a block of a span of {beam.span:g} m; "
+            f"a beam needs a height of at most {beam.span / 3.0:.4g} m"
         )
     point = blow.point * beam.span
     bend = touch_speed(blow) * math.sqrt(mass * float(static_deflection(beam, point, point)))
@@ -77,6 +80,23 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
             f"false ones; use {FEW_STEPS} or more, or 0"
         )
     return problems + check_run(parameters.run)
+
+
+def _too_many_modes(parameters) -> list[str]:
+    """A span so long against the blow that not even the loosest tolerance is met."""
+    if parameters.solver.modes or not (speed := touch_speed(parameters.blow)):
+        return []
+    theory = EULER if parameters.beam.theory == EULER else TIMOSHENKO
+    tau = hertz_contact_time(thrown_sphere(parameters), speed)
+    wanted = highest_mode(beam_of(parameters, theory), tau, LOOSEST)
+    if wanted <= MOST_MODES:
+        return []
+    span = parameters.beam.span * MOST_MODES / wanted
+    return [
+        f"a blow of {tau:.3g} s on a span of {parameters.beam.span:g} m wants modes up to {wanted} even for "
+        f"{100.0 * LOOSEST:g} %; at most {MOST_MODES}: shorten beam.span to {span:.2g} m or less (no wave comes "
+        "back in time from supports so far away), or give solver.modes"
+    ]
 
 
 def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:

@@ -10,6 +10,7 @@ from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, 
 from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.motion import modes_for
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
+from bearing_twin.kinds.beam.theory import euler_doubt
 from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
 from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
 from bearing_twin.report import Choice
@@ -19,13 +20,12 @@ MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",
     "sphere_velocity_after_m_s": "of the sphere along the blow, at the end",
     "contact_count": "contacts that have ended",
-    "peak_deflection_m": "of the beam, greatest by magnitude over all watched points and the whole motion",
-    "peak_stress_pa": "bending stress, greatest by magnitude over all watched points and the whole motion",
+    "peak_deflection_m": "of the beam, greatest by magnitude at all watched points, whole motion; none for peaks alone",
+    "peak_stress_pa": "bending stress, greatest by magnitude at all watched points, whole motion; none for peaks alone",
     "highest_mode": "of the beam in the sum, the same for the whole motion",
     "gravity_m_s2": "on the sphere after the first touch, as the scene gives it",
 }
 
-SLENDER = 10.0  # span / height below which shear and rotary inertia matter
 LARGE_DEFLECTION = 0.02  # of the span
 
 EXTREMES = Table(
@@ -58,7 +58,8 @@ class BeamFigures(ImpactFigures):
         """Takes a block in."""
         super().add(block)
         for row in block.records.get("extremes", ()):
-            self._extremes = dict(zip((column.name for column in EXTREMES.columns), map(float, row), strict=True))
+            known = zip((column.name for column in EXTREMES.columns), map(float, row), strict=True)
+            self._extremes = {name: value for name, value in known if not math.isnan(value)}
 
     @property
     def restitution(self) -> float | None:
@@ -78,7 +79,7 @@ class BeamFigures(ImpactFigures):
             "contact_count": len(self.contacts),
             "peak_deflection_m": self._extremes.get("peak_deflection"),
             "peak_stress_pa": self._extremes.get("peak_stress"),
-            "highest_mode": modes_for(self.parameters, self.choice.stepper),
+            "highest_mode": modes_for(self.parameters),
             "gravity_m_s2": self.parameters.blow.gravity,
         }
 
@@ -111,9 +112,7 @@ class BeamFigures(ImpactFigures):
         flags = []
         if 0.0 < beam.material.yield_strength < stress:
             flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
-        if beam.span < SLENDER * beam.height:
-            heights = beam.span / beam.height
-            flags.append(f"the span is only {heights:.3g} heights: shear and rotary inertia are left out")
+        flags += gathered(euler_doubt(self.parameters, len(self.contacts)))
         if deflection > LARGE_DEFLECTION * beam.span:
             flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
         sphere, total = thrown_sphere(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))

@@ -22,8 +22,10 @@ def gap_and_rate(rate, shape, state, sphere, position, velocity, time, out):
 
 
 @kernel
-def next_touch(rate, shape, state, sphere, position, velocity, limit, shortest):
+def next_touch(rate, shape, state, sphere, position, velocity, limit, shortest, stop):
     """Time [s] until sphere and freely swinging beam touch again, `limit` if not before, inf if never.
+
+    Once `stop` (1,) is not 0 the search ends at once, with `limit`.
 
     No touch is stepped over: the approach bends at most by  B = g + sum |phi lambda^2 z| / Im lambda, so from a gap it
     stays one until alpha + alpha' t + B t^2 / 2 = 0, and so on from there; gaps that close for less than `shortest`
@@ -45,7 +47,7 @@ def next_touch(rate, shape, state, sphere, position, velocity, limit, shortest):
             and position + time * (velocity + 0.5 * sphere.gravity * time) < -reach
         ):
             return math.inf
-        if time >= limit or not math.isfinite(alpha):
+        if time >= limit or not math.isfinite(alpha) or stop[0] != 0:
             return limit
         if alpha >= 0.0 and alpha_rate > 0.0 and time > 0.0:
             return time

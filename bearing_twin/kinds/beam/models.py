@@ -1,26 +1,65 @@
-"""The method for a sphere on a beam: modes and a Hertz spring unless another is asked for."""
+"""Theory and method for a sphere on a beam: the cheapest adequate beam, modes and a Hertz spring, unless asked for."""
 
-from bearing_twin.kinds.beam.motion import modes_for, steps_for
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.beam.impact import MOST_BYTES, MOST_MODES
+from bearing_twin.kinds.beam.motion import PEAK_SAMPLES, modes_for, modes_wanted, steps_for
+from bearing_twin.kinds.beam.parameters import TIMOSHENKO
+from bearing_twin.kinds.beam.theory import reason_of, theory_of
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.report import Choice
 
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""
+SECONDS = {"step": 5e-7, "instant": 1.5e-7}
+"""Of one mode, on one core of a 2.x GHz x86-64 machine: a step of the contact, and an instant that is read off."""
+LONG = 5.0  # seconds of computing that are told before
 
 
 def choose(parameters) -> Choice:
-    """A sphere on a beam: modes and Hertz spring unless another method is asked for."""
+    """A sphere on a beam: modes and Hertz spring unless another method is asked for.
+
+    Raises SceneError for modes and steps that no memory holds.
+    """
     solver, warnings = parameters.solver, []
     stepper = "modes" if solver.stepper == "auto" else solver.stepper
     if solver.stepper == "auto":
         why = "because cubic forces reach the tolerance in steps that do not follow the highest mode"
     else:
         why = "as the scene asks"
-    modes, steps = modes_for(parameters, stepper), steps_for(parameters, stepper)
+    modes, steps, theory = modes_for(parameters), steps_for(parameters, stepper), theory_of(parameters)
     few = VOLTERRA_STEPS if stepper == "volterra" else FEW_STEPS
     if steps < few:
         warnings.append(f"solver.steps = {steps} is coarse for {stepper}: contacts may come apart; use {few} or more")
     if stepper == "sinusoidal":
         warnings.append("the force is assumed, not solved for: the beam will receive more energy than the sphere has")
-    reason = f"hertz, the law of a sphere on a plane; {stepper}, {why}: modes up to {modes}, {steps} steps a contact"
+    if not solver.modes and (wanted := modes_wanted(parameters)) > modes:
+        warnings.append(
+            f"wanted.tolerance = {parameters.wanted.tolerance:g} wants modes up to {wanted}; {MOST_MODES} is the most, "
+            "so the result is less exact"
+        )
+    moved = 0.5 if parameters.blow.point == 0.5 else 1.0
+    warnings += _cost(parameters, round(modes * moved * (2 if theory == TIMOSHENKO else 1)), steps)
+    reason = (
+        f"hertz, the law of a sphere on a plane; {theory} beam, {reason_of(parameters)}; {stepper}, {why}: "
+        f"modes up to {modes}, {steps} steps a contact"
+    )
     return Choice("hertz", stepper, 0.0, reason, tuple(warnings))
+
+
+def _cost(parameters, modes, steps) -> list[str]:
+    """What a long run will take, said before it; `modes` are all that move."""
+    held = 2 * steps * modes * 16.0  # a state of all modes at every step of a contact up to twice Hertz's
+    if held > MOST_BYTES:
+        raise SceneError(
+            f"{steps} steps a contact with {modes} modes would hold {1e-9 * held:.3g} GB; at most "
+            f"{1e-9 * MOST_BYTES:g} GB: lower solver.steps or solver.modes, or loosen wanted.tolerance"
+        )
+    run, history = parameters.run, parameters.wanted.outputs == "history"
+    instants = run.duration * run.output_rate + PEAK_SAMPLES * history
+    seconds = modes * (SECONDS["step"] * steps + SECONDS["instant"] * instants)
+    if seconds <= LONG:
+        return []
+    return [
+        f"{modes} modes, {steps} steps a contact and {instants:.3g} instants take about {seconds:.2g} s: loosen "
+        "wanted.tolerance, shorten beam.span or run.duration, or give wanted.outputs: peaks"
+    ]

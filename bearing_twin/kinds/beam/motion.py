@@ -4,32 +4,34 @@
     s(t) = v t + g t^2 / 2 - (1/m) * integral of f(u) (t - u) du                               (6)
     w(x, t) = sum_n (1/M) sin(n pi x / l) sin(n pi x_c / l) * integral of f(u) sin(omega_n (t - u)) / omega_n du   (8)
 
-s is the sphere's travel, w the deflection, M half the beam's mass. `modes` solves the modal equations with the Hertz
-spring, `volterra` eq. (9) itself; both go through any number of contacts, with exact free flight between them.
-`sinusoidal` assumes the force of the paper's abstract; its energy balance fails and the run says so.
+s is the sphere's travel, w the deflection, M half the beam's mass; the modes are Euler's, as in the paper, or
+Timoshenko's. `modes` solves the modal equations with the Hertz spring, `volterra` eq. (9) itself; both go through any
+number of contacts, with exact free flight between them. `sinusoidal` assumes the force of the paper's abstract; its
+energy balance fails and the run says so.
 
 Gravity acts on the sphere after the first touch when `blow.gravity` is set; the beam is measured from its rest under
 its own weight. Bending stress is that of the fibre away from the blow, tension positive.
 """
 
-import functools
 import math
 
 import numpy as np
 
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads, energies_at
 from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
-from bearing_twin.kinds.beam.impact import BeamImpact, hertz_contact_time, throw
-from bearing_twin.kinds.beam.modes import beam_energy, deflection_shapes, first_frequency, modes_of, stress_shapes
+from bearing_twin.kinds.beam.impact import MOST_MODES, BeamImpact, hertz_contact_time, highest_mode, throw
+from bearing_twin.kinds.beam.modes import beam_energy, deflection_shapes, modes_of, stress_shapes
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
+from bearing_twin.kinds.beam.theory import theory_of
 from bearing_twin.kinds.impact.collision import peak_of
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.report import Choice
 from bearing_twin.sample import Channel
+from bearing_twin.stopping import SIGNALLED
 
-FEWEST_MODES, MOST_MODES = 15, 4000
 PEAK_SAMPLES = 4000
+TOGETHER = 500_000  # states of modes read off at once
 
 
 def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
@@ -44,27 +46,21 @@ def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
         Channel("bending_stress", "Pa", (watched,), "there, of the fibre away from the blow, tension positive"),
         Channel("shape", "m", (stations,), "deflection at evenly spaced points from support to support"),
         Channel("kinetic_energy", "J", (), "of the sphere"),
-        Channel("beam_energy", "J", (), "kinetic and elastic, of the beam's modes"),
+        Channel("beam_energy", "J", (), "kinetic and elastic, of the beam"),
         Channel("elastic_energy", "J", (), "stored in the contact"),
     )
 
 
-def modes_for(parameters: SphereOnBeamScene, stepper: str) -> int:
-    """Highest mode: asked for, or from the tolerance.
-
-    With the static tail in the contact the error is below (omega_N tau / 40)^-3.5 for a Hertz contact time tau, without
-    it below 150 (omega_N tau)^-1.5, that is, modes^-3; measured on short, long, off-centre and repeated impacts.
-    """
-    solver = parameters.solver
-    if solver.modes:
-        return solver.modes
+def modes_wanted(parameters: SphereOnBeamScene) -> int:
+    """Highest mode that the tolerance wants."""
     tau = hertz_contact_time(thrown_sphere(parameters), touch_speed(parameters.blow))
-    if solver.static_tail == "contact":
-        wanted = 40.0 * parameters.wanted.tolerance ** (-1.0 / 3.5)
-    else:
-        wanted = (150.0 / parameters.wanted.tolerance) ** (2.0 / 3.0)
-    highest = math.ceil(math.sqrt(wanted / (first_frequency(beam_of(parameters)) * tau)))
-    return min(max(highest, FEWEST_MODES), MOST_MODES) | 1
+    beam, with_tail = beam_of(parameters, theory_of(parameters)), parameters.solver.static_tail == "contact"
+    return highest_mode(beam, tau, parameters.wanted.tolerance, with_tail)
+
+
+def modes_for(parameters: SphereOnBeamScene) -> int:
+    """Highest mode: asked for, or from the tolerance, at most MOST_MODES."""
+    return parameters.solver.modes or min(modes_wanted(parameters), MOST_MODES)
 
 
 def steps_for(parameters: SphereOnBeamScene, stepper: str) -> int:
@@ -74,31 +70,36 @@ def steps_for(parameters: SphereOnBeamScene, stepper: str) -> int:
         return solver.steps
     if stepper == "volterra":
         return max(500, math.ceil(math.sqrt(7.0 / parameters.wanted.tolerance)))
-    return max(40, math.ceil(12.0 * parameters.wanted.tolerance ** (-1.0 / 6.0)))
+    return max(24, math.ceil(12.0 * parameters.wanted.tolerance ** (-1.0 / 6.0)))
 
 
-def throw_scene(parameters: SphereOnBeamScene, stepper: str = "modes") -> BeamImpact:
+def throw_scene(parameters: SphereOnBeamScene, stepper: str = "modes", stop=SIGNALLED) -> BeamImpact:
     """The motion behind a scene, in pieces; `solve` reads channels and figures off it."""
     parameters = resolve(parameters)
-    beam = beam_of(parameters)
-    modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters, stepper))
+    beam = beam_of(parameters, theory_of(parameters))
+    modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters))
     with_tail = parameters.solver.static_tail == "contact"
     return throw(
         beam, modes, thrown_sphere(parameters), touch_speed(parameters.blow), parameters.run.duration,
-        steps_for(parameters, stepper), stepper, with_tail,
+        steps_for(parameters, stepper), stepper, with_tail, stop,
     )  # fmt: skip
 
 
-def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "modes") -> Impact:
-    """The impact by `modes`, `volterra` or `sinusoidal`; raises IntegrationError where it fails."""
+def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "modes", stop=SIGNALLED) -> Impact:
+    """The impact by `modes`, `volterra` or `sinusoidal`.
+
+    Raises IntegrationError where it fails, and Stopped, also when outputs are read off, soon after `stop` is not 0.
+    """
     parameters = resolve(parameters)
-    found = throw_scene(parameters, stepper)
+    found = throw_scene(parameters, stepper, stop)
     speed = touch_speed(parameters.blow)
     brought = 0.5 * found.sphere.mass * speed**2
-    watch = functools.partial(_watch, parameters, found)
+    watch = Watch(parameters, found)
     leaving = float(found.motions[-1, 1])
     peak = max((contact.peak_force for contact in found.contacts), default=0.0)
-    deflection, stress = _greatest(found, watch)
+    # What is greatest in the beam costs more than all contacts: it is left out where contacts alone are wanted.
+    wanted = parameters.wanted.outputs == "history"
+    deflection, stress = watch.greatest() if wanted else (math.nan, math.nan)
     closure = _closure(found, brought)
     coefficient = found.sphere.coefficient
     deepest = [approaches_of_loads(coefficient, HERTZIAN, contact.peak_force) for contact in found.contacts]
@@ -119,51 +120,65 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     )
 
 
-def motion(parameters: SphereOnBeamScene, choice: Choice) -> ImpactMotion:
-    """The impact as a run."""
-    return ImpactMotion(solve, parameters, choice.law, choice.stepper)
+class BeamMotion(ImpactMotion):
+    """The impact as a run that can be stopped: `stop` (1,)."""
+
+    def __init__(self, parameters: SphereOnBeamScene, choice: Choice):
+        self.stop = SIGNALLED
+        super().__init__(lambda *scene: solve(*scene, self.stop), parameters, choice.law, choice.stepper)
 
 
-def _watch(parameters, found, times):
-    """All channels at increasing times [s]; beyond the end of the known motion the last instant stands."""
-    times = np.minimum(np.asarray(times, float), found.end)
-    states, force, position, velocity = found.at(times)
-    q = found.coordinates(states)
-    beam, modes = found.beam, found.modes
-    points = np.array([parameters.blow.point, *parameters.outputs.points]) * beam.span
-    stations = np.linspace(0.0, beam.span, parameters.outputs.stations)
+class Watch:
+    """The channels of a known motion at increasing times [s]; beyond its end the last instant stands."""
 
-    def sum_of(shapes):
-        return q @ shapes[0].T + force[:, None] * shapes[1]
+    def __init__(self, parameters: SphereOnBeamScene, found: BeamImpact):
+        self._found, beam, modes = found, found.beam, found.modes
+        points = np.array([parameters.blow.point, *parameters.outputs.points]) * beam.span
+        stations = np.linspace(0.0, beam.span, parameters.outputs.stations)
+        self._deflection, self._stress = deflection_shapes(beam, modes, points), stress_shapes(beam, modes, points)
+        self._shape = deflection_shapes(beam, modes, stations)
 
-    deflection = sum_of(deflection_shapes(beam, modes, points))
-    contact = approaches_of_loads(found.sphere.coefficient, HERTZIAN, force)
-    return (
-        np.where(force > 0.0, contact, position - deflection[:, 0]),
-        force,
-        position,
-        velocity,
-        deflection,
-        sum_of(stress_shapes(beam, modes, points)),
-        sum_of(deflection_shapes(beam, modes, stations)),
-        0.5 * found.sphere.mass * velocity**2,
-        beam_energy(modes, states),
-        energies_at(found.sphere.coefficient, HERTZIAN, contact),
-    )
+    def __call__(self, times) -> tuple[np.ndarray, ...]:
+        """One array (times, *shape) a channel."""
+        return self._in_blocks(times, self._channels)
 
+    def greatest(self) -> list[float]:
+        """Greatest deflection [m] and bending stress [Pa] by magnitude, of all watched points and the whole motion."""
+        times, results = np.linspace(0.0, self._found.end, PEAK_SAMPLES), []
+        for column, values in enumerate(self._in_blocks(times, self._bending)):
+            size = np.abs(values)
+            top, point = np.unravel_index(int(np.argmax(size)), size.shape)
+            low, high = times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)]
+            fine = np.linspace(low, high, 101)
+            results.append(peak_of(fine, np.abs(self._in_blocks(fine, self._bending)[column][:, point])))
+        return results
 
-def _greatest(found, watch):
-    """Greatest deflection [m] and bending stress [Pa], by magnitude, over all watched points and the whole motion."""
-    times = np.linspace(0.0, found.end, PEAK_SAMPLES)
-    values = watch(times)
-    results = []
-    for column in (4, 5):
-        size = np.abs(values[column])
-        top, point = np.unravel_index(int(np.argmax(size)), size.shape)
-        low, high = times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)]
-        fine = np.linspace(low, high, 101)
-        results.append(peak_of(fine, np.abs(watch(fine)[column][:, point])))
-    return results
+    def _in_blocks(self, times, function):
+        """`function` of (states, force, position, velocity), so many times at once that memory stays small."""
+        times = np.minimum(np.asarray(times, float), self._found.end)
+        rows = max(1, TOGETHER // len(self._found.modes.index))
+        parts = [function(*self._found.at(times[row : row + rows])) for row in range(0, len(times), rows)]
+        return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
+
+    def _bending(self, states, force, *_):
+        q = self._found.coordinates(states)
+        return tuple(q @ modal.T + force[:, None] * still for modal, still in (self._deflection, self._stress))
+
+    def _channels(self, states, force, position, velocity):
+        found, (deflection, stress) = self._found, self._bending(states, force)
+        contact = approaches_of_loads(found.sphere.coefficient, HERTZIAN, force)
+        return (
+            np.where(force > 0.0, contact, position - deflection[:, 0]),
+            force,
+            position,
+            velocity,
+            deflection,
+            stress,
+            found.coordinates(states) @ self._shape[0].T + force[:, None] * self._shape[1],
+            0.5 * found.sphere.mass * velocity**2,
+            beam_energy(found.modes, states, force),
+            energies_at(found.sphere.coefficient, HERTZIAN, contact),
+        )
 
 
 def _closure(found, brought):

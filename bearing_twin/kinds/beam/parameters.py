@@ -9,6 +9,7 @@ from bearing_twin.kinds.sections import RunSettings, WantedImpact
 from bearing_twin.parameters import choice, quantity, section
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")
+EULER, TIMOSHENKO = BEAM_THEORIES = ("euler", "timoshenko")
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,9 @@ class BeamParameters:
     span: float = quantity(0.1535, "m", "distance of the supports", above=0.0)
     width: float = quantity(0.01, "m", "width across the blow", above=0.0)
     height: float = quantity(0.01, "m", "height along the blow", above=0.0)
+    theory: str = choice(
+        "auto", ("auto", *BEAM_THEORIES), "timoshenko knows shear and rotary inertia; auto = euler where it suffices"
+    )
     damping_ratio: float = quantity(0.0, "1", "of every mode, as a share of critical damping", at_least=0.0, below=1.0)
     material: Material = section(Material, "steel", MATERIALS)
 
@@ -87,6 +91,7 @@ MOVED = {
 def upgraded(scene: dict) -> dict:
     """The plain data of a scene in today's words, from those of an earlier version."""
     contact = scene.pop("contact", {})
+    scene["beam"].setdefault("theory", EULER)
     if "wanted" in scene.get("run", {}):
         scene.setdefault("wanted", {})["outputs"] = scene["run"].pop("wanted")
     if "yield_pressure" in contact:

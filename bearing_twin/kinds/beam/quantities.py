@@ -9,8 +9,8 @@ def quantities() -> dict[str, Quantity]:
     return {
         **impact_quantities(),
         "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
-        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m")),
-        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa")),
+        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m"), whole=True),
+        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa"), whole=True),
         "velocity_after": Quantity(
             "m/s", "of the sphere at the end, positive along the blow", read_off("sphere_velocity_after_m_s")
         ),

@@ -15,7 +15,7 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.elastic import HERTZIAN, approach_of_load
 from bearing_twin.kinds.beam.modes import TERMS, moments
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, TIME_UP
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, STOPPED, TIME_UP
 
 
 @kernel
@@ -32,8 +32,11 @@ def hat_answers(rate, shape, modal_mass, length):
 
 
 @kernel
-def kernel_weights(rate, shape, modal_mass, mass, length, count):
-    """Weights [m/N]: approach lost at step k for a unit hat of force centred j <= k steps is weights[k - j]."""
+def kernel_weights(rate, shape, modal_mass, mass, length, count, stop):
+    """Weights [m/N]: approach lost at step k for a unit hat of force centred j <= k steps is weights[k - j].
+
+    As everything here that takes long, it ends early once `stop` (1,) is not 0.
+    """
     top, after = hat_answers(rate, shape, modal_mass, length)
     weights = np.empty(count)
     weights[0] = length * length / (6.0 * mass)
@@ -42,6 +45,8 @@ def kernel_weights(rate, shape, modal_mass, mass, length, count):
         weights[0] += shape[n] / rate[n].imag * top[n].imag
     z = after.copy()
     for k in range(1, count):
+        if stop[0] != 0:
+            break
         weights[k] = length * (k * length) / mass
         for n in range(len(rate)):
             weights[k] += shape[n] / rate[n].imag * z[n].imag
@@ -65,7 +70,7 @@ def contact_force(coefficient, given, stiffness):
 
 
 @kernel
-def march_forces(coefficient, tail, weights, free, force):
+def march_forces(coefficient, tail, weights, free, force, stop):
     """Forces [N] at the steps 1 .. from the approach [m] `free` of the force; returns the first step with a gap."""
     force[0] = 0.0
     for k in range(1, len(free)):
@@ -73,6 +78,8 @@ def march_forces(coefficient, tail, weights, free, force):
         for j in range(1, k):
             given -= weights[k - j] * force[j]
         force[k] = contact_force(coefficient, given, weights[0] + tail)
+        if stop[0] != 0:
+            return k
         if not math.isfinite(force[k]):
             return -k
         if force[k] <= 0.0:
@@ -81,12 +88,14 @@ def march_forces(coefficient, tail, weights, free, force):
 
 
 @kernel
-def free_approach(rate, shape, sphere, length, state, position, velocity, count):
+def free_approach(rate, shape, sphere, length, state, position, velocity, count, stop):
     """Approach [m] at steps 0 .. count - 1 if no force acted."""
     free = np.empty(count)
     turn = np.exp(rate * length)
     z = state.copy()
     for k in range(count):
+        if stop[0] != 0:
+            break
         time = k * length
         free[k] = position + time * (velocity + 0.5 * sphere.gravity * time)
         for n in range(len(rate)):
@@ -118,15 +127,17 @@ def end_of_contact(rate, shape, modal_mass, sphere, length, state, position, vel
 
 
 @kernel
-def march_volterra(rate, shape, modal_mass, tail, sphere, length, weights, until, pieces, first):
+def march_volterra(rate, shape, modal_mass, tail, sphere, length, weights, until, pieces, first, stop):
     """One contact as in `beam_contact.march`: pieces written from `first`; returns (next piece, status)."""
     starts, lengths, forces, states, motions, works = pieces
     room = len(starts) - first - 1
     count = min(len(weights), room, int((until - starts[first]) / length) + 2)
     position, velocity = motions[first]
-    free = free_approach(rate, shape, sphere, length, states[first], position, velocity, count)
+    free = free_approach(rate, shape, sphere, length, states[first], position, velocity, count, stop)
     force = np.zeros(count)
-    gap = march_forces(sphere.coefficient, tail, weights, free, force)
+    gap = march_forces(sphere.coefficient, tail, weights, free, force, stop)
+    if stop[0] != 0:
+        return first, STOPPED
     if gap < 0:
         return first, NOT_FINITE
     turn = np.exp(rate * length)

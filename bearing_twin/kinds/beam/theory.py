@@ -1,0 +1,98 @@
+"""Euler's beam or Timoshenko's: which one holds for a blow, found by trying both on it.
+
+Euler's beam answers a blow at once everywhere across its height; a shear wave needs height / sqrt(G / rho) for that.
+The shorter the contact against this time, and the heavier the sphere against the beam, the further Euler's first peak
+is off; whatever follows a second touch depends on waves that Euler's beam has too fast.
+"""
+
+import functools
+from typing import NamedTuple
+
+from bearing_twin.contact.validity import wave_transit
+from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
+from bearing_twin.kinds.beam.impact import MOST_MODES, hertz_contact_time, highest_mode, throw
+from bearing_twin.kinds.beam.modes import modes_of
+from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, SphereOnBeamScene
+
+FINEST_TRIAL = 1e-4  # tolerance: what matters more is seen, and what matters less costs more than it tells
+TRIAL_STEPS = 40  # a contact, good to 1e-5
+
+
+class Trial(NamedTuple):
+    """The blow by both theories: first contact [s], how often a shear wave crosses the height in it, how far off
+    Euler's first peak is (relative, signed), and the greater number of contacts.
+    """
+
+    duration: float
+    crossings: float
+    error: float
+    contacts: int
+
+    def doubts(self, tolerance: float) -> list[str]:
+        """What speaks against Euler's beam."""
+        doubts = []
+        if abs(self.error) > tolerance:
+            doubts.append(
+                f"the first contact of {self.duration:.3g} s is so short, {self.across}, that Euler's first peak is "
+                f"{100.0 * abs(self.error):.2g} % too {'high' if self.error > 0.0 else 'low'}"
+            )
+        if self.contacts > 1:
+            doubts.append(f"the sphere touches {self.contacts} times, and what follows a second touch needs shear")
+        return doubts
+
+    @property
+    def across(self) -> str:
+        """The crossings in words."""
+        return f"{self.crossings:.3g} crossings of the height by a shear wave"
+
+
+@functools.lru_cache(maxsize=64)
+def trial(parameters: SphereOnBeamScene) -> Trial:
+    """The blow of a checked scene by both theories, roughly."""
+    beam, material = parameters.beam, parameters.beam.material
+    sphere, speed, until = thrown_sphere(parameters), touch_speed(parameters.blow), resolve(parameters).run.duration
+    tolerance, found = max(parameters.wanted.tolerance, FINEST_TRIAL), []
+    for theory in BEAM_THEORIES:
+        line = beam_of(parameters, theory)
+        count = min(highest_mode(line, hertz_contact_time(sphere, speed), tolerance), MOST_MODES)
+        modes = modes_of(line, parameters.blow.point * line.span, count)
+        found.append(throw(line, modes, sphere, speed, until, TRIAL_STEPS).contacts)
+    by_euler, by_timoshenko = found
+    shear_modulus = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
+    duration = by_timoshenko[0].duration
+    return Trial(
+        duration,
+        duration / wave_transit(beam.height, shear_modulus, material.density),
+        by_euler[0].peak_force / by_timoshenko[0].peak_force - 1.0,
+        max(map(len, found)),
+    )
+
+
+def theory_of(parameters: SphereOnBeamScene) -> str:
+    """The beam theory of a checked scene: the one it asks for, or Euler's where nothing speaks against it."""
+    if parameters.beam.theory != "auto":
+        return parameters.beam.theory
+    return TIMOSHENKO if trial(parameters).doubts(parameters.wanted.tolerance) else EULER
+
+
+def reason_of(parameters: SphereOnBeamScene) -> str:
+    """Why `theory_of` gives what it gives."""
+    if parameters.beam.theory != "auto":
+        return "as the scene asks"
+    found = trial(parameters)
+    doubts = found.doubts(parameters.wanted.tolerance)
+    if doubts:
+        return f"because {'; '.join(doubts)}"
+    return (
+        f"because the one contact lasts {found.duration:.3g} s, {found.across}, and shear changes its peak by "
+        f"{100.0 * abs(found.error):.2g} %"
+    )
+
+
+def euler_doubt(parameters: SphereOnBeamScene, contacts: int) -> str | None:
+    """What speaks against Euler's beam in a run that took it and had that many contacts."""
+    if not contacts or theory_of(parameters) != EULER:
+        return None
+    found = trial(parameters)
+    doubts = found._replace(contacts=max(contacts, found.contacts)).doubts(parameters.wanted.tolerance)
+    return f"{'; '.join(doubts)}: give beam.theory: timoshenko" if doubts else None
