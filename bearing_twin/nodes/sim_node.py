@@ -119,8 +119,7 @@ class SimNode(Node):
             return None
         path = log_path(self._log_path, number)
         self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
-        run = self.simulation
-        return LogWriter(path, run.scene, choice_record(run.choice), safety=self._safety)
+        return LogWriter(path, self.simulation.scene, choice_record(self.simulation.choice), safety=self._safety)
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("compiling the kernels of this scene (once on a machine)")
@@ -142,8 +141,7 @@ class SimNode(Node):
         self.loop = loop
         self._doing = "computing"
         self.ready.set()
-        seconds = time.monotonic() - self._started
-        self.get_logger().info(f"{scene.name} by {run.law} and {run.stepper}, ready after {seconds:.1f} s")
+        self.get_logger().info(f"{scene.name} by {run.law} and {run.stepper}, ready after {self._seconds():.1f} s")
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
@@ -272,9 +270,7 @@ class SimNode(Node):
         slow, message, numbers = self.loop.look()
         if slow and not self._warned:
             self._warned = True
-            self.get_logger().warning(
-                f"{message}; see /diagnostics, or lower real_time_factor or the scene's output_rate"
-            )
+            self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")
         counts = {
             "messages": self._outlet.published,
             "least_subscribers": min(publisher.get_subscription_count() for publisher in self._outlet.publishers),
