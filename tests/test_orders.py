@@ -103,4 +103,4 @@ def test_touching_balls_at_ease_follow_the_ring_with_the_order_of_their_method(p
     """Over three halvings, down to errors of 1e-10: those of slip and torque change sign on the way."""
     start, exact = pressed[0]
     coarse, fine = (errors(start, FULL, stepper, h, exact) for h in (step, step / 8.0))
-    assert np.log2(coarse / fine) / 3.0 == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.6)
+    assert np.log2(coarse / fine) / 3.0 == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.7)

@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 
 from bearing_twin.charts import work_precision
-from bearing_twin.charts.work_precision import Method, cheapest, draw, measure, reading, write_table
+from bearing_twin.charts.work_precision import (
+    FINEST,
+    PROBLEMS,
+    Method,
+    StepperPoint,
+    cheapest,
+    draw,
+    errors,
+    measure,
+    reading,
+    write_table,
+)
 from bearing_twin.command.cli import main
 
 
@@ -24,10 +35,10 @@ def points():
 def test_tighter_is_more_accurate_and_failures_are_kept(points):
     loose, tight, refused, explicit = points
     assert tight.load_error < loose.load_error
-    assert tight.torque_error < loose.torque_error < 1e-2
+    assert tight.friction_error < loose.friction_error < 1e-2
     assert "too long" in refused.failure
     assert np.isnan(refused.seconds_per_second)
-    assert explicit.torque_error < 1e-3
+    assert explicit.friction_error < 1e-3
     assert explicit.seconds_per_second > 0.0
 
 
@@ -37,6 +48,55 @@ def test_the_cheapest_point_meets_both_errors(points):
     assert cheapest(points, "sliding", "rodas4", wanted=1e-15) is None
     (sentence,) = reading(points)
     assert "rk4" in sentence
+
+
+def _ladder(monkeypatch, method, answer):
+    """The settings that one method is run at, by what `answer` (load error, friction error, cost) says of each."""
+    monkeypatch.setattr(work_precision, "LADDERS", (method,))
+    monkeypatch.setattr(work_precision, "_run", lambda motion, problem: None)
+    monkeypatch.setattr(
+        work_precision,
+        "_measure",
+        lambda name, problem, stepper, setting, exact: StepperPoint(name, stepper, setting, *answer(setting)),
+    )
+    return [point.setting for point in measure(["sliding"])]
+
+
+def test_a_ladder_goes_on_until_a_setting_is_good_or_too_slow(monkeypatch):
+    explicit, fixed = Method("dopri5", (1e-1, 1e-3)), Method("imex", (4e-6, 2e-6))
+    assert _ladder(monkeypatch, explicit, lambda x: (0.0, 10.0 * x, 1.0)) == pytest.approx([1e-1, 1e-3, 1e-4])
+    assert _ladder(monkeypatch, explicit, lambda x: (x, x, 1.0)) == [1e-1, 1e-3]
+    assert _ladder(monkeypatch, fixed, lambda x: (300.0 * x, 0.0, 1.0)) == [4e-6, 2e-6]
+    assert _ladder(monkeypatch, fixed, lambda x: (1e3 * x, 0.0, 1.0)) == [4e-6, 2e-6, 1e-6]
+    assert _ladder(monkeypatch, fixed, lambda x: (1.0, 1.0, 1.5e-3 / x)) == [4e-6, 2e-6, 1e-6]
+    refused = _ladder(monkeypatch, fixed, lambda x: (np.inf, np.inf, np.nan, "refused"))
+    assert refused == [4e-6 / 2**i for i in range(12)]
+
+
+def test_friction_errs_against_what_it_could_be_at_that_contact():
+    """One number off at one contact: over mu N there, over mu (N + N) R of the ball; loads over the greatest."""
+    problem = PROBLEMS["sliding"]._replace(count=2)
+    motion = work_precision._motion(problem, "rodas4", 1e-3)
+    exact = work_precision._run(motion, problem)
+    loads, limit = exact.normal_load, motion.parameters.contact.friction_coefficient
+    spoiled = exact._replace(friction_force=exact.friction_force.copy())
+    spoiled.friction_force[1, 3, 0] += [0.0, 3e-3, 4e-3]
+    assert errors(motion, spoiled, exact) == pytest.approx((0.0, 5e-3 / (limit * loads[1, 3, 0])))
+    spoiled = exact._replace(raceway_torque=exact.raceway_torque.copy(), normal_load=1.01 * loads)
+    spoiled.raceway_torque[0, 2] += [0.0, 0.0, 1e-6]
+    wanted = 1e-6 / (limit * motion.bearing.ball_radius * loads[0, 2].sum())
+    assert errors(motion, spoiled, exact) == pytest.approx((0.01, wanted))
+    assert errors(motion, exact._replace(normal_load=np.nan * loads), exact) == (np.inf, np.inf)
+
+
+@pytest.mark.parametrize("name", ["settled", "sliding", "lift-off", "sudden"])
+def test_the_tolerance_means_the_error_of_load_and_friction(name):
+    """Within a factor of four at worst; where all has settled, errors die out and are far smaller."""
+    problem = PROBLEMS[name]
+    exact = work_precision._run(work_precision._motion(problem, "rodas4", FINEST), problem)
+    for tolerance in (1e-1, 1e-2, 1e-3, 1e-4):
+        motion = work_precision._motion(problem, "rodas4", tolerance)
+        assert max(errors(motion, work_precision._run(motion, problem), exact)) < 4.0 * tolerance
 
 
 def test_picture_and_table(points, tmp_path):

@@ -10,7 +10,7 @@ from bearing_twin.errors import BearingTwinError
 HELP = "accuracy against speed of steppers, laws, friction and samplers; the figures of papers on bounces and impacts"
 
 CHARTS = {  # name: module in charts/, what it shows
-    "steppers": ("work_precision", "error in load and friction torque against cost"),
+    "steppers": ("work_precision", "error in load and friction against cost"),
     "laws": ("laws", "error and cost of the elastic laws"),
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),

@@ -101,7 +101,9 @@ class Wanted:
     """What is wanted of a run, and how exactly."""
 
     outputs: str = choice("history", ("history",), "history = every channel over time")
-    tolerance: float = quantity(1e-3, "1", "wanted relative error of load and friction", at_least=1e-13, at_most=0.1)
+    tolerance: float = quantity(
+        1e-3, "1", "wanted error of load, over the greatest, and of friction, over mu N", at_least=1e-13, at_most=0.1
+    )
 
 
 @dataclass(frozen=True)

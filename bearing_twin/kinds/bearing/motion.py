@@ -1,5 +1,7 @@
 """From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
 
+import functools
+
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
@@ -15,7 +17,7 @@ from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
-from bearing_twin.kinds.bearing.start import bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.kinds.bearing.start import Rates, bearing_of, fastest_rates, stable_step, start_state
 from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
@@ -60,20 +62,24 @@ class BearingMotion:
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper = choice.stepper
         self.stop = SIGNALLED
-        start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
-        self.rates = fastest_rates(self.bearing, start, parameters.drive.speed)
-        self.step = parameters.solver.step or stable_step(self.rates, choice.stepper)
-        self._refuse_long_steps()
-        self._start = start
+        self._start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
+        self.step = parameters.solver.step
+        if choice.stepper in FIXED_STEP:
+            self.step = self.step or stable_step(self.rates, choice.stepper)
+            self._refuse_long_steps()
+        # A load errs with its approach; friction, over mu N, by at most the error of the slip over this speed.
         speed = parameters.contact.friction_regularisation
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
         self.reset()
 
+    @functools.cached_property
+    def rates(self) -> Rates:
+        """The fastest rates to be expected from the start."""
+        return fastest_rates(self._bearing, self._start)
+
     def _refuse_long_steps(self):
-        if self.stepper not in FIXED_STEP:
-            return
         if self.step > self.rates.shortest_contact / 8.0:
             raise SceneError(
                 f"solver.step = {self.step:g} s is too long: a contact can be as short as "

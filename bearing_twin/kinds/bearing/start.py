@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, root
 
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import HERTZ_U_MAX, hertz_coefficient, shape_variable
@@ -15,8 +15,22 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, COLUMNS, HEIGHT, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.layout import (
+    AXIS_DISTANCE,
+    COLUMNS,
+    HEIGHT,
+    ORBIT_ANGLE,
+    SPIN,
+    TANGENTIAL_VELOCITY,
+)
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
+from bearing_twin.numerics.least_squares import least_squares
+from bearing_twin.numerics.rotation import about_z
+
+REACH = 0.02  # of the ball radius: rest is looked for so far around the middle between the raceways
+NUDGE = 1e-10  # m: over which the force's gradient is taken
+EXACT = 1e-16  # m, of a rest
+MOST_STEPS = 60
 
 
 class Rates(NamedTuple):
@@ -85,82 +99,144 @@ def nominal_curvatures(geometry: Geometry) -> tuple[tuple[float, float], ...]:
     return tuple(pairs)
 
 
-def equilibrium(bearing: Bearing, orbit_rate: float, orbit_angle: float) -> tuple[float, float]:
+@kernel
+def _force_and_gradient(bearing, orbit_rate, orbit_angle, r, z):
+    """`static_force` there, and its differences (2, 2) by distance and height [N/m]."""
+    radial, axial = static_force(bearing, orbit_rate, r, orbit_angle, z)
+    by_r = static_force(bearing, orbit_rate, r + NUDGE, orbit_angle, z)
+    by_z = static_force(bearing, orbit_rate, r, orbit_angle, z + NUDGE)
+    return (
+        radial,
+        axial,
+        (
+            ((by_r[0] - radial) / NUDGE, (by_z[0] - radial) / NUDGE),
+            ((by_r[1] - axial) / NUDGE, (by_z[1] - axial) / NUDGE),
+        ),
+    )
+
+
+@inlined
+def _next_guess(force, slope, at, low, high):
+    """Newton's step, or the middle where it leaves the bracket; with the bracket that is left."""
+    low, high = (at, high) if force > 0.0 else (low, at)
+    wanted = at - force / slope if slope < 0.0 else high
+    return wanted if low < wanted < high else 0.5 * (low + high), low, high
+
+
+@kernel
+def _radial_rest(bearing, orbit_rate, orbit_angle, nominal, height):
+    """Axis distance [m] without radial force at that height, within REACH of the nominal one; NaN if there is none."""
+    reach, distance = REACH * bearing.ball_radius, nominal
+    low, high = nominal - reach, nominal + reach
+    lowest = static_force(bearing, orbit_rate, low, orbit_angle, height)[0]
+    if not lowest >= 0.0 >= static_force(bearing, orbit_rate, high, orbit_angle, height)[0]:
+        return math.nan
+    for _ in range(MOST_STEPS):
+        radial, _, gradient = _force_and_gradient(bearing, orbit_rate, orbit_angle, distance, height)
+        before = distance
+        if radial != 0.0:
+            distance, low, high = _next_guess(radial, gradient[0][0], distance, low, high)
+        if abs(distance - before) <= EXACT:
+            break
+    return distance
+
+
+@kernel
+def _rest(bearing, orbit_rate, orbit_angle):
     """Axis distance and height [m] where a ball rests between the raceways at that orbit rate, friction left out.
 
-    With clearance a ball rests on the one raceway its own orbit presses it to. Raises SceneError when there is no
-    rest between the raceways.
+    With clearance a ball rests on the one raceway its own orbit presses it to, and in the middle where nothing does.
+    NaN when there is no rest between the raceways. Its height is between those of the rings' centres.
     """
-    nominal = bearing.inner.locus_radius + (bearing.outer.locus_radius - bearing.inner.locus_radius) * (
-        bearing.inner.groove_radius - bearing.ball_radius
-    ) / (bearing.inner.groove_radius + bearing.outer.groove_radius - 2.0 * bearing.ball_radius)
-    cosine, sine = math.cos(orbit_angle), math.sin(orbit_angle)
-    nominal += 0.5 * (cosine * bearing.offset[0] + sine * bearing.offset[1])
+    inner, outer = bearing.inner, bearing.outer
+    share = (inner.groove_radius - bearing.ball_radius) / (
+        inner.groove_radius + outer.groove_radius - 2.0 * bearing.ball_radius
+    )
+    nominal = inner.locus_radius + (outer.locus_radius - inner.locus_radius) * share
+    nominal += 0.5 * (math.cos(orbit_angle) * bearing.offset[0] + math.sin(orbit_angle) * bearing.offset[1])
+    low, high = min(0.0, bearing.offset[2]), max(0.0, bearing.offset[2])
     height = 0.5 * bearing.offset[2]
-    reach = 0.02 * bearing.ball_radius
-
-    def radial(distance):
-        return static_force(bearing, orbit_rate, distance, orbit_angle, height)[0]
-
-    low, high = nominal - reach, nominal + reach
-    if not radial(low) >= 0.0 >= radial(high):
-        raise SceneError(
-            "the balls find no rest between the raceways; check radial_clearance, drive.offset and the speed"
-        )
-    distance = brentq(radial, low, high, xtol=1e-16, rtol=1e-15)
-    if bearing.offset[2] != 0.0:
-        scale = max(abs(radial(nominal - 1e-6)), 1e-9)
-        found = root(
-            lambda x: np.array(static_force(bearing, orbit_rate, 1e-6 * x[0], orbit_angle, 1e-6 * x[1])) / scale,
-            np.array([distance, height]) * 1e6,
-            tol=1e-13,
-        )
-        if np.all(np.abs(found.fun) < 1e-6):
-            distance, height = 1e-6 * found.x
+    distance = _radial_rest(bearing, orbit_rate, orbit_angle, nominal, height)
+    for _ in range(MOST_STEPS):
+        if low == high or not distance < math.inf:
+            break
+        _, axial, g = _force_and_gradient(bearing, orbit_rate, orbit_angle, distance, height)
+        before = height
+        if axial != 0.0:
+            # The axial force along the heights at which nothing pushes radially.
+            slope = g[1][1] - g[1][0] * g[0][1] / g[0][0]
+            height, low, high = _next_guess(axial, slope, height, low, high)
+        if abs(height - before) <= EXACT:
+            break
+        distance = _radial_rest(bearing, orbit_rate, orbit_angle, nominal, height)
     return distance, height
 
 
-def rolling(
-    bearing: Bearing, inner_speed: float, orbit_angle: float, axis_distance: float, height: float
-) -> np.ndarray:
+@kernel
+def _slips(bearing, inner_speed, centre, position, unknown, out):
+    """Slip (6,) of a ball at both raceways for its tangential velocity and angular velocity (4,)."""
+    velocity, spin = (0.0, unknown[0], 0.0), (unknown[1], unknown[2], unknown[3])
+    inner = single_contact(bearing, bearing.inner, centre, inner_speed, position, velocity, spin)
+    outer = single_contact(bearing, bearing.outer, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
+    for i in range(3):
+        out[i], out[3 + i] = inner.slip[i], outer.slip[i]
+
+
+@kernel
+def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
     """Tangential velocity and angular velocity (4,) of a ball that slips on neither raceway, by least squares.
 
     Slip is linear in the four unknowns, so one solve gives the rolling motion; among several the one with least spin.
     """
-    cosine, sine = math.cos(orbit_angle), math.sin(orbit_angle)
-    x, y, z = bearing.offset
-    centre = (cosine * x + sine * y, -sine * x + cosine * y, z)
+    centre = about_z(math.cos(orbit_angle), -math.sin(orbit_angle), bearing.offset)
     position = (axis_distance, 0.0, height)
+    none, one, unit = np.empty(6), np.empty(6), np.zeros(4)
+    matrix, found = np.empty((6, 4)), np.empty(4)
+    _slips(bearing, inner_speed, centre, position, unit, none)
+    scale = np.full(4, 1.0 / bearing.ball_radius)
+    scale[0] = 1.0
+    for j in range(4):
+        unit[:] = 0.0
+        unit[j] = 1.0
+        _slips(bearing, inner_speed, centre, position, unit, one)
+        matrix[:, j] = (one - none) * scale[j]
+    least_squares(matrix, -none, 1e-9, found)
+    return scale * found
 
-    def slips(unknown):
-        velocity, spin = (0.0, float(unknown[0]), 0.0), tuple(float(v) for v in unknown[1:])
-        inner = single_contact(bearing, bearing.inner, centre, inner_speed, position, velocity, spin)
-        outer = single_contact(bearing, bearing.outer, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
-        return np.array([*inner.slip, *outer.slip])
 
-    none = slips(np.zeros(4))
-    matrix = np.stack([slips(unit) - none for unit in np.eye(4)], axis=1)
-    scale = np.array([1.0, *(1.0 / bearing.ball_radius,) * 3])
-    return scale * np.linalg.lstsq(matrix * scale, -none, rcond=1e-9)[0]
+@kernel
+def _place_balls(bearing, inner_speed, rolls, state):
+    """Fills the state of all balls; whether each found its rest."""
+    for k in range(bearing.balls):
+        angle = 2.0 * math.pi * k / bearing.balls
+        distance, height = _rest(bearing, 0.0, angle)
+        for _ in range(3 if rolls else 0):
+            orbit_rate = rolling(bearing, inner_speed, angle, distance, height)[0] / distance
+            distance, height = _rest(bearing, orbit_rate, angle)
+        if not distance < math.inf:
+            return False
+        if rolls:
+            motion = rolling(bearing, inner_speed, angle, distance, height)
+            state[k, TANGENTIAL_VELOCITY] = motion[0]
+            state[k, SPIN : SPIN + 3] = motion[1:]
+        state[k, AXIS_DISTANCE], state[k, ORBIT_ANGLE], state[k, HEIGHT] = distance, angle, height
+    return True
 
 
 def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray:
-    """State (N, COLUMNS) at the start: balls evenly spaced, resting between the raceways, rolling or not moving."""
+    """State (N, COLUMNS) at the start: balls evenly spaced, resting between the raceways, rolling or not moving.
+
+    Raises SceneError when a ball has no rest between the raceways.
+    """
     state = np.zeros((bearing.balls, COLUMNS))
-    for k in range(bearing.balls):
-        angle = 2.0 * math.pi * k / bearing.balls
-        distance, height = equilibrium(bearing, 0.0, angle)
-        state[k, ORBIT_ANGLE] = angle
-        if motion == "rolling":
-            for _ in range(3):
-                orbit_rate = rolling(bearing, inner_speed, angle, distance, height)[0] / distance
-                distance, height = equilibrium(bearing, orbit_rate, angle)
-            state[k, VELOCITY + 1], *state[k, SPIN : SPIN + 3] = rolling(bearing, inner_speed, angle, distance, height)
-        state[k, AXIS_DISTANCE], state[k, HEIGHT] = distance, height
+    if not _place_balls(bearing, float(inner_speed), motion == "rolling", state):
+        raise SceneError(
+            "the balls find no rest between the raceways; check radial_clearance, drive.offset and the speed"
+        )
     return state
 
 
-def fastest_rates(bearing: Bearing, state: np.ndarray, inner_speed: float) -> Rates:
+def fastest_rates(bearing: Bearing, state: np.ndarray) -> Rates:
     """Contact resonance [rad/s], friction creep rate [1/s] and shortest contact [s] to be expected from a state.
 
     Loads are those of the state, at least those of a 1 micrometre approach; a ball between two contacts has both
