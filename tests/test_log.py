@@ -476,3 +476,11 @@ def test_one_file_cannot_be_split(tmp_path):
     with pytest.raises(LogError, match="must be a folder"):
         LogWriter(tmp_path / "run.mcap", SCENE, safety=Safety(split_seconds=1.0))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_clock_that_is_put_back_does_not_keep_a_log_from_being_split(tmp_path):
+    with RawLogWriter(tmp_path / "bag", safety=Safety(split_seconds=10.0)) as log:
+        number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+        for second in (1000, 1005, 3, 8, 14, 20):
+            log.write(number, second * 10**9, 0, bytes(12))
+    assert [len(list(raw_messages(file))) for file in sorted((tmp_path / "bag").glob("*.mcap"))] == [4, 2]

@@ -12,10 +12,12 @@ from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import entry
 
+ENTRY = (sys.executable, "-m", "bearing_twin.nodes.entry")
+
 
 def run(name, *arguments, python=(), **environment):
     return subprocess.run(
-        [sys.executable, *(python or ("-m", "bearing_twin.nodes.entry")), name, *arguments],
+        [sys.executable, *(python or ENTRY[1:]), name, *arguments],
         env={key: value for key, value in (os.environ | environment).items() if value is not None},
         capture_output=True,
         text=True,
@@ -61,6 +63,27 @@ def test_arguments_that_ros_cannot_parse_end_with_code_2():
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.parametrize("text", ["hello world", ""])
+def test_a_parameter_file_that_is_none_is_refused(text, tmp_path):
+    file = tmp_path / "parameters.yaml"
+    file.write_text(text)
+    one_sentence(run("recorder_node", "--ros-args", "--params-file", str(file)), "holds no parameters")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_interrupted_while_it_imports_ends_quietly(number):
+    """A signal as soon as the executable's own code runs; numpy and ROS take half a second to import."""
+    program = (
+        "import sys, threading, os; sys.argv = ['sim_node']; from bearing_twin.nodes import entry; import importlib\n"
+        "found = importlib.import_module\n"
+        f"def slow(name): os.kill(os.getpid(), {int(number)}); return found(name)\n"
+        "importlib.import_module = slow\n"
+        "sys.exit(entry.sim_node())"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
 @pytest.mark.parametrize("name", ["sim_node", "recorder_node", "replay_node", "uq_node"])
 def test_a_missing_interface_package_is_named(name):
     result = run(name, python=without("bearing_twin_msgs", name))
@@ -84,7 +107,7 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
     with ros_executor() as executor:
         heard_here = heard(plain_node(executor), [("/bearing/samples", cdr.SAMPLE_BLOCK)])["/bearing/samples"]
         node = subprocess.Popen(
-            [sys.executable, "-m", "bearing_twin.nodes.entry", "sim_node", "--ros-args", "-p", f"log:={path}"],
+            [*ENTRY, "sim_node", "--ros-args", "-p", f"log:={path}", "-p", "full:=true"],
             env=os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())},
             stderr=subprocess.PIPE,
             text=True,

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from bearing_twin.nodes.pacing import GREATEST_LAG, LAG_SHOWN, Pace, PacedStream, Pacer, Timed
+from bearing_twin.nodes.pacing import GREATEST_LAG, LAG_SHOWN, SLOWEST, Pace, PacedStream, Pacer, Timed
 from bearing_twin.nodes.worker import Worker
 
 MS = 1_000_000
@@ -162,9 +162,16 @@ def test_epoch_times_are_paced_to_the_nanosecond():
     assert pacer.due(first + 86_400 * 1_000 * MS + 1) == START + 86_400 * 1_000 * MS + 1
 
 
-@pytest.mark.parametrize("factor", [-1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("factor", [1e-7, SLOWEST])
+def test_the_slowest_pace_is_slow(factor):
+    pacer = Pacer(factor)
+    pacer.start(START, 0)
+    assert pacer.due(1000) - START == pytest.approx(1000 / factor, rel=1e-6)
+
+
+@pytest.mark.parametrize("factor", [-1.0, 1e-10, 5e-324, float("nan"), float("inf")])
 def test_an_impossible_pace_is_refused(factor):
-    with pytest.raises(ValueError, match="pace must be a finite number"):
+    with pytest.raises(ValueError, match="pace must be 0 or a finite number"):
         Pacer(factor)
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -63,9 +64,13 @@ def _simulate(arguments) -> Outcome:
     picture = picture_path(arguments.plot) if arguments.plot else None
     scene = load_scene(arguments.scene, overrides)
 
-    from bearing_twin.command.terminal import progress, said_if_slow
+    from bearing_twin.command.terminal import progress, said_if_slow, say
+    from bearing_twin.run.cost import cost_of
     from bearing_twin.run.simulation import simulate
 
+    large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
+    if large:
+        say(f"{scene.name}: {large}")
     with progress(f"simulating {scene.name}") as update:
         with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run = simulate(scene, update)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.sample import Block
 
 SLOW = 1.0  # seconds without a sign of life before one is given
+FIRST_LOOK, LONG = 0.3, 30.0  # seconds after which a pace is known, and from which on a work is announced
 PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no terminal
 
 WIDTH, WIDE = 120, 220  # columns where there is no terminal to ask
@@ -103,17 +104,27 @@ def said_if_slow(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def progress(what: str) -> Iterator[Callable[[float], None]]:
-    """A function to be told the share done; after a second it shows a bar, or lines where there is no terminal."""
+    """A function to be told the share done; after a second it shows a bar, or lines where there is no terminal.
+
+    What will take long is announced with its time, as soon as the first share of it is done.
+    """
     began = time.monotonic()
     with contextlib.ExitStack() as stack:
-        show = None
+        show = start = None
 
         def update(share: float) -> None:
-            nonlocal show
+            nonlocal show, start
+            now = time.monotonic()
+            if start is None:
+                start = now, share  # what came before was loading
+            elif start and share > start[1] and now - start[0] > FIRST_LOOK:
+                left, start = _left(share, now, *start), ()
+                if left > LONG:
+                    say(f"{what}: about {_words(left)} to go")
             if show is None and time.monotonic() - began > SLOW:
                 show = _progress_bar(stack, what) if sys.stderr.isatty() else _progress_lines(what)
             if show is not None:
-                show(min(share, 1.0))
+                show(max(0.0, min(share, 1.0)))
 
         yield update
     if show is not None:
@@ -143,15 +154,30 @@ def _progress_bar(stack, what):
 
 
 def _progress_lines(what):
-    last = -math.inf
+    last, first = -math.inf, None
 
     def show(share):
-        nonlocal last
-        if time.monotonic() - last >= PLAIN_PERIOD:
-            last = time.monotonic()
-            say(f"{what}: {100.0 * share:.0f} %")
+        nonlocal last, first
+        now = time.monotonic()
+        first = first or (now, share)
+        if now - last >= PLAIN_PERIOD:
+            last = now
+            left = f", about {_words(_left(share, now, *first))} left" if share > first[1] else ""
+            say(f"{what}: {100.0 * share:.0f} %{left}")
 
     return show
+
+
+def _left(share: float, now: float, began: float, from_share: float) -> float:
+    """Seconds until all is done, at the pace since `began`."""
+    return (1.0 - share) * (now - began) / (share - from_share)
+
+
+def _words(seconds: float) -> str:
+    """A time for people: 40 s, 12 min, 3.5 h."""
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.3g} h"
 
 
 def _ball_table(lists):

@@ -152,6 +152,7 @@ class Parts:
         limit, seconds = self._safety.split_bytes, self._safety.split_seconds
         if self._began is None or self._writer.problem:
             return False
+        self._began = min(self._began, log_time)  # where the clock was put back
         return bool((limit and self._writer.bytes >= limit) or (seconds and log_time >= self._began + seconds * 1e9))
 
     def _next(self, log_time: int) -> bool:

@@ -4,6 +4,8 @@ ROS is imported only inside, because it may be missing.
 """
 
 import importlib
+import os
+import signal
 import sys
 
 from bearing_twin.errors import BearingTwinError
@@ -37,6 +39,8 @@ def demo() -> int:
 
 def _run(name: str) -> int:
     one_processor()
+    for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
+        signal.signal(number, lambda *_: os._exit(0))
     try:
         importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
         return importlib.import_module(f"bearing_twin.nodes.{name}").main()

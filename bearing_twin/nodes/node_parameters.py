@@ -17,7 +17,10 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "
 
 
 class NodeParameter(NamedTuple):
-    """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range."""
+    """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range.
+
+    A number that is not 0 has at least the size `least`.
+    """
 
     name: str
     default: bool | int | float | str | list
@@ -26,6 +29,7 @@ class NodeParameter(NamedTuple):
     low: float | None = None
     high: float | None = None
     read_only: bool = True
+    least: float = 0.0
 
     @property
     def description(self) -> str:
@@ -76,6 +80,8 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     if (low is not None and value < low) or (high is not None and value > high):
         limits = f"between {low:g} and {high:g}{with_unit(parameter.unit)}"
         return f"parameter {parameter.name} = {value} must lie {limits}"
+    if kind is float and 0.0 < abs(value) < parameter.least:
+        return f"parameter {parameter.name} = {value} must be 0 or at least {parameter.least:g}"
     return None
 
 

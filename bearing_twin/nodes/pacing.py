@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 LAG_SHOWN = 100_000_000  # ns behind at which a stream is said not to keep up
+SLOWEST = 1e-9  # times real time; 0 = as fast as possible
 GREATEST_LAG = 1_000_000_000  # ns behind at which the rest is given up instead of being caught up in one burst
 
 
@@ -50,9 +51,9 @@ class Pacer:
 
     def set_factor(self, factor: float) -> None:
         """Changes the pace; call `start` afterwards. Raises ValueError when it is negative or not finite."""
-        if not 0.0 <= factor < float("inf"):
-            raise ValueError(f"the pace must be a finite number >= 0 and is {factor}")
-        self.factor = Fraction(factor).limit_denominator(10**12)  # an impact wants 1e-5 and less
+        if not (factor == 0.0 or SLOWEST <= factor < float("inf")):
+            raise ValueError(f"the pace must be 0 or a finite number from {SLOWEST:g} on and is {factor}")
+        self.factor = Fraction(factor).limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
 
     def start(self, now: int, stream_ns: int) -> None:
         """From now on `stream_ns` is due at `now`: at the beginning, after a pause, a jump or a change of pace."""

@@ -2,10 +2,12 @@
 
 import contextlib
 import functools
+import itertools
 import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -175,6 +177,13 @@ def wait_for_subscribers(publishers: Iterable[Publisher], seconds: float) -> Non
     time.sleep(DISCOVERY_GRACE)
 
 
+def refuse_no_parameters(words: Sequence[str]) -> None:
+    """Raises BearingTwinError for a file of parameters that names none: ROS passes over it in silence."""
+    for option, path in itertools.pairwise(words):
+        if option == "--params-file" and "ros__parameters" not in Path(path).read_text(errors="replace"):
+            raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and ros__parameters:")
+
+
 def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
 
@@ -183,11 +192,14 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
     """
     # rclpy shuts its context down on SIGINT and SIGTERM; without these handlers a KeyboardInterrupt would also strike
     # anywhere, in the middle of a write to the log too.
-    signal.signal(signal.SIGINT, lambda *_: None)
+    asked: list[int] = []  # a signal before ROS takes them would be lost
+    signal.signal(signal.SIGINT, lambda number, _: asked.append(number))
+    signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
     signal.signal(signal.SIGHUP, lambda *_: rclpy.try_shutdown())
     node = None
     try:
         rclpy.init(args=args)
+        refuse_no_parameters(sys.argv if args is None else args)
     except Exception as error:  # ROS arguments that cannot be parsed
         print(f"{name}: {error}".replace("\n", " "), file=sys.stderr)
         return 2
@@ -196,7 +208,7 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
         node = make_node()
         executor = Executor()
         executor.add_node(node)
-        while rclpy.ok() and not node.done.is_set():
+        while rclpy.ok() and not node.done.is_set() and not asked:
             executor.turn(node)
     except BearingTwinError as error:
         failure = error

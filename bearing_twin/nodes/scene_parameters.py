@@ -6,6 +6,7 @@ from rclpy.node import Node
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
+from bearing_twin.nodes.pacing import SLOWEST
 from bearing_twin.nodes.running import given_parameters, values_of
 from bearing_twin.run.scene import Scene, load_scene
 
@@ -37,6 +38,7 @@ PARAMETERS = (
         0.0,
         1000.0,
         read_only=False,
+        least=SLOWEST,
     ),
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
     NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),

@@ -104,7 +104,7 @@ class SimulationLoop:
         elif slow:
             message = f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
         else:
-            message = "running"
+            message = "running" if wanted else "running as fast as possible"
         numbers = {
             "real_time_factor": factor,
             "wanted_real_time_factor": wanted,

@@ -23,6 +23,11 @@ CHUNK_OUTPUTS = 400  # ... and at most this many outputs, so that memory stays s
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
+def chunk_outputs(scene: Scene) -> int:
+    """Outputs that are computed in one go."""
+    return max(1, min(CHUNK_OUTPUTS, CHUNK_NS // scene.output_period_ns))
+
+
 class Simulation:
     """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
 
@@ -39,7 +44,7 @@ class Simulation:
         self.choice: Choice = choose(scene)
         self.channels = scene.channels
         self.output_period_ns = scene.output_period_ns
-        self.chunk_outputs = max(1, min(CHUNK_OUTPUTS, CHUNK_NS // self.output_period_ns))
+        self.chunk_outputs = chunk_outputs(scene)
         self._motion = self._new_motion()
         self._solved_seconds = 0.0
         self.reset()
