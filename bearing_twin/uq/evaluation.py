@@ -61,7 +61,7 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     result = {}
     for column, name in enumerate(study.quantities):
         try:
-            indices = sobol_indices(found[:, column].reshape(design.samples, inputs + 2), seed=settings.seed)
+            indices = sobol_indices(found[:, column].reshape(design.samples, inputs + 2), replicates=design.replicates)
         except StatisticError as error:
             result[name] = {"refused": str(error)}
             continue

@@ -18,12 +18,12 @@ from bearing_twin.uq.narrowing import RESAMPLES, narrowing
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
-from bearing_twin.uq.sensitivity import values_held
 from bearing_twin.uq.statistics import half_width
 from bearing_twin.uq.study import Study
 
 CORRELATED = 41  # instants of the autocorrelation in a summary
-WORKING_COPIES = 4  # of one column, while its statistics are made
+WORKING_COPIES = 8  # of one column, while its statistics are made
+SENSITIVITY_COPIES = 5  # of one quantity at the points of Sobol indices, while these are made
 # What must be the same where samples are taken over from an earlier result.
 SAME = (
     "scene", "inputs", "correlation", "quantities", "histories", "history_points", "history_duration",
@@ -79,7 +79,7 @@ def memory_needed(study: Study) -> float:
     row = 2.0 * (inputs + quantities + histories + 2) + WORKING_COPIES  # twice: pieces of a batch are joined
     rows = study.sensitivity_rows
     # Their points are kept three times: in the unit cube, as values, and as the key by which they are found again.
-    further = rows * (inputs + 2) * (3.0 * inputs + quantities) + (values_held(rows, inputs) if rows else 0)
+    further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
     sums = len(study.histories) * settings.history_points**2
     columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
     return 8.0 * (settings.samples * row + further + sums + columns)
