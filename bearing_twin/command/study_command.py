@@ -146,6 +146,11 @@ def _show(summary) -> None:
     for name, found in summary["quantities"].items():
         for statistic, reason in found["refused"].items():
             show_text(f"{name}: no {statistic}, because {reason}")
+        if "runs" in found:
+            missed = 100.0 * found["interpolation_error"]
+            show_text(
+                f"{name}: a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
+            )
         for statistic in found["unsafe"]:
             show_text(
                 f"{name}: the interval of the {statistic} is unsafe: few samples far out decide; take more samples"
