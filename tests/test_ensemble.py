@@ -148,6 +148,26 @@ def test_densities_at_named_values_are_exact_where_the_distribution_is():
             assert [row["density"] for row in rows] == pytest.approx(truth.tolist(), rel=1e-6)
 
 
+def test_one_input_without_a_closed_form_takes_a_few_runs():
+    """Paper 3, section 6. By damping in proportion the contact time stays proportional to alpha, so gamma."""
+    quantities = ["contact_duration", "restitution"]
+    asked = {**LOSSY, "method": "change_of_variable", "quantities": quantities[:1], "workers": 1}
+    result = run({**asked, "densities": {"contact_duration": [6e-5]}})
+    found = result.as_dict()["quantities"]["contact_duration"]
+    assert (found["method"], len(result.status)) == ("change_of_variable", 0)
+    assert 10 <= len(found["runs"]) <= 50
+    assert found["interpolation_error"] < 1e-4
+    gamma = stats.gamma((1.138e-4 / 2e-5) ** 2)
+    factor = found["mean"] / gamma.mean()
+    assert found["std"] == pytest.approx(factor * gamma.std(), rel=1e-5)
+    assert found["skewness"] == pytest.approx(2.0 / gamma.std(), rel=1e-4)
+    for p in ("0.05", "0.50", "0.95"):
+        assert found["quantiles"][p]["value"] == pytest.approx(factor * gamma.ppf(float(p)), rel=1e-5)
+    assert found["densities"][0]["density"] == pytest.approx(gamma.pdf(6e-5 / factor) / factor, rel=1e-4)
+    with pytest.raises(StudyError, match=r"^restitution: the quantity .* choose the method ensemble"):
+        run({**asked, "quantities": quantities[1:]})
+
+
 @pytest.mark.parametrize("speed", [10.0, 100.0])
 def test_the_discs_of_section_5_1(speed):
     found = run_study(load_study(f"discs_small_{speed:g}", ["method=auto"])).as_dict()["quantities"]["contact_duration"]
@@ -294,8 +314,10 @@ def test_the_memory_of_sobol_indices_is_in_the_estimate(sampler, rows):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"set": ["contact.restitution=0.9"]}, "one uncertain input and quantities with a closed form"),
-        ({"inputs": {ALPHA: GAMMA, "motion.first_velocity": {"distribution": "uniform", "low": 1, "high": 2}}}, "one"),
+        (
+            {"inputs": {ALPHA: GAMMA, "motion.first_velocity": {"distribution": "uniform", "low": 1, "high": 2}}},
+            "one uncertain input, not 2; choose the method ensemble",
+        ),
         ({"inputs": {ALPHA: {"distribution": "empirical", "values": [1e-4, 2e-4]}}}, "no density"),
     ],
 )

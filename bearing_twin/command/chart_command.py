@@ -15,6 +15,7 @@ CHARTS = {  # name: module in charts/, what it shows
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
     "samplers": ("samplers", "error of mean and deviation of a contact time against realisations and cost"),
+    "coverage": ("coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples"),
     "discs": ("soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps"),
     "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),
 }
@@ -54,6 +55,8 @@ def _chart(chart, arguments, folder) -> Outcome:
 
     if arguments.chart == "steppers":
         points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), say))
+    elif arguments.chart == "coverage":
+        points = list(chart.measure(say=say))
     elif arguments.chart == "samplers":
         with progress("sampling") as update:
             points = chart.measure(update)

@@ -158,6 +158,15 @@ def _show(summary) -> None:
     for name, found in summary["quantities"].items():
         for statistic, reason in found["refused"].items():
             show_text(f"{name}: no {statistic}, because {reason}")
+        if "runs" in found:
+            missed = 100.0 * found["interpolation_error"]
+            show_text(
+                f"{name}: a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
+            )
+        for statistic in found["unsafe"]:
+            show_text(
+                f"{name}: the interval of the {statistic} is unsafe: few samples far out decide; take more samples"
+            )
         for one in found["densities"]:
             height = _interval(one["density"], (one["low"], one["high"]))
             show_text(f"{name}: density {height} 1/{found['unit']} at {one['value']:.6g} {found['unit']}")

@@ -10,6 +10,7 @@ import numpy as np
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.uq.chaos import MOST_RUNS
 from bearing_twin.uq.ensemble import Ensemble
+from bearing_twin.uq.interpolation import LADDER
 from bearing_twin.uq.realise import Task, empty
 from bearing_twin.uq.result import StudyResult, Tally
 from bearing_twin.uq.sampling import UnitPoints
@@ -149,10 +150,13 @@ class Drawn:
 
     @property
     def _total(self) -> int:
-        """The greatest number of realisations of the study, but for an expansion, whose number nobody knows."""
+        """The greatest number of realisations of the study; of an expansion and an interpolant, what they may take."""
         settings = self.study.settings
         further = self.study.sensitivity_rows * (self.study.joint.dimension + 2)
-        return further + (MOST_RUNS if settings.method == "chaos" else self.points.samples)
+        if settings.method == "chaos":
+            return further + MOST_RUNS
+        interpolated = settings.method == "change_of_variable" and not self.study.histories
+        return further + (LADDER[-1] if interpolated else self.points.samples)
 
     def _tell(self, done) -> None:
         total, spent = self._total, time.monotonic() - self.began

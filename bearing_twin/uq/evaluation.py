@@ -1,15 +1,18 @@
-"""The quantities of a study at points chosen for a purpose: polynomial chaos, Sobol indices. Each point runs once."""
+"""Quantities of a study at points chosen for a purpose: chaos, interpolation, Sobol indices. Each point runs once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from bearing_twin.errors import StatisticError
+from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.uq.chaos import Chaos, expand
 from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.result import summary_of_sample
+from bearing_twin.uq.interpolation import Interpolated, interpolate
+from bearing_twin.uq.propagation import along, uncertain_inputs
+from bearing_twin.uq.result import summary_of_derived, summary_of_sample
 from bearing_twin.uq.sampling import UnitPoints
 from bearing_twin.uq.sensitivity import sensitivity_points, sobol_indices
+from bearing_twin.uq.statistics import MOMENTS
 from bearing_twin.uq.study import Study
 
 SURROGATE_POINTS = 2**14
@@ -52,6 +55,42 @@ def expansions(study: Study, evaluate: Evaluator) -> dict[str, Chaos]:
     }
 
 
+def interpolations(study: Study, evaluate: Evaluator) -> dict[str, Interpolated]:
+    """The distribution of every quantity by an interpolant; raises StudyError where a quantity does not allow it."""
+    (place,) = uncertain_inputs(study)
+    found = {}
+    for name in study.quantities:
+        try:
+            found[name] = interpolate(study.inputs[place], along(study, place, evaluate.of(name)))
+        except StudyError as error:
+            raise StudyError(f"{name}: {error}") from error
+    return found
+
+
+def summary_of_interpolated(found: Interpolated, densities: Sequence[float] = ()) -> dict:
+    """As `summary_of_derived`; each interval is what the last doubling of the runs changed, to either side."""
+    result, before = (summary_of_derived(one, densities) for one in (found.derived, found.before))
+    for name in MOMENTS:
+        if None not in (result[name], before[name]):
+            result[f"{name}_interval"] = _around(result[name], before[name])
+    for key, quantile in result["quantiles"].items():
+        quantile["low"], quantile["high"] = _around(quantile["value"], before["quantiles"][key]["value"])
+    for one, other in zip(result["densities"], before["densities"], strict=True):
+        one["low"], one["high"] = _around(one["density"], other["density"])
+    low, high = result["mean_interval"] or (0.0, None)
+    return {
+        **result,
+        "half_width": None if high is None else 0.5 * (high - low),
+        "interpolation_error": found.error,
+        "beyond_the_runs": found.left_out,
+        "runs": [{"input": x, "value": y} for x, y in zip(found.at.tolist(), found.values.tolist(), strict=True)],
+    }
+
+
+def _around(value, before):
+    return [value - abs(value - before), value + abs(value - before)]
+
+
 def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     """Sobol indices of every quantity by `settings.sensitivity` rows of samples: plain data, or the reason why not."""
     settings, inputs = study.settings, study.joint.dimension
@@ -61,7 +100,7 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     result = {}
     for column, name in enumerate(study.quantities):
         try:
-            indices = sobol_indices(found[:, column].reshape(design.samples, inputs + 2), seed=settings.seed)
+            indices = sobol_indices(found[:, column].reshape(design.samples, inputs + 2), replicates=design.replicates)
         except StatisticError as error:
             result[name] = {"refused": str(error)}
             continue

@@ -10,10 +10,11 @@ from matplotlib.figure import Figure
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading, scaled
 from bearing_twin.units import inverse, labelled
-from bearing_twin.uq.propagation import exact_distributions, task_of
+from bearing_twin.uq.change_of_variable import derive
+from bearing_twin.uq.interpolation import through
+from bearing_twin.uq.propagation import exact_distributions, task_of, uncertain_inputs
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.statistics import histogram, natural_density
-from bearing_twin.uq.study import Study
 
 MOST_QUANTITIES = 3
 FAR = 0.001  # probability left out on either side of a distribution
@@ -32,7 +33,7 @@ def plot_study(result: StudyResult, png_path) -> Path:
         rows, columns, left=0.06, right=0.98, top=1.0 - 1.15 / tall, bottom=0.95 / tall, hspace=0.38, wspace=0.2
     )
     axes = [figure.add_subplot(grid[place // columns, place % columns]) for place in range(panels)]
-    exact = _exact(study)
+    exact = _exact(result)
     for axis, name in zip(axes, names, strict=False):
         _draw_quantity(axis, result, name, exact.get(name))
     if result.summary["convergence"]["samples"]:
@@ -43,8 +44,14 @@ def plot_study(result: StudyResult, png_path) -> Path:
     return finish(figure, title[:1].upper() + title[1:], _footer(result), png_path, size=16)
 
 
-def _exact(study: Study) -> dict:
-    """The exact distributions to compare the sample with, where a change of variable gives them."""
+def _exact(result: StudyResult) -> dict:
+    """The distributions to compare the sample with, where a change of variable gives them."""
+    study = result.study
+    runs = {name: one["runs"] for name, one in result.summary["quantities"].items() if "runs" in one}
+    if runs:
+        source = study.inputs[uncertain_inputs(study)[0]]
+        columns = {name: np.array([(one["input"], one["value"]) for one in rows]).T for name, rows in runs.items()}
+        return {name: derive(source, through(source, *both)) for name, both in columns.items()}
     try:
         return exact_distributions(study, task_of(study), "auto")
     except StudyError:
@@ -113,7 +120,7 @@ def _draw_convergence(axis, result):
         color=BALL_COLOURS[0], alpha=0.2, linewidth=0, label="95 % interval",
     )  # fmt: skip
     axis.plot(samples, value * factor, color=BALL_COLOURS[0], linewidth=2, marker="o", markersize=3.5, label=what)
-    exact = _exact(result.study).get(path["quantity"])
+    exact = _exact(result).get(path["quantity"])
     if exact is not None and path["statistic"] in ("mean", "std"):
         with contextlib.suppress(StatisticError):
             level = getattr(exact, path["statistic"]) * factor

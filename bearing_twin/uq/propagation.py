@@ -48,18 +48,26 @@ def _with_one_stepper(task: Task, medians) -> Task:
     return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
 
 
+def uncertain_inputs(study: Study) -> list[int]:
+    """The places of the inputs that take more than one value."""
+    return [index for index, one in enumerate(study.inputs) if one.low < one.high]
+
+
 def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
-    """The quantities that a change of variable gives; raises StudyError where it was asked for and does not fit."""
-    random = [index for index, one in enumerate(study.inputs) if one.low < one.high]
+    """The quantities that a change of variable of a closed form gives.
+
+    Raises StudyError where it was asked for and does not fit; without a closed form see `interpolation`.
+    """
+    random = uncertain_inputs(study)
     if method not in ("auto", "change_of_variable"):
         return {}
-    if len(random) != 1 or not task.closed:
-        if method == "auto":
-            return {}
+    if method == "change_of_variable" and len(random) != 1:
         raise StudyError(
-            f"study {study.name}: a change of variable needs one uncertain input and quantities with a closed form; "
-            "choose the method ensemble"
+            f"study {study.name}: a change of variable needs one uncertain input, not {len(random)}; choose the method "
+            "ensemble, or chaos for up to 4 of them"
         )
+    if len(random) != 1 or not task.closed:
+        return {}
     exact = {}
     for name in study.quantities:
         try:
@@ -77,7 +85,12 @@ def _function(task: Task):
 
 def _along(study, task, name, index):
     """The same as a function of one input (n,) -> (n,), the others at their only value."""
-    middle, function = np.array(median_inputs(study)), _function(task._replace(quantities=(name,), histories=()))
+    return along(study, index, _function(task._replace(quantities=(name,), histories=())))
+
+
+def along(study: Study, index: int, function):
+    """A function of all inputs (n, d) -> (n,) as one of input number `index` (n,), the others at their medians."""
+    middle = np.array(median_inputs(study))
 
     def one(at):
         values = np.repeat(middle[None], len(at), axis=0)

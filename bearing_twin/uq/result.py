@@ -124,8 +124,9 @@ def summary_of_sample(
     """Mean, deviation, skewness and quantiles of a quantity with 95 % intervals, its modes, and its density at values.
 
     `missing` names moments that do not exist, with the reason; they are None and their reason is in `refused`.
+    `unsafe` names those whose interval is too narrow: a few points far out decide, and more of them may be missing.
     """
-    refused, result = dict(missing), {}
+    refused, result = dict(missing), {"unsafe": []}
     for name in MOMENTS:
         result[name], result[f"{name}_interval"] = None, None
         if name not in refused:
@@ -135,6 +136,7 @@ def summary_of_sample(
                 refused[name] = str(error)
                 continue
             result[name], result[f"{name}_interval"] = found.value, [_finite(found.low), _finite(found.high)]
+            result["unsafe"] += [] if found.safe else [name]
     result["quantiles"] = {}
     ordered = np.sort(sample) if replicates == 1 else sample  # sorted once: sorting again costs little
     for probability in PROBABILITIES:
@@ -164,7 +166,7 @@ def summary_of_sample(
 
 def summary_of_derived(derived: Derived, densities: Sequence[float] = ()) -> dict:
     """The same of an exact distribution: intervals have no width, and modes are those of the density."""
-    refused, result = {}, {}
+    refused, result = {}, {"unsafe": []}
     for name in MOMENTS:
         try:
             value = float(getattr(derived, name))

@@ -12,18 +12,28 @@ from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.chaos import Chaos
 from bearing_twin.uq.drawing import Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.evaluation import Cancelled, Evaluator, expansions, sources_of_variance, summary_of_chaos
+from bearing_twin.uq.evaluation import (
+    Cancelled,
+    Evaluator,
+    expansions,
+    interpolations,
+    sources_of_variance,
+    summary_of_chaos,
+    summary_of_interpolated,
+)
 from bearing_twin.uq.histories import COLUMNS, Histories
+from bearing_twin.uq.interpolation import Interpolated
 from bearing_twin.uq.narrowing import RESAMPLES, narrowing
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
-from bearing_twin.uq.sensitivity import values_held
 from bearing_twin.uq.statistics import half_width
 from bearing_twin.uq.study import Study
 
 CORRELATED = 41  # instants of the autocorrelation in a summary
-WORKING_COPIES = 4  # of one column, while its statistics are made
+WORKING_COPIES = 8  # of one column, while its statistics are made
+SENSITIVITY_COPIES = 5  # of one quantity at the points of Sobol indices, while these are made
+POOR = 0.01  # error of an interpolant that is told
 # What must be the same where samples are taken over from an earlier result.
 SAME = (
     "scene", "inputs", "correlation", "quantities", "histories", "history_points", "history_duration",
@@ -58,14 +68,14 @@ def run_study(
     exact = exact_distributions(study, task, study.settings.method)
     drawn = Drawn(study, task, _part(tell, 0, parts), asked, began, keep)
     with Ensemble(task, study.settings.workers, study.executor, asked) as ensemble:
-        chaos, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
+        expanded, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
         at_mean = empty(task, 0) if asked() or drawn.broken else ensemble.evaluate(mean_inputs(study))
     values, quantities, histories, status, doubtful = drawn.arrays()
     result = StudyResult(
         study, values, quantities, histories,
         status, tuple(drawn.reasons.sentences), doubtful, tuple(drawn.doubts.sentences), {},
     )  # fmt: skip
-    summary = _summary(result, task, exact | chaos, drawn, at_mean)
+    summary = _summary(result, task, exact | expanded, drawn, at_mean)
     for name, found in sources.items():
         summary["quantities"][name]["sobol"] = found
     if study.sweep is not None:
@@ -81,7 +91,7 @@ def memory_needed(study: Study) -> float:
     row = 2.0 * (inputs + quantities + histories + 2) + WORKING_COPIES  # twice: pieces of a batch are joined
     rows = study.sensitivity_rows
     # Their points are kept three times: in the unit cube, as values, and as the key by which they are found again.
-    further = rows * (inputs + 2) * (3.0 * inputs + quantities) + (values_held(rows, inputs) if rows else 0)
+    further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
     sums = len(study.histories) * settings.history_points**2
     columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
     return 8.0 * (settings.samples * row + further + sums + columns)
@@ -126,20 +136,23 @@ def _sweep(study, tell, asked) -> dict:
 
 
 def _propagate(study, ensemble, drawn, start, sampled):
-    """(expansions, Sobol indices) by quantity; the ensemble goes into `drawn`. A cancel ends all of it."""
+    """(expansions or interpolants, Sobol indices) by quantity; the ensemble goes into `drawn`. A cancel ends all."""
     evaluate = Evaluator(ensemble, study, drawn.tell_more)
-    chaos, sources = {}, {}
+    expanded, sources, method = {}, {}, study.settings.method
     try:
-        if study.settings.method == "chaos":
-            chaos = expansions(study, evaluate)
+        if method == "chaos":
+            expanded = expansions(study, evaluate)
             drawn.because = f"{evaluate.runs} runs for polynomial chaos are done"
-        elif sampled or study.histories:
+        elif method == "change_of_variable" and sampled:
+            expanded, sampled = interpolations(study, evaluate), False
+            drawn.because = f"{evaluate.runs} runs for an interpolant are done"
+        if study.histories or (sampled and method != "chaos"):
             drawn.draw(ensemble, start)
         if study.settings.sensitivity and not (drawn.asked() or drawn.broken):
             sources = sources_of_variance(study, evaluate)
     except Cancelled:
         drawn.because = "cancelled"
-    return chaos, sources
+    return expanded, sources
 
 
 def _summary(result, task, without_sampling, drawn, at_mean) -> dict:
@@ -164,7 +177,7 @@ def _summary(result, task, without_sampling, drawn, at_mean) -> dict:
         "convergence": _convergence(drawn.rule, drawn.path),
         "histories": _histories(result, task, at_mean),
         "doubts": {text: int(np.sum(result.doubtful >> place & 1)) for place, text in enumerate(result.doubts_met)},
-        "notes": [*drawn.notes, *_flags_at_mean(study, task)],
+        "notes": [*drawn.notes, *_poor_interpolants(without_sampling), *_flags_at_mean(study, task)],
     }
 
 
@@ -173,10 +186,20 @@ def _of_quantity(result, task, name, drawn, found) -> dict:
     wanted = result.study.densities.get(name, ())
     if isinstance(found, Derived):
         return {"method": "change_of_variable", **summary_of_derived(found, wanted), "half_width": 0.0}
+    if isinstance(found, Interpolated):
+        return {"method": "change_of_variable", **summary_of_interpolated(found, wanted)}
     missing = missing_moments(result.study, task, name)
     if isinstance(found, Chaos):
         return {"method": "chaos", **summary_of_chaos(result.study, found, missing, wanted)}
     return {"method": "ensemble", **_of_sample(result, missing, name, drawn)}
+
+
+def _poor_interpolants(found) -> list[str]:
+    return [
+        f"{name}: the polynomial misses runs by {one.error:.2g} of the deviation; the method ensemble needs none"
+        for name, one in found.items()
+        if isinstance(one, Interpolated) and one.error > POOR
+    ]
 
 
 def _of_sample(result, missing, name, drawn) -> dict:

@@ -2,21 +2,18 @@
 
 A. Saltelli et al., Variance based sensitivity analysis of model output, Comput. Phys. Commun. 181 (2010). Two
 independent points A and B a row, and for every input i the point A with its coordinate i from B; first-order indices by
-Saltelli's estimator mean(f_B (f_ABi - f_A))/V, total ones by Jansen's mean((f_A - f_ABi)^2)/(2 V), both SciPy's.
+Saltelli's estimator mean(f_B (f_ABi - f_A))/V, total ones by Jansen's mean((f_A - f_ABi)^2)/(2 V).
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.uq.inputs import Joint
+from bearing_twin.uq.statistics import interval
 
-RESAMPLES = 500
 FEWEST_ROWS = 16
-TOGETHER = 2**16  # values that resamples of the bootstrap may hold together, or one resample where that is more
-COPIES = 6  # of them, while indices are made
 
 
 class SobolIndices(NamedTuple):
@@ -52,57 +49,30 @@ def sensitivity_points(joint: Joint, unit):
     return points
 
 
-def values_held(rows: int, inputs: int) -> int:
-    """How many numbers `sobol_indices` holds at once, at most, besides what it is given."""
-    return COPIES * max(TOGETHER, _power_of_two(rows) * (inputs + 2)) + rows * (inputs + 2)
-
-
-def sobol_indices(values, confidence=0.95, seed=0, resamples=RESAMPLES) -> SobolIndices:
+def sobol_indices(values, confidence=0.95, replicates=1) -> SobolIndices:
     """Indices from the quantity (n, d + 2) at `sensitivity_points`; rows with a NaN are left out.
 
-    Intervals are percentiles of the bootstrap over rows: honest for random rows, too wide for sobol ones. Raises
-    StatisticError for too few rows or a quantity that does not vary.
+    Row i belongs to replicate i % replicates of the design. Intervals by the influence of each row (`statistics`).
+    Raises StatisticError for too few rows or a quantity that does not vary.
     """
     values = np.asarray(values, float)
-    kept = values[np.isfinite(values).all(axis=1)]
+    whole = np.isfinite(values).all(axis=1)
+    kept = values[whole]
     if len(kept) < FEWEST_ROWS:
         raise StatisticError(
             f"Sobol indices need {FEWEST_ROWS} complete rows of {values.shape[1]} runs at least, there are {len(kept)}"
         )
     if np.ptp(kept) <= 1e-14 * np.abs(kept).max():
         raise StatisticError("the quantity does not vary: there are no Sobol indices")
-    count, width = kept.shape
-    found = stats.bootstrap(
-        (np.arange(count),),
-        lambda rows, axis: _indices(kept, rows),
-        n_resamples=resamples,
-        batch=max(1, TOGETHER // (_power_of_two(count) * width)),
-        vectorized=True,
-        confidence_level=confidence,
-        method="percentile",  # the default, BCa, takes count^2 rows
-        random_state=np.random.default_rng(seed),
-    ).confidence_interval
-    first, total = _indices(kept, np.arange(count))
-    intervals = np.stack([found.low, found.high], axis=-1)
-    return SobolIndices(first, intervals[0], total, intervals[1], count)
-
-
-def _indices(values, rows):
-    """First-order and total indices (2, d, ...) of the complete rows chosen by `rows` (..., n).
-
-    SciPy wants a power of two of them: the first are counted twice to reach it. That is right on average, and the error
-    is at worst that of a ninth fewer rows. The page that is there twice keeps it from failing with a single input.
-    """
-    inputs, shape = values.shape[1] - 2, rows.shape[:-1]
-    size = _power_of_two(rows.shape[-1])
-    rows = np.take(rows, np.arange(size), axis=-1, mode="wrap").reshape(-1, size)
-    columns = np.moveaxis(values[rows], -1, 0)
-    pages = columns[[*range(2, 2 + inputs), 2]]
-    found = stats.sobol_indices(func={"f_A": columns[0], "f_B": columns[1], "f_AB": pages}, n=size)
-    both = np.array([found.first_order, found.total_order]).reshape(2, -1, inputs + 1)[..., :inputs]
-    return np.moveaxis(both, 1, -1).reshape(2, inputs, *shape)
-
-
-def _power_of_two(count):
-    """The least power of two that is not below `count`."""
-    return 1 << (count - 1).bit_length()
+    off, moved = kept[:, :2] - kept[:, :2].mean(), kept[:, 2:] - kept[:, [0]]
+    squares = np.mean(off**2, axis=1, keepdims=True)
+    variance, found, bounds = squares.mean(), [], []
+    for terms in (off[:, [1]] * moved, 0.5 * moved**2):
+        index = terms.mean(axis=0) / variance
+        influence = np.full((len(values), len(index)), np.nan)
+        # The mean, too, is the sample's; what it errs by is of second order.
+        influence[whole] = (terms - index * squares) / variance
+        ends = [interval(*one, confidence, replicates)[1:3] for one in zip(index, influence.T, strict=True)]
+        found.append(index)
+        bounds.append(np.array(ends))
+    return SobolIndices(found[0], bounds[0], found[1], bounds[1], len(kept))

@@ -1,0 +1,55 @@
+"""Intervals hold the truth as often as they say, or are marked; by sampler, statistic and number of samples."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from bearing_twin.charts.coverage import LEAST, STATISTICS, draw, measure, reading, write_table
+from bearing_twin.uq.statistics import estimate
+
+SEEDS = 300
+SCATTER = 0.026  # twice that of a share of 0.95 among SEEDS
+
+
+@pytest.fixture(scope="module")
+def points():
+    return [
+        *measure(("gamma",), ("random", "sobol"), (1024,), SEEDS),
+        *measure(("lognormal",), ("sobol",), (1024,), SEEDS),
+    ]
+
+
+def test_intervals_hold_the_truth_or_are_marked(points):
+    """Before replicates were bent the 0.99 quantile at 1024 points of sobol was held in 67 %, the deviation in 89 %."""
+    assert {p.statistic for p in points} == set(map(str, STATISTICS))
+    for p in points:
+        assert p.either >= LEAST - SCATTER, p
+        if p.statistic in ("mean", "std") and p.problem == "gamma":
+            assert LEAST - SCATTER <= p.covered <= 0.99, p
+        if p.statistic[0].isdigit():
+            assert p.covered >= LEAST, p
+    far = [p for p in points if (p.sampler, p.statistic, p.samples) == ("sobol", "0.99", 1024)]
+    assert {p.basis for p in far} == {"order statistics"}
+
+
+def test_marks_are_set_where_few_points_decide_and_only_there(points):
+    by = {(p.problem, p.sampler, p.statistic, p.samples): p for p in points}
+    assert by["lognormal", "sobol", "skewness", 1024].unsafe > 0.95
+    assert by["lognormal", "sobol", "skewness", 1024].covered < 0.9
+    assert by["gamma", "random", "mean", 1024].unsafe == by["gamma", "sobol", "mean", 1024].unsafe == 0.0
+    assert not any(p.unsafe for p in points if p.statistic[0].isdigit())
+    normal = np.random.default_rng(1).standard_normal(4000)
+    assert all(estimate(normal, one).safe for one in ("mean", "std", "skewness"))
+
+
+def test_picture_table_and_sentences(points, tmp_path):
+    draw(points, tmp_path / "coverage.png")
+    assert (tmp_path / "coverage.png").read_bytes().startswith(b"\x89PNG")
+    write_table(points, tmp_path / "coverage.csv")
+    with (tmp_path / "coverage.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [float(row["covered"]) for row in rows] == [p.covered for p in points]
+    sentences = list(reading(points))
+    assert len(sentences) == 2
+    assert "skewness of lognormal, 1024 samples" in sentences[1]
