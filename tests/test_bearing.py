@@ -233,6 +233,7 @@ def test_balls_that_meet_within_a_chunk_are_found_and_integrated_together():
     assert speeds[0] < 0.2
     assert speeds[1] + speeds[2] > 0.3
     assert stored_energy(out)[-1] + out.dissipated[-1] == pytest.approx(start, rel=1e-3)
+    assert np.abs(out.orientation[..., 3]) == pytest.approx(1.0, abs=1e-9)  # without friction nothing turns a ball
 
 
 @pytest.mark.parametrize("balls", [1, 2, 3, 5, 13])
@@ -334,6 +335,8 @@ def test_a_sudden_change_of_speed_and_offset_comes_at_its_time_and_its_work_is_c
     load = block.values["normal_load"].max(axis=(1, 2))
     assert load[change + 1 :].max() > 2.0 * load[: change + 1].max()
     assert abs(simulation.report().figures["energy_closure"]) < 1e-3
+    work, gross = (np.diff(block.values[name])[change] for name in ("drive_work", "gross_work"))
+    assert gross == pytest.approx(work, rel=1e-3)
 
 
 def test_no_instant_is_lost_where_a_chunk_is_cut_into_parts():
@@ -451,3 +454,39 @@ def test_the_report_of_a_run():
     assert abs(report["energy_closure"]) < 1e-5
     assert len(report["normal_load_inner_n"]) == len(report["friction_torque_nm"]) == 8
     assert report["semi_major_inner_m"][0] > report["semi_minor_inner_m"][0] > 0.0
+
+
+def test_balls_begin_with_their_axes_along_those_of_the_bearing():
+    orientation = Simulation(load_scene("bearing_6203")).advance(1).values["orientation"][0]
+    assert orientation == pytest.approx(np.tile([0.0, 0.0, 0.0, 1.0], (8, 1)), abs=1e-15)
+
+
+def test_a_change_comes_on_top_of_the_scenes_offset_and_a_reset_takes_it_back():
+    """The second run is the first, bit for bit, and has cost the same."""
+    change = "drive.change={time: 2.0e-3, speed: 20.0, offset: [0.0, -3.0e-6, 2.0e-6]}"
+    simulation = Simulation(load_scene("bearing_6203", ["drive.offset=[1.0e-6, 0.0, 5.0e-6]", change]))
+    first, costs = simulation.advance(6), simulation.report().costs
+    offset = first.values["inner_ring_offset"]
+    assert offset[2] == pytest.approx([1e-6, 0.0, 5e-6], rel=1e-12)
+    assert offset[3] == pytest.approx([1e-6, -3e-6, 7e-6], rel=1e-12)
+    simulation.reset()
+    assert np.array_equal(simulation.advance(6).matrix(), first.matrix())
+    assert simulation.report().costs == costs
+
+
+def test_a_change_that_was_computed_ahead_comes_at_its_time_after_a_speed_command_too():
+    simulation = Simulation(load_scene("bearing_6203", ["drive.change={time: 0.02, offset: [0.0, -3.0e-6, 0.0]}"]))
+    simulation.advance(5)
+    simulation.set_speed(150.0)
+    offset = simulation.advance(20).values["inner_ring_offset"][:, 1]
+    assert offset.tolist() == [0.0] * 16 + [-3e-6] * 4
+
+
+def test_friction_follows_at_once_where_the_ring_begins_to_speed_up():
+    """After 20 ms of steady rolling steps are long, and slip answers within microseconds."""
+    torques = []
+    for tolerance in (1e-3, 1e-6):
+        change = ("drive.acceleration=1e4", "drive.change={time: 0.02, speed: 91.63}")
+        moving = motion(f"wanted.tolerance={tolerance}", *change)
+        torques.append(moving.advance(0.02 + np.array([1e-5, 3e-5, 1e-4, 3e-4]), 0.0203).raceway_torque)
+    assert np.abs(torques[0] - torques[1]).max() < 0.01 * np.abs(torques[1]).max()

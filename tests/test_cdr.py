@@ -43,6 +43,17 @@ def test_bytes_of_a_wrench():
     assert data == expected + np.array([1.5, 2, 3, 4, 5, 6], dtype="<f8").tobytes()
 
 
+@pytest.mark.parametrize("stamp_ns", [0, 999_999_999, 1_000_000_000, 1_899_999_999_999_999_999])
+def test_stamps_are_whole_seconds_and_the_nanoseconds_above(stamp_ns):
+    """Also where the quotient of doubles is the next second."""
+    for data in (
+        encoded(cdr.JOINT_STATE, {}, stamp_ns, ""),
+        *Encoder(cdr.JOINT_STATE, "").encoded({"position": np.zeros((1, 2))}, np.array([stamp_ns])),
+    ):
+        stamp = cdr.deserialise(cdr.JOINT_STATE, data).header.stamp
+        assert (stamp.sec, stamp.nanosec) == divmod(stamp_ns, 10**9)
+
+
 @pytest.mark.parametrize("frame", ["", "x", "xy", "xyz", "bearing_link"])
 def test_messages_are_filled_up_to_whole_words(frame):
     """Four bytes at a time, as the middleware hands them over; what is filled up is zero and changes nothing."""

@@ -272,3 +272,21 @@ def test_only_what_is_wanted_is_made_and_an_instant_without_any_is_told_of():
     assert none[0] == everything[0]
     assert {data for _, _, data in none[1:]} == {b""}
     assert {stamp for _, stamp, _ in none} == {stamp for _, stamp, _ in everything}
+
+
+def test_load_arrows_push_the_balls_and_rings_are_as_large_as_their_raceways():
+    scene = made_up_scene(balls=2)
+    sample = made_up_block(scene, 1, seed=3)[0]
+    [(_, array)] = named(stream_of(scene, [made_up_block(scene, 1, seed=3)]), "markers")
+    marker = {(m.ns, m.id): m for m in array.markers}
+    geometry = scene.parameters.geometry
+    rows = sample["normal_load"] > 0.0
+    ends = np.array([[p.x, p.y, p.z] for p in marker["loads", 0].points]).reshape(-1, 3, 2, 3)
+    arrow = (ends[:, :, 1] - ends[:, :, 0])[:, 0]
+    length = geometry.ball_diameter * sample["normal_load"][rows] / sample["normal_load"].max()
+    assert arrow == pytest.approx(sample["normal"][rows] * length[:, None])
+    barbs = ends[:, 1:, 1] - ends[:, 1:, 0]
+    assert np.all(np.einsum("nbi,ni->nb", barbs, arrow) > 0.0)
+    for ring, side in enumerate((-1.0, 1.0)):
+        raceway = geometry.pitch_diameter + side * (geometry.ball_diameter + 0.5 * geometry.radial_clearance)
+        assert [marker["rings", ring].scale.x, marker["rings", ring].scale.y] == pytest.approx([raceway] * 2)

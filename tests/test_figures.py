@@ -10,6 +10,7 @@ import pytest
 from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
+from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.impact.figures import GAINED
@@ -156,8 +157,31 @@ def test_means_of_a_long_run_are_over_the_second_half_to_a_whole_number_of_block
     assert figures["cage_speed_rad_s"] == pytest.approx(70.0, rel=0.01)
 
 
-def late_half(outputs, half):
-    """(figures, outputs of the second half) of a made-up bearing run whose first half is another than its second."""
+def test_a_recording_that_begins_late_has_its_own_second_half():
+    figures, _ = late_half(600, 400, begun=200)
+    assert figures["normal_load_inner_n"] == pytest.approx([30.0, 60.0], rel=1e-12)
+
+
+def test_shapes_are_those_at_the_greatest_load():
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, 50, seed=6)
+    figures = gathered(scene, a_choice(), [block.part(0, 20), block.part(20, 50)]).report(scene.name).figures
+    names = ("normal_load", "contact_angle", "curvature_small", "curvature_large")
+    for ball, side in np.ndindex(2, 2):
+        ring = ("inner", "outer")[side]
+        load, angle, small, large = (block.values[name][:, ball, side] for name in names)
+        row = int(load.argmax())
+        assert figures[f"contact_angle_{ring}_rad"][ball] == angle[row]
+        spot = ellipse(small[row], large[row], 1.0, load[row])
+        found = figures[f"semi_minor_{ring}_m"][ball] / figures[f"semi_major_{ring}_m"][ball]
+        assert found == pytest.approx(spot.semi_minor / spot.semi_major, rel=1e-9)
+
+
+def late_half(outputs, half, begun=0):
+    """(figures, outputs of the second half) of a made-up bearing run whose first half is another than its second.
+
+    The first `begun` outputs are not there.
+    """
     scene = made_up_scene(balls=2)
     block = made_up_block(scene, outputs)
     late = np.arange(outputs) >= half
@@ -171,7 +195,7 @@ def late_half(outputs, half):
     values["orbit_angle"] = np.cumsum(np.where(late, 0.07, 0.05))[:, None] * np.ones((1, 2))
     values["inner_ring_speed"] = np.where(late, 180.0, 100.0)
     block = dataclasses.replace(block, values=values)
-    figures = gathered(scene, a_choice(), [block]).report(scene.name).figures
+    figures = gathered(scene, a_choice(), [block.part(begun, outputs)]).report(scene.name).figures
     return figures, int(late.sum())
 
 

@@ -1,17 +1,22 @@
 """Impacts are runs like any other: samples by channel, blocks, reports, resets, resolved scenes."""
 
+import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.kinds.impact.figures import CONTACT
+from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.picture import picture_of, plot
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation, simulate, verify
+from bearing_twin.sample import joined
 
 SCENES = (
     "two_spheres", "two_discs", "sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm",
@@ -128,3 +133,44 @@ def test_a_picture_needs_samples_and_a_place(tmp_path):
         picture_of(simulate("two_spheres")).write(tmp_path / "empty.png")
     with pytest.raises(BearingTwinError, match="cannot be written"):
         plot(simulate("two_spheres"), tmp_path / "nowhere" / "impact.png")
+
+
+def test_verify_looks_at_what_happened_between_outputs_too():
+    """A record that was altered by 1 uN, and one that is not there."""
+    run = simulate("two_spheres")
+    blocks = list(run.blocks())
+
+    def verified(change):
+        kept = [
+            dataclasses.replace(one, records={name: change(rows) for name, rows in one.records.items()})
+            for one in blocks
+        ]
+        return verify(SimpleNamespace(scene=run.scene, channels=run.channels, blocks=lambda: iter(kept)))
+
+    peak = [channel.name for channel in CONTACT.columns].index("peak_force")
+    assert sum(len(one.records["contact"]) for one in blocks) == 1
+    assert verified(lambda rows: rows).greatest == 0.0
+    assert verified(lambda rows: rows + 1e-6 * (np.arange(rows.shape[1]) == peak)).greatest == pytest.approx(
+        1e-6, rel=1e-3
+    )
+    assert verified(lambda rows: rows[:0]).greatest == np.inf
+
+
+def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatch):
+    """Also with the last one of a message."""
+    monkeypatch.setattr("bearing_twin.log.stream.LARGEST_BLOCK", 8000)
+    run = simulate("two_spheres")
+    whole = joined(list(run.blocks()))
+
+    def read_back(block, name):
+        made = SimpleNamespace(scene=run.scene, choice=run.choice, blocks=lambda: iter([block]), report=run.report)
+        return list(read_log(write_log(made, tmp_path / name).path).blocks())
+
+    end = read_back(whole, "first.mcap")[0].time_ns[-1]
+    rows = whole.records["contact"].copy()
+    rows[:, 0] = 1e-9 * end
+    first, *others = read_back(dataclasses.replace(whole, records={"contact": rows}), "second.mcap")
+    assert first.time_ns[-1] == end
+    assert np.array_equal(first.records["contact"], rows)
+    assert others
+    assert not any(len(block.records["contact"]) for block in others)

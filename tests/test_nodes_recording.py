@@ -1,5 +1,6 @@
 """What recorder_node and replay_node think: losses, definitions, and the way from a log back to messages. No ROS."""
 
+import errno
 import json
 import math
 import os
@@ -15,7 +16,9 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
+from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import samples_message, topics
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
@@ -88,6 +91,44 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     with McapReader(tmp_path / "out.mcap") as reader:
         [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
     assert told["uncounted"] == "/four /one /three"
+
+
+def told_after_a_crash(path):
+    """What the records of a recording that was never completed say was lost: (messages lost, messages dropped)."""
+    cut, whole = path.with_name("cut.mcap"), path.with_name("whole.mcap")
+    cut.write_bytes(path.read_bytes())
+    recover(cut, whole)
+    with McapReader(whole) as reader:
+        told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+    return [(int(one["messages_lost"]), int(one["messages_dropped"])) for one in told]
+
+
+def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch):
+    """Each loss is told once; what was dropped while the disk was full is told when there is room again."""
+    monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 5000)
+    recording = Recording(tmp_path / "out.mcap", ["*"], safety=Safety(patient=True))
+    recording.add("/one", cdr.CLOCK, cdr.type_hash(cdr.CLOCK), (Qos(),))
+    for number in (1, 4, 5, 7):
+        recording.receive("/one", 1, 1, bytes(100), number)
+        recording.note_losses()
+    assert told_after_a_crash(tmp_path / "out.mcap") == [(2, 0), (3, 0)]
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "pwrite", full)
+        for number in range(8, 108):
+            recording.receive("/one", 1, 1, bytes(100), number)
+            recording._log.flush()  # as the log does by itself every `max_loss` seconds
+        recording.note_losses()
+    dropped = recording.status()["messages_dropped"]
+    assert dropped > 10
+    recording._log.flush()
+    recording.note_losses()
+    (tmp_path / "whole.mcap").unlink()
+    assert told_after_a_crash(tmp_path / "out.mcap") == [(2, 0), (3, 0), (3, dropped)]
+    recording.close()
 
 
 @pytest.mark.parametrize("frame", ["", "x", "bearing_link", "a_frame_of_any_length"])

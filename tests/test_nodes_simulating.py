@@ -142,6 +142,28 @@ def test_in_real_time_nothing_goes_out_before_it_is_due():
     assert outputs_in(delivered) == list(range(100))
 
 
+def test_a_look_tells_of_the_time_since_the_last_one():
+    """A tenth of a second in time, then outputs that take twice as long to compute as they last."""
+    loop, _, clock = made_up_loop()
+    drive(loop, clock, 100 * MS)
+    slow, message, numbers = loop.look()
+    assert (slow, message) == (False, "running")
+    assert numbers["real_time_factor"] == pytest.approx(1.0, rel=0.05)
+    advance = loop.simulation.advance
+
+    def slowly(outputs):
+        clock[0] += 2 * outputs * MS
+        return advance(outputs)
+
+    loop.simulation.advance = slowly
+    drive(loop, clock, 300 * MS)
+    slow, message, numbers = loop.look()
+    assert slow
+    assert "cannot keep up" in message
+    assert numbers["real_time_factor"] == pytest.approx(0.5, rel=0.15)
+    assert 0.1 < numbers["lag_s"] < 0.2
+
+
 def test_a_pause_holds_time_and_loses_nothing():
     loop, delivered, clock = made_up_loop(duration_ns=200 * MS)
     drive(loop, clock, 73 * MS)

@@ -319,6 +319,23 @@ def test_progress_is_told_ten_times_a_second_at_most():
     assert told == [(done, "contact_duration") for done in (*range(0, 100, 10), 99)]
 
 
+def test_a_study_begins_without_the_progress_of_the_one_before():
+    begun_with, told = [], []
+
+    def run(study, progress, cancelled):
+        begun_with.append(figures(studies)["done"])
+        studies.look(10 * PROGRESS_PERIOD_NS)
+        for done in (30, 50):
+            progress(Progress(done, 100, 1.0, 0.1, 5.0))
+        return run_study(study)
+
+    studies = Studies(run=run, clock=lambda: 0)
+    for _ in range(2):
+        answered(studies, tell=lambda progress, quantity: told.append(progress.done))
+    assert begun_with == [0, 0]
+    assert told == [30, 30]  # 50 comes too soon after
+
+
 def test_a_log_has_a_name_of_its_own_inside_the_folder(tmp_path):
     first = free_path(tmp_path, "../a study/of: mine", "20260101_000000")
     assert first.name == "_a_study_of_mine_20260101_000000.mcap"

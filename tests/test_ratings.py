@@ -6,9 +6,11 @@ import math
 import numpy as np
 import pytest
 
+from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import ratings
 from bearing_twin.kinds.bearing.clearance import clearance_of, operating_geometry
+from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.run.scene import load_scene
 
 
@@ -94,6 +96,23 @@ def test_equivalent_loads_of_forty_degrees():
     assert found == pytest.approx(0.35 * 1000.0 + 0.57 * 2000.0, rel=1e-6)
     assert ratings.equivalent_load(geometry, ratings.Ratings(1.0, 1.0), 1000.0, 1000.0) == 1000.0
     assert ratings.static_load(geometry, 1000.0, 4000.0) == pytest.approx(500.0 + 0.26 * 4000.0, rel=1e-6)
+
+
+def test_the_dynamic_rating_falls_with_the_contact_angle():
+    """f_c knows the angle by D cos(a)/d_m alone: two bearings with the same of that differ by (cos a)^0.7."""
+    flat, cosine = parameters().geometry, math.cos(math.radians(40.0))
+    steep = dataclasses.replace(flat, contact_angle=math.radians(40.0), pitch_diameter=flat.pitch_diameter * cosine)
+    ratio = ratings.basic_dynamic_rating(steep) / ratings.basic_dynamic_rating(flat)
+    assert ratio == pytest.approx(cosine**0.7, rel=1e-12)
+
+
+@pytest.mark.parametrize("conformities", [(0.515, 0.53), (0.54, 0.505)])
+def test_the_static_rating_presses_the_raceway_that_reaches_it_first_with_4200_mpa(conformities):
+    inner, outer = conformities
+    geometry = dataclasses.replace(parameters().geometry, inner_conformity=inner, outer_conformity=outer)
+    load = 5.0 * ratings.basic_static_rating(geometry) / geometry.balls
+    spots = [ellipse(*gap, 0.5 * 206e9 / (1.0 - 0.3**2), load) for gap in nominal_curvatures(geometry)]
+    assert max(spot.peak_pressure for spot in spots) == pytest.approx(4.2e9, rel=1e-9)
 
 
 # Clearance

@@ -123,7 +123,7 @@ class Recording:
         with self._lock:
             if self._closed:
                 return
-            if losses > self._noted:
+            if losses > self._noted and not self._log.problem:  # else once there is room
                 self._noted = losses
                 self._log.add_metadata(RECORDING_RECORD, self._told(status))
 
