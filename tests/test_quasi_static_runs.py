@@ -8,11 +8,13 @@ from bearings import motion
 from made_up_run import a_choice
 
 from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.bearing.adequacy import cage_needed
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static import statics
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.run.verification import verify
 from bearing_twin.uq.run import run_study
@@ -200,7 +202,58 @@ def test_auto_is_quasi_static_where_the_ring_is_loaded_free_or_tilted():
     assert stepper("drive.tilt=[1e-4,0]") == "quasi_static"
     assert stepper(QUASI_STATIC) == "quasi_static"
     warned = choose(load_scene("bearing_6203", [QUASI_STATIC, "solver.stepper=rk4", "initial.motion=rest"])).warnings
-    assert "solver.stepper and initial.motion: rest" in warned[0]
+    assert [words.split(":")[0] for words in warned] == [
+        "balls that start from rest skid",
+        "solver.stepper does nothing in a run from equilibria, which has no steps",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides", "stepper", "words"),
+    [
+        ("bearing_6203", (), "quasi_static", "because loads and angles alone are wanted"),
+        ("bearing_6203_loose", (), "quasi_static", "in a cage that spaces the balls evenly"),
+        ("bearing_6203", ("wanted.outputs=history",), "rodas4", "because friction torque, slip and losses are among"),
+        ("bearing_6203", ("model.dimension=prescribed",), "rodas4", "prescribed, as the scene asks"),
+        ("bearing_6203_start", (), "rodas4", "because balls that start from rest skid"),
+        ("bearing_6203_sudden", (), "rodas4", "because contacts ring when drive.change.offset shifts"),
+        ("bearing_6203_fast", (), "rodas4", "because the centrifugal load is 0.3"),
+        ("bearing_6203_fast", ("wanted.tolerance=0.01",), "quasi_static", "within 0.36 % of those of moving balls"),
+        (
+            "bearing_6203",
+            ("drive.change={time: 0.1, speed: 100.0}", "drive.acceleration=1e6"),
+            "rodas4",
+            "because at 1e+06 rad/s^2 the speed changes faster",
+        ),
+    ],
+)
+def test_auto_takes_equilibria_where_loads_are_wanted_and_they_are_enough(scene, overrides, stepper, words):
+    choice = choose(load_scene(scene, ["wanted.outputs=loads", *overrides]))
+    assert (choice.stepper, words in choice.reason) == (stepper, True), choice.reason
+
+
+def test_equilibria_say_what_they_are_not_good_for():
+    _, sudden = (choose(load_scene(name, [QUASI_STATIC])) for name in ("bearing_6203", "bearing_6203_sudden"))
+    assert [words for words in sudden.warnings if "drive.change.offset shifts the ring at once" in words]
+    assert not choose(load_scene("bearing_6203_rig_400N")).warnings
+    report, _ = whole("bearing_6203_rig_400N", "run.duration=0.02")
+    assert (report.figures["drive_torque_nm"], report.figures["dissipated_j"]) == (None, None)
+    quantity = KINDS["bearing"].quantities_of()["drive_torque"]
+    assert math.isnan(quantity.figure(report.figures))
+
+
+def test_balls_that_leave_a_raceway_are_said_to_need_a_cage():
+    said = {name for name in scene_names() if name.startswith("bearing") and choose(load_scene(name)).warnings}
+    uncaged = {name for name in said if "a cage prevents" in choose(load_scene(name)).warnings[0]}
+    assert uncaged == {"bearing_6203_loose"}
+    for overrides, needed in (
+        (("drive.offset=[0,0,2e-4]",), False),  # pushed along the axis, all balls carry
+        (("geometry.balls=1",), False),
+        (("drive.change={time: 0.1, offset: [0, 9e-6, 0]}",), True),
+    ):
+        assert bool(cage_needed(load_scene("bearing_6203_loose", overrides).parameters)) is needed, overrides
+    loose = "drive.change={time: 0.1, offset: [0, 5e-6, 0]}"
+    assert cage_needed(load_scene("bearing_6203", [loose, "drive.offset=[0,0,0]"]).parameters)
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,13 @@ CHARTS = {  # name: module in charts/, what it shows
     "laws": ("laws", "error and cost of the elastic laws"),
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
+    "dimensions": ("dimensions", "equilibria against balls that move: error and cost over speed and load"),
     "samplers": ("samplers", "error of mean and deviation of a contact time against realisations and cost"),
     "coverage": ("coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples"),
     "discs": ("soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps"),
     "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),
 }
+SHARES = {"samplers": "sampling", "dimensions": "running"}  # charts that tell the share done, and of what
 OPTIONS = {"problem": "steppers", "only": "studies"}  # option: the chart it goes with
 
 
@@ -57,8 +59,8 @@ def _chart(chart, arguments, folder) -> Outcome:
         points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), say))
     elif arguments.chart == "coverage":
         points = list(chart.measure(say=say))
-    elif arguments.chart == "samplers":
-        with progress("sampling") as update:
+    elif arguments.chart in SHARES:
+        with progress(SHARES[arguments.chart]) as update:
             points = chart.measure(update)
     else:
         points = list(chart.measure())

@@ -19,10 +19,11 @@ PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no termin
 
 WIDTH, WIDE = 120, 220  # columns where there is no terminal to ask
 COLUMN = 15  # of a table of balls
+AXES = 3  # lists of so many numbers at most are vectors
 
 
 def show_result(result: Mapping) -> None:
-    """Print a result on standard output: single values first, then one table for each group of equally long lists."""
+    """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
     from rich.table import Table
     from rich.text import Text
 
@@ -30,7 +31,10 @@ def show_result(result: Mapping) -> None:
     single, columns = {}, {}
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
-            columns.setdefault(len(value), {})[key] = value
+            if len(value) <= AXES:
+                single[key] = ", ".join(map(_text, value))
+            else:
+                columns.setdefault(len(value), {})[key] = value
         elif isinstance(value, (list, tuple)):
             single[key] = "\n".join(map(str, value)) or "none"
         else:

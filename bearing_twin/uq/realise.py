@@ -145,7 +145,8 @@ def _by_simulation(task, values):
         if report.status != "done":
             found.failures[row] = report.status
         elif not (np.isfinite(numbers).all() and np.isfinite(histories).all()):
-            found.failures[row] = "a quantity is not finite"
+            lacking = [name for name, one in zip(task.quantities, numbers, strict=True) if not np.isfinite(one)]
+            found.failures[row] = f"not finite, or nothing this model knows: {', '.join(lacking) or 'a history'}"
         else:
             found.quantities[row], found.histories[row] = numbers, histories
             if report.flags:

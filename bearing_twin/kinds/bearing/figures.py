@@ -22,6 +22,7 @@ from bearing_twin.contact.validity import (
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.report import Choice
@@ -41,8 +42,8 @@ MEANINGS = {
     "roll_rate_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
     "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved",
     "drive_work_j": "work of the drive since the start, at the end",
-    "dissipated_j": "energy lost in the contacts since the start, at the end",
-    "drive_torque_nm": f"that turns the inner ring, {LATE}",
+    "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
+    "drive_torque_nm": f"that turns the inner ring, {LATE}; none from equilibria",
     "ring_displacement_m": f"of the inner ring's centre, {LATE}",
     "misalignment_rad": f"of the inner ring about x and y, {LATE}",
     "ring_force_n": f"on the inner ring by the balls, {LATE}",
@@ -77,6 +78,7 @@ class BearingFigures:
 
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.law, self.samples = parameters, choice.law, 0
+        self.still = choice.stepper == QUASI_STATIC
         self.first, self.last = {}, {}
         balls = parameters.geometry.balls
         self.greatest_load = np.zeros((balls, 2))
@@ -273,8 +275,8 @@ class BearingFigures:
             "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
-            "dissipated_j": self.last["dissipated"],
-            "drive_torque_nm": float(late["drive_torque"] / late["count"]),
+            "dissipated_j": None if self.still else self.last["dissipated"],
+            "drive_torque_nm": None if self.still else float(late["drive_torque"] / late["count"]),
             "ring_displacement_m": place.tolist(),
             "misalignment_rad": tilt.tolist(),
             "ring_force_n": force.tolist(),

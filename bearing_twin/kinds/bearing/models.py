@@ -1,4 +1,4 @@
-"""The cheapest adequate law and stepper for a bearing, and why.
+"""The cheapest adequate law, dimension and stepper for a bearing, and why.
 
 What a scene pins is kept; a pinned model that misses the tolerance is named in the warnings.
 """
@@ -7,7 +7,9 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, share_at_start, still_error
+from bearing_twin.kinds.bearing.parameters import LOADS
+from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
 from bearing_twin.report import Choice
 
@@ -23,25 +25,33 @@ def law_error(law: str, parameters) -> float:
     return worst
 
 
-def _balance(parameters, warnings: list[str]) -> list[str]:
-    """Why every output is an equilibrium; adds what such a run leaves out to the warnings."""
-    ignored = [
-        key
-        for key, given in (
-            ("solver.stepper", parameters.solver.stepper != "auto"),
-            ("initial.motion: rest", parameters.initial.motion == "rest"),
+def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
+    """(dimension, why); what it leaves out, or does without, joins the warnings."""
+    asked, dimension = parameters.model.dimension != "auto", dimension_of(parameters)
+    loads_alone = not asked and dimension == PRESCRIBED and parameters.wanted.outputs == LOADS
+    if dimension == PRESCRIBED and not loads_alone:
+        warnings += filter(None, [cage_needed(parameters)])
+        why = "as the scene asks" if asked else "because friction torque, slip and losses are among the outputs"
+        return PRESCRIBED, f"prescribed, {why}"
+    share = share_at_start(parameters, law)
+    against = doubts(parameters, share)
+    if loads_alone and against:
+        warnings += filter(None, [cage_needed(parameters)])
+        return PRESCRIBED, f"prescribed, because {' and '.join(against)}"
+    warnings += [f"{doubt}: a run from equilibria has nothing of that" for doubt in against]
+    if parameters.solver.stepper != "auto":
+        warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
+    why = "as the scene asks"
+    if not asked:
+        because = "loads and angles alone are wanted" if loads_alone else "the inner ring is loaded or tilted"
+        why = (
+            f"because {because}: every output is an equilibrium, in a cage that spaces the balls evenly; friction "
+            "torque, skidding and ringing are not in it"
         )
-        if given
-    ]
-    if ignored:
-        warnings.append(f"{' and '.join(ignored)}: a run from equilibria has no transients")
-    asked = parameters.model.dimension == QUASI_STATIC
-    return [
-        "quasi_static, as the scene asks"
-        if asked
-        else "quasi_static, because the inner ring is loaded or tilted: every output is an equilibrium, in a cage that "
-        "spaces the balls evenly; friction torque, skidding and ringing are not in it"
-    ]
+    return QUASI_STATIC, (
+        f"quasi_static, {why}; the centrifugal load is {share:.2g} of the contact's at the start, where loads are "
+        f"within {100.0 * still_error(share):.2g} % of those of moving balls"
+    )
 
 
 def choose(parameters) -> Choice:
@@ -72,8 +82,10 @@ def choose(parameters) -> Choice:
     if state is not None and not state.projects:
         warnings.append(f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does")
 
-    if dimension_of(parameters) == QUASI_STATIC:
-        return Choice(law, QUASI_STATIC, error, "; ".join([*reasons, *_balance(parameters, warnings)]), tuple(warnings))
+    dimension, why = _dimension(parameters, law, warnings)
+    reasons.append(why)
+    if dimension == QUASI_STATIC:
+        return Choice(law, QUASI_STATIC, error, "; ".join(reasons), tuple(warnings))
     if pinned_stepper != "auto":
         stepper = pinned_stepper
         reasons.append(f"{stepper}, as the scene asks")

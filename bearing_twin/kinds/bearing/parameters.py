@@ -26,6 +26,7 @@ from bearing_twin.parameters import choice, quantity, section
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
+LOADS = "loads"  # of wanted.outputs
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise
 
@@ -130,6 +131,18 @@ class Solver:
 
 
 @dataclass(frozen=True)
+class WantedLoads(Wanted):
+    """As Wanted, of a bearing whose loads may be had without its friction."""
+
+    outputs: str = choice(
+        "history",
+        ("history", LOADS),
+        "history = every channel over time; loads = friction torque, slip and losses may be left out, so that "
+        "model.dimension: auto may be quasi_static",
+    )
+
+
+@dataclass(frozen=True)
 class BearingScene:
     """Balls between two grooved raceways (paper 1, section 5)."""
 
@@ -147,7 +160,7 @@ class BearingScene:
     )
     initial: Initial = section(Initial)
     solver: Solver = section(Solver)
-    wanted: Wanted = section(Wanted)
+    wanted: WantedLoads = section(WantedLoads)
     run: RunSettings = section(RunSettings, default=RunSettings(1.0, 1000.0, 100.0))
 
 

@@ -1,0 +1,242 @@
+"""Equilibria against balls that move by themselves: error against cost, over speed and load.
+
+A preloaded 6203 without gravity, its inner ring held where equilibrium puts it under the load. Speeds are those at
+which the centrifugal load of the ball with most of it is a given share of its load on the inner raceway. Truth is the
+motion of the balls at a tolerance a thousand times tighter than by default, early (the axes of the balls' spin have not
+settled, which takes about 0.6 s) and settled; equilibria are taken with the balls where that motion has them.
+"""
+
+import csv
+import math
+import time
+from collections.abc import Callable
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
+from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
+from bearing_twin.report import Choice
+from bearing_twin.run.scene import load_scene
+
+SCENE, LAW = "bearing_6203", "hertz"
+LOADS = {  # N on the inner ring, thrust last
+    "20 N thrust": (0.0, 0.0, 20.0),
+    "100 N thrust": (0.0, 0.0, 100.0),
+    "500 N thrust": (0.0, 0.0, 500.0),
+    "100 N thrust, 60 N across": (0.0, -60.0, 100.0),
+}
+SHARES = (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.4)  # centrifugal load over load on the inner raceway
+STEPPERS = {QUASI_STATIC: QUASI_STATIC, PRESCRIBED: "rodas4"}
+TOLERANCE, FINEST = 1e-3, 1e-6
+EARLY, SETTLED = 0.02, 2.0  # s after a start with the balls rolling
+RATES = (1000.0, 100.0)  # outputs a second
+SPAN, REPEATS = 0.2, 3  # s of each timed run
+FASTEST = 2e4  # rad/s: no speed beyond it is looked for
+LEAST = 1e-7  # smaller errors are drawn here
+
+
+@dataclass(frozen=True)
+class DimensionPoint:
+    """One dimension at one load and speed: relative errors of the greatest load and angle, CPU seconds a second."""
+
+    dimension: str
+    load: str
+    speed: float
+    centrifugal_share: float
+    early_load_error: float
+    early_angle_error: float
+    load_error: float
+    angle_error: float
+    cost_at_1000_hz: float
+    cost_at_100_hz: float
+
+
+def _parameters(speed: float, offset=(0.0, 0.0, 0.0), tolerance: float = TOLERANCE):
+    keys = ("gravity=[0,0,0]", f"drive.speed={speed}", f"drive.offset={list(offset)}", f"wanted.tolerance={tolerance}")
+    return load_scene(SCENE, keys).parameters
+
+
+def _balance(load, speed: float):
+    """The equilibrium under this load [N] with the tilts held, ball 0 on the load line."""
+    support = Support((True, True, True, False, False), (*load, 0.0, 0.0), (0.0,) * 5)
+    return solver_of(_parameters(speed), LAW, load_line(support)).solve(support)
+
+
+def _share(found) -> float:
+    """The greatest centrifugal load over the load on the inner raceway; infinite where a ball has none."""
+    load = found.contacts.load[:, 0]
+    return float((found.contacts.centrifugal / load).max()) if load.min() > 0.0 else math.inf
+
+
+def _speed_of(load, share: float) -> float:
+    """The speed [rad/s] at which the centrifugal load is this share of the load on the inner raceway."""
+    low, high = 0.0, FASTEST
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _share(_balance(load, middle)) < share else (low, middle)
+    return low
+
+
+def _moved(motion, instants) -> list:
+    """Azimuths, loads and angles of a motion from its start at these instants [s], one after the other."""
+    motion.reset()
+    now, found = 0.0, []
+    for instant in instants:
+        span = instant - now
+        out = motion.advance(np.linspace(0.0, span, round(span * RATES[0]) + 1)[1:], span)
+        found.append((out.orbit_angle[-1], out.normal_load[-1], np.abs(out.contact_angle[-1])))
+        now = instant
+    return found
+
+
+def _motion(dimension: str, parameters):
+    return bearing_motion(parameters, Choice(LAW, STEPPERS[dimension], 0.0, "", ()))
+
+
+def _static(parameters, azimuths):
+    """Loads and angles of the equilibrium with the balls at these azimuths, the ring held."""
+    held = Support((False,) * 5, (0.0,) * 5, (*parameters.drive.offset, 0.0, 0.0))
+    contacts = Solver(setting_of(parameters, LAW, parameters.drive.speed), azimuths).solve(held).contacts
+    return contacts.load, np.abs(contacts.angle)
+
+
+def _errors(found, exact) -> list[float]:
+    """Greatest differences of loads and of angles, each over the greatest."""
+    return [float(np.abs(a - b).max() / np.abs(b).max()) for a, b in zip(found, exact, strict=True)]
+
+
+def _cost(motion, rate: float) -> float:
+    """CPU seconds a simulated second of a motion that is under way; the least of REPEATS."""
+    times, spans = np.arange(1, round(SPAN * rate) + 1) / rate, []
+    for _ in range(REPEATS):
+        start = time.process_time()
+        motion.advance(times, SPAN)
+        spans.append(time.process_time() - start)
+    return min(spans) / SPAN
+
+
+def _points(name: str, share: float, speed: float, offset) -> list[DimensionPoint]:
+    """Both dimensions at one load and speed."""
+    given, instants = _parameters(speed, offset), (EARLY, SETTLED)
+    motions = {dimension: _motion(dimension, given) for dimension in STEPPERS}
+    truth = _moved(_motion(PRESCRIBED, _parameters(speed, offset, FINEST)), instants)
+    found = {
+        QUASI_STATIC: [_static(given, azimuths) for azimuths, *_ in truth],
+        PRESCRIBED: [rest for _, *rest in _moved(motions[PRESCRIBED], instants)],
+    }
+    motions[QUASI_STATIC].first_outputs()
+    points = []
+    for dimension, pairs in found.items():
+        errors = [one for pair, (_, *exact) in zip(pairs, truth, strict=True) for one in _errors(pair, exact)]
+        costs = (_cost(motions[dimension], rate) for rate in RATES)
+        points.append(DimensionPoint(dimension, name, speed, share, *errors, *costs))
+    return points
+
+
+def measure(update: Callable[[float], None] = lambda share: None, loads=LOADS, shares=SHARES) -> list[DimensionPoint]:
+    """Every dimension at every load and every share of centrifugal load."""
+    points = []
+    for row, (name, load) in enumerate(loads.items()):
+        for column, share in enumerate(shares):
+            speed = _speed_of(load, share)
+            points += _points(name, share, speed, tuple(_balance(load, speed).coordinates[:3].tolist()))
+            update((row + (column + 1) / len(shares)) / len(loads))
+    return points
+
+
+def write_table(points: list[DimensionPoint], path: Path) -> None:
+    """The points as comma-separated values."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream)
+        table.writerow([field.name for field in fields(DimensionPoint)])
+        table.writerows(map(astuple, points))
+
+
+def worst(points: list[DimensionPoint], dimension: str, error: str, share: float = math.inf) -> float:
+    """The greatest error of a dimension up to this share of centrifugal load."""
+    return max(getattr(p, error) for p in points if p.dimension == dimension and p.centrifugal_share <= share)
+
+
+def reading(points: list[DimensionPoint]) -> list[str]:
+    """What the chart says: how far equilibria hold, what settles late, and what each dimension costs."""
+    shares = [one for one in (0.1, 0.3, 1.4) if any(p.centrifugal_share <= one for p in points)]
+    thrust = [p for p in points if not any(LOADS[p.load][:2])]
+    across = [p for p in points if p not in thrust]
+
+    def upto(key):
+        return ", ".join(f"{worst(points, QUASI_STATIC, key, one):.1g} up to {one:g}" for one in shares)
+
+    def cost(dimension, key):
+        found = [1e3 * getattr(p, key) for p in points if p.dimension == dimension]
+        return " to ".join(f"{float(f'{one:.2g}'):g}" for one in (min(found), max(found)))
+
+    costs = (
+        f"{dimension} {cost(dimension, 'cost_at_1000_hz')} ms ({cost(dimension, 'cost_at_100_hz')} ms)"
+        for dimension in STEPPERS
+    )
+    off = (
+        f"{worst(some, PRESCRIBED, 'load_error'):.1g} {words}"
+        for some, words in ((thrust, "under thrust"), (across, "with a load across, where no cage spaces the balls"))
+        if some
+    )
+    return [
+        "quasi_static against the settled motion of the balls, by centrifugal load over load on the inner raceway: "
+        f"loads off by {upto('load_error')}; contact angles by {upto('angle_error')}.",
+        f"{1e3 * EARLY:g} ms after the start, before the spin axes have settled: loads {upto('early_load_error')}; "
+        f"angles {upto('early_angle_error')}.",
+        f"prescribed, {SETTLED:g} s on, at its default tolerance: loads off by at most {' and '.join(off)}.",
+        f"CPU time of a simulated second with 1000 outputs (with 100): {', '.join(costs)}.",
+    ]
+
+
+def _over_speed(axis, points, keys) -> None:
+    """Errors of equilibria over the share of centrifugal load: settled in full lines, early in dashes."""
+    for number, load in enumerate(dict.fromkeys(p.load for p in points)):
+        mine = [p for p in points if p.load == load and p.dimension == QUASI_STATIC]
+        shares = [p.centrifugal_share for p in mine]
+        for key, dashes in zip(keys, ("-", ":"), strict=True):
+            errors = [max(getattr(p, key), LEAST) for p in mine]
+            look = ball_line(number) | {"linestyle": dashes}
+            axis.plot(shares, errors, "o", **look, markersize=4, label=load if dashes == "-" else None)
+    axis.set(xscale="log", yscale="log", xlabel="centrifugal load / load on the inner raceway")
+
+
+def draw(points: list[DimensionPoint], path: Path) -> None:
+    """The chart: errors of load and of angle over speed, and on the right error against cost of both dimensions."""
+    figure = Figure(figsize=(17, 7), layout="constrained")
+    FigureCanvasAgg(figure)
+    load, angle, cost = figure.subplots(1, 3, sharey=True)
+    _over_speed(load, points, ("load_error", "early_load_error"))
+    _over_speed(angle, points, ("angle_error", "early_angle_error"))
+    heading(load, "quasi_static: ball loads")
+    heading(angle, "quasi_static: contact angles")
+    load.set_ylabel("greatest error, over the greatest")
+    load.plot([], [], color=STYLE["soft"], linestyle="-", label="settled, after 2 s")
+    load.plot([], [], color=STYLE["soft"], linestyle=":", label="after 20 ms")
+    load.legend(loc="upper left", frameon=False, fontsize=11)
+    for number, dimension in enumerate(dict.fromkeys(p.dimension for p in points)):
+        for key, marker in (("cost_at_1000_hz", "o"), ("cost_at_100_hz", "^")):
+            mine = [p for p in points if p.dimension == dimension]
+            rate = key.split("_")[2]
+            cost.plot(
+                [getattr(p, key) for p in mine],
+                [max(p.load_error, p.angle_error, LEAST) for p in mine],
+                marker,
+                color=ball_line(number)["color"],
+                markersize=6,
+                label=f"{dimension}, {rate} outputs a second",
+            )
+    cost.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second")
+    heading(cost, "settled, loads and angles, against cost")
+    cost.legend(loc="lower left", frameon=False, fontsize=11, bbox_to_anchor=(0.0, 0.11))
+    for axis in (load, angle, cost):
+        frame(axis)
+    figure.suptitle("Dimensions of a bearing: equilibria against moving balls", fontsize=16, color=STYLE["ink"])
+    stamp(figure)
+    figure.savefig(path, dpi=100)

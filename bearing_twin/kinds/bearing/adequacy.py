@@ -1,0 +1,88 @@
+"""When equilibria are enough for a bearing, and when its balls need a cage: rows of reasons, and errors as measured."""
+
+import math
+
+from bearing_twin.kinds.bearing.clearance import operating_geometry
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
+from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+
+FASTEST_CHANGE = 1000.0  # 1/s of the speed: the balls follow slower changes in rolling
+
+
+def still_error(share: float) -> float:
+    """Relative error of equilibria in load, the centrifugal load being this share of that on the inner raceway.
+
+    A bound on what `bearing_twin chart dimensions` measures up to a share of 1.4, before and after the axes of spin
+    have settled.
+    """
+    return max(1e-4, 0.04 * share * share)
+
+
+def centrifugal_share(contacts: Contacts) -> float:
+    """The greatest centrifugal load over the load on the inner raceway, of the balls that carry; 0 where none does."""
+    load = contacts.load[:, 0]
+    carry = load > 1e-3 * load.max()
+    return float((contacts.centrifugal[carry] / load[carry]).max()) if carry.any() and load.max() > 0.0 else 0.0
+
+
+def _start(parameters, share) -> str:
+    return "balls that start from rest skid" if parameters.initial.motion == "rest" else ""
+
+
+def _jump(parameters, share) -> str:
+    change = parameters.drive.change
+    return (
+        "contacts ring when drive.change.offset shifts the ring at once" if change.time and any(change.offset) else ""
+    )
+
+
+def _hurry(parameters, share) -> str:
+    drive = parameters.drive
+    hurried = drive.change.time and drive.change.speed
+    slowest = min(abs(drive.speed), abs(drive.speed + drive.change.speed))
+    if hurried and drive.acceleration > FASTEST_CHANGE * max(slowest, 1.0):
+        return f"at {drive.acceleration:g} rad/s^2 the speed changes faster than balls follow in rolling"
+    return ""
+
+
+def _spin(parameters, share) -> str:
+    if still_error(share) <= parameters.wanted.tolerance:
+        return ""
+    return (
+        f"the centrifugal load is {share:.2g} of the contact's, where equilibria are off by up to "
+        f"{100.0 * still_error(share):.2g} % in load and more in angle, until the spin axes have settled"
+    )
+
+
+DOUBTS = (_start, _jump, _hurry, _spin)
+"""What may speak against equilibria: functions of parameters and the share that give a sentence, or ""."""
+
+
+def share_at_start(parameters, law: str) -> float:
+    """`centrifugal_share` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
+    return centrifugal_share(solver_of(parameters, law).solve(support_of(parameters)).contacts)
+
+
+def doubts(parameters, share: float) -> list[str]:
+    """What speaks against a run from equilibria, one sentence each."""
+    return [sentence for doubt in DOUBTS if (sentence := doubt(parameters, share))]
+
+
+def cage_needed(parameters) -> str:
+    """Why balls without a cage would not stay apart, "" where they do: some leave a raceway on their way round.
+
+    A ball at the far side of a radial offset r is squeezed by hypot(A_0 - r, z) - (f_i + f_o - 1) D.
+    """
+    geometry, drive = operating_geometry(parameters), parameters.drive
+    free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
+    middle = free - 0.5 * geometry.radial_clearance
+    places = [drive.offset]
+    if drive.change.time:
+        places.append(tuple(a + b for a, b in zip(drive.offset, drive.change.offset, strict=True)))
+    for x, y, z in places:
+        if geometry.balls > 1 and math.hypot(middle - math.hypot(x, y), z) <= free:
+            return (
+                "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
+                "their spacing and orbit speed leave what rolling gives, which a cage prevents"
+            )
+    return ""
