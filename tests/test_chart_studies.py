@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from bearing_twin.charts import studies
 from bearing_twin.charts.sheets import Map, rows_of
-from bearing_twin.charts.studies import SHEETS, wanted_sheets
 from bearing_twin.charts.study_samples import draws, known
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.uq.run import run_study
 
+SHEETS = studies.SHEETS.rows
 FIGURES = range(1, 25)
 SLOW = {"soft_fast": 200, "soft_case1": 1250, "soft_case2": 1250}  # sheets whose realisations take time: how many
 QUICK = [name for name in SHEETS if name not in SLOW]
@@ -213,12 +214,12 @@ def test_draws_are_the_samples_of_the_study():
 
 
 def test_sheets_are_asked_for_by_name_or_by_figure():
-    assert wanted_sheets([]) == list(SHEETS)
-    assert wanted_sheets(["14", "densities", "9"]) == ["densities", "convergence", "discs"]
-    assert wanted_sheets(["12", "16", "24"]) == ["soft_run", "soft_fast", "soft_case2"]
+    assert studies.SHEETS.wanted([]) == list(SHEETS)
+    assert studies.SHEETS.wanted(["14", "densities", "9"]) == ["densities", "convergence", "discs"]
+    assert studies.SHEETS.wanted(["12", "16", "24"]) == ["soft_run", "soft_fast", "soft_case2"]
     for word in ("0", "25", "density", ""):
         with pytest.raises(BearingTwinError, match="neither a sheet nor a figure"):
-            wanted_sheets([word])
+            studies.SHEETS.wanted([word])
 
 
 def test_one_command_writes_pictures_and_tables(tmp_path, capsys):

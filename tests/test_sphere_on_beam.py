@@ -1,6 +1,7 @@
 """A sphere on a beam (paper 2): published numbers, two independent methods, rates, balances, and how methods fail."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from runs import reported
 
+from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import impact as impact_module
@@ -440,7 +442,8 @@ def test_what_no_memory_holds_is_refused_before_it_starts(overrides, sentence):
 def test_a_long_computation_is_told_before():
     warnings = choose(load_scene("sphere_on_beam", ["beam.span=20", "beam.theory=timoshenko"])).warnings
     assert "so the result is less exact" in warnings[0]
-    assert "take about" in choose(load_scene("sphere_on_beam", ["solver.modes=4000", "solver.steps=6000"])).warnings[0]
+    told = choose(load_scene("sphere_on_beam", ["solver.modes=4000", "solver.steps=15000"])).warnings[0]
+    assert re.search(r"^2000 modes, 15000 steps a contact and 5.5e\+03 instants take about 6.* s and up to 2.9e", told)
     assert choose(load_scene("sphere_on_beam_drop_50mm_shear")).warnings == ()
 
 
@@ -452,3 +455,10 @@ def test_memory_does_not_follow_the_number_of_outputs(monkeypatch):
     found.at(np.linspace(0.0, 1e-3, 3000))
     assert max(asked) * 500 <= 500_000
     assert sum(asked) > 7000
+
+
+def test_warnings_are_told_before_the_run_begins(capsys):
+    words = ["--set", "solver.stepper=volterra", "--set", "solver.steps=100", "--json"]
+    assert main(["simulate", "sphere_on_beam", *words]) in (0, 1)
+    said = capsys.readouterr()
+    assert "sphere_on_beam: solver.steps = 100 is coarse for volterra" in said.err

@@ -1,7 +1,7 @@
 """Sheets of curves: what is drawn is what is in the table beside it. Values are SI; prefixes come with the drawing."""
 
 import csv
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.parameters import echo, unknown
 from bearing_twin.pictures.style import STYLE, finish, frame, heading, scaled
 from bearing_twin.units import inverse, labelled
 
@@ -97,6 +98,7 @@ class Panel:
     y: Axis
     parts: list = field(default_factory=list)
     legend: str | tuple | None = "best"
+    to_scale: bool = False  # of a drawing: a length is as long on both axes
 
 
 @dataclass
@@ -112,6 +114,50 @@ class Sheet:
     def panels(self) -> list[Panel]:
         """All panels, row by row."""
         return [panel for row in self.rows for panel in row]
+
+
+class Row(NamedTuple):
+    """A sheet: the figures of a paper on it, and what makes it; `make` is told a function to call with its progress."""
+
+    figures: tuple[int, ...]
+    make: Callable[[Callable[[float], None]], Sheet]
+
+
+class Written(NamedTuple):
+    """One sheet as files, and the sentences that read it."""
+
+    name: str
+    picture: str
+    table: str
+    reading: list[str]
+
+
+class Sheets(NamedTuple):
+    """The sheets of one paper by name; their files begin with `prefix`."""
+
+    prefix: str
+    rows: dict[str, Row]
+
+    def wanted(self, words: Iterable[str]) -> list[str]:
+        """Names of the sheets asked for by name or by number of a figure, in their order; all for no words.
+
+        Raises BearingTwinError for what is neither.
+        """
+        words = list(words)
+        by_figure = {str(figure): name for name, row in self.rows.items() for figure in row.figures}
+        for word in words:
+            if word not in self.rows and word not in by_figure:
+                legal = (*self.rows, *sorted(by_figure, key=int))
+                raise BearingTwinError(f"{echo(word)} is neither a sheet nor a figure on one; {unknown(word, legal)}")
+        asked = {by_figure.get(word, word) for word in words}
+        return [name for name in self.rows if not asked or name in asked]
+
+    def write(self, name: str, folder: Path, update: Callable[[float], None] = lambda share: None) -> Written:
+        """Makes one sheet: its picture and its table in `folder`."""
+        sheet = self.rows[name].make(update)
+        picture = draw(sheet, folder / f"{self.prefix}_{name}.png")
+        table = write_table(sheet, folder / f"{self.prefix}_{name}.csv")
+        return Written(name, str(picture), str(table), sheet.reading)
 
 
 def draw(sheet: Sheet, path: Path) -> Path:
@@ -188,6 +234,8 @@ def _draw_panel(figure, axis, panel):
             along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < FEW_DECADES * low else (1.0,)))
             along.set_major_formatter("{x:g}")
             along.set_minor_locator(NullLocator())
+    if panel.to_scale:
+        axis.set_aspect("equal", adjustable="datalim")
     heading(axis, panel.title)
     if panel.legend and axis.get_legend_handles_labels()[1]:
         axis.legend(frameon=False, fontsize=10.5, loc=panel.legend)

@@ -19,9 +19,11 @@ CHARTS = {  # name: module in charts/, what it shows
     "coverage": ("coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples"),
     "discs": ("soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps"),
     "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),
+    "paper2": ("paper2", "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them"),
 }
 SHARES = {"samplers": "sampling", "dimensions": "running"}  # charts that tell the share done, and of what
-OPTIONS = {"problem": "steppers", "only": "studies"}  # option: the chart it goes with
+SHEETS = ("studies", "paper2")
+OPTIONS = {"problem": ("steppers",), "only": SHEETS}  # option: the charts it goes with
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,8 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--problem", action="append", metavar="NAME", help="of steppers: only this one; may be repeated"
     )
-    which = "of studies: only the sheet of this name, or the one with this figure of the paper; may be repeated"
-    parser.add_argument("--only", action="append", metavar="SHEET", help=which)
+    which = "only the sheet of this name, or the one with this figure of the paper; may be repeated"
+    parser.add_argument("--only", action="append", metavar="SHEET", help=f"of {' and '.join(SHEETS)}: {which}")
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
@@ -42,12 +44,12 @@ def run(arguments: argparse.Namespace) -> Outcome:
     folder = Path(arguments.out)
     if not folder.is_dir():
         raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
-    for option, name in OPTIONS.items():
-        if getattr(arguments, option) and arguments.chart != name:
-            raise BearingTwinError(f"--{option} goes with the chart {name}; leave it out")
+    for option, names in OPTIONS.items():
+        if getattr(arguments, option) and arguments.chart not in names:
+            raise BearingTwinError(f"--{option} goes with the chart {' or '.join(names)}; leave it out")
     chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[arguments.chart][0]}")
-    if arguments.chart == "studies":
-        return _sheets(chart, chart.wanted_sheets(arguments.only or ()), folder)
+    if arguments.chart in SHEETS:
+        return _sheets(chart.SHEETS, arguments.only or (), folder)
     return _chart(chart, arguments, folder)
 
 
@@ -76,14 +78,14 @@ def _chart(chart, arguments, folder) -> Outcome:
     return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
 
 
-def _sheets(chart, names, folder) -> Outcome:
-    """Every sheet of studies as a picture and a table, with what it says."""
+def _sheets(sheets, words, folder) -> Outcome:
+    """Every sheet that is wanted as a picture and a table, with what it says."""
     from bearing_twin.command.terminal import progress, show_text
 
     written = []
-    for name in names:
+    for name in sheets.wanted(words):
         with progress(f"sheet {name}") as update:
-            written.append(chart.write(name, folder, update))
+            written.append(sheets.write(name, folder, update))
 
     def show():
         for one in written:

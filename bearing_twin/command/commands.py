@@ -74,6 +74,8 @@ def _simulate(arguments) -> Outcome:
     with progress(f"simulating {scene.name}") as update:
         with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run = simulate(scene, update)
+            for warning in run.choice.warnings:
+                say(f"{scene.name}: {warning}")
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))
         with failure_kept(log.parent if log else Path()):

@@ -142,15 +142,19 @@ class Watch:
         """One array (times, *shape) a channel."""
         return self._in_blocks(times, self._channels)
 
+    def at_points(self, times) -> tuple[np.ndarray, np.ndarray]:
+        """Deflection [m] and bending stress [Pa], (times, points): the point of impact, then `outputs.points`."""
+        return self._in_blocks(times, self._bending)
+
     def greatest(self) -> list[float]:
         """Greatest deflection [m] and bending stress [Pa] by magnitude, of all watched points and the whole motion."""
         times, results = np.linspace(0.0, self._found.end, PEAK_SAMPLES), []
-        for column, values in enumerate(self._in_blocks(times, self._bending)):
+        for column, values in enumerate(self.at_points(times)):
             size = np.abs(values)
             top, point = np.unravel_index(int(np.argmax(size)), size.shape)
             low, high = times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)]
             fine = np.linspace(low, high, 101)
-            results.append(peak_of(fine, np.abs(self._in_blocks(fine, self._bending)[column][:, point])))
+            results.append(peak_of(fine, np.abs(self.at_points(fine)[column][:, point])))
         return results
 
     def _in_blocks(self, times, function):
