@@ -4,13 +4,14 @@
 # make test-environments   what needs slow or strange surroundings: empty caches, a busy processor, other Pythons
 # make lint    style and formatting
 # make bench   how fast runs and static solves are in the user's hand, on this machine
+# make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; 45 minutes, docs/reliability.md
 # make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder
 
 SHELL := /bin/bash
 PYTHON ?= python3
 .DEFAULT_GOAL := help
-.PHONY: help setup base bench check test test-environments lint format demo clean missing
+.PHONY: help setup base bench check test test-environments torture lint format demo clean missing
 .NOTPARALLEL:
 
 , := ,
@@ -109,6 +110,10 @@ test-environments: setup
 bench: setup
 	@.venv/bin/python bench/speed.py
 	@.venv/bin/python bench/static_solve.py
+
+torture: setup
+	$(call stage,torture$(,) about 45 min)
+	@source env.bash && python tests/torture.py --write
 
 lint: $(PACKAGES)
 	@.venv/bin/ruff check .

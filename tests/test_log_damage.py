@@ -432,3 +432,24 @@ time.sleep(60)
         writer.send_signal(signal.SIGKILL)
     assert recover(path, tmp_path / "saved.mcap").messages == 1000
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.mcap", "saved.mcap"]
+
+
+def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
+    """One flipped bit each: of the size before packing, of the name of the compression, of the kind of record."""
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+        for k in range(40):
+            log.write(number, k, k, bytes(12))
+            if k % 10 == 9:
+                log.flush()
+    content = (tmp_path / "run.mcap").read_bytes()
+    with McapReader(tmp_path / "run.mcap") as reader:
+        start = reader.summary().chunks[1].chunk_start_offset
+    for position, bit in ((start + 9 + 16 + 5, 5), (start + 9 + 24 + 4 + 4, 1), (start, 2)):
+        data = bytearray(content)
+        data[position] ^= 1 << bit
+        (tmp_path / "flipped.mcap").write_bytes(data)
+        (tmp_path / "saved.mcap").unlink(missing_ok=True)
+        assert recover(tmp_path / "flipped.mcap", tmp_path / "saved.mcap").messages == 30, position
+        with pytest.raises(LogError):
+            list(raw_messages(tmp_path / "flipped.mcap"))

@@ -212,6 +212,11 @@ class McapReader:
                 raise DamagedLog(self.path, position, "a record goes on beyond the end of the file")
             if length > LARGEST_RECORD:
                 raise DamagedLog(self.path, position, f"a record of {length} bytes is larger than any log needs")
+            end = position + _HEAD.size + length
+            if (opcode == Opcode.DATA_END and length != 4) or (
+                opcode == Opcode.FOOTER and end != self._size - len(MAGIC)
+            ):
+                raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
             content = self._stream.read(length)
             if check_data and opcode == Opcode.DATA_END:
                 expected = self._parse(position, DataEnd, content).data_section_crc
@@ -223,7 +228,7 @@ class McapReader:
             yield position, opcode, content
             if opcode == Opcode.FOOTER:
                 return
-            position += _HEAD.size + length
+            position = end
 
     def _parsed(self, begin: int, check_data: bool) -> Iterator[tuple[int, object]]:
         for offset, opcode, content in self._raw(begin, check_data):
@@ -267,10 +272,10 @@ class McapReader:
 
     def _unpacked_data(self, offset: int, chunk: Chunk) -> bytes:
         size = chunk.uncompressed_size
-        self._packed += len(chunk.data)
-        self._unpacked += size
-        if size > LARGEST_RECORD or self._unpacked > FREE_BYTES + GREATEST_RATIO * self._packed:
-            raise DamagedLog(self.path, offset, f"it unpacks to {self._unpacked} bytes, more than its size allows")
+        packed, unpacked = self._packed + len(chunk.data), self._unpacked + size
+        if size > LARGEST_RECORD or unpacked > FREE_BYTES + GREATEST_RATIO * packed:
+            raise DamagedLog(self.path, offset, f"it unpacks to {unpacked} bytes, more than its size allows")
+        self._packed, self._unpacked = packed, unpacked
         try:
             if chunk.compression == "zstd":
                 # Bounded by `read`: the size written inside the zstd frame is not to be trusted.
@@ -280,7 +285,8 @@ class McapReader:
             elif chunk.compression == "":
                 data = chunk.data
             else:
-                raise LogError(f"{self.path} is compressed by {chunk.compression!r}; convert it to zstd or lz4")
+                compression = f"a chunk is compressed by {chunk.compression!r}; convert it to zstd or lz4"
+                raise DamagedLog(self.path, offset, compression)
         except (zstandard.ZstdError, RuntimeError, ValueError, EOFError, MemoryError) as error:
             raise DamagedLog(self.path, offset, f"a chunk cannot be unpacked ({error})") from error
         if len(data) != size:

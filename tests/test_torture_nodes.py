@@ -1,0 +1,22 @@
+"""The tortures of nodes in a short form; their times are measured by `make torture` alone."""
+
+import pytest
+from ros import rclpy  # noqa: F401 - skips where there is no ROS
+from torture_nodes import cancels, frozen, goals, hostile, restarts
+
+
+@pytest.mark.parametrize(
+    ("torture", "share"),
+    [
+        (hostile, 0.03),
+        (goals, 0.1),
+        (cancels, 0.03),
+        (frozen, 0.1),
+        pytest.param(restarts, 0.1, marks=pytest.mark.environment),
+    ],
+    ids=lambda one: getattr(one, "__name__", one),
+)
+def test_a_short_torture_of_nodes_loses_nothing(torture, share, tmp_path):
+    found = torture(share, tmp_path)
+    assert found.tried > 0
+    assert (found.lost, found.silent) == (0, 0), found.figures

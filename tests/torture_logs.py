@@ -1,0 +1,394 @@
+"""Tortures of logs: killed writers, torn writes, full disks, cuts, flips, bombs; size and reading of long logs."""
+
+import contextlib
+import mmap
+import os
+import resource
+import signal
+import struct
+import time
+import zlib
+from pathlib import Path
+
+import lz4.frame
+import numpy as np
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.records import Channel, Chunk, Header, Schema
+from torture_rows import Found, Row, in_a_process, megabytes, part_of, until
+
+from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log, recover, write_log
+from bearing_twin.log.mcap_write import MAGIC
+from bearing_twin.log.parts import Safety
+from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.log.thinning import KEPT_RATE
+from bearing_twin.run.report_of import report_of
+from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.uq.study_file import parse_study
+
+MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself
+RATES = (1.0, 20.0, 500.0, 5000.0)  # messages a second
+KILLED_TOGETHER = 10
+STATE = struct.Struct("<Qd")
+
+
+def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
+    """A log of one topic, and its number."""
+    log = RawLogWriter(path, safety=Safety(**safety))
+    return log, log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+
+
+def _write_until_killed(path, rate: float, shared) -> None:
+    """Writes numbered messages at `rate`, with the time at which each was handed over; notes the last in `shared`."""
+    log, topic = clock_log(path, max_loss=MAX_LOSS, patient=True)
+    number, began = 0, time.monotonic()
+    while True:
+        due = began + number / rate
+        if time.monotonic() < due:
+            time.sleep(due - time.monotonic())
+        now = time.monotonic()
+        log.write(topic, number, int(now * 1e9), STATE.pack(number, now))
+        number += 1
+        STATE.pack_into(shared, 0, number, now)
+
+
+def kills(share: float, folder: Path) -> Found:
+    """Writers killed with -9 at random instants: what was handed over more than `ALLOWED` before is in the log."""
+    random, trials = np.random.default_rng(1), part_of(200, share, len(RATES))
+    survived = lost = silent = 0
+    worst = 0.0
+    rates = [RATES[k % len(RATES)] for k in range(trials)]
+    for first in range(0, trials, KILLED_TOGETHER):
+        together = []
+        for k in range(first, min(first + KILLED_TOGETHER, trials)):
+            shared, path = mmap.mmap(-1, STATE.size), folder / f"killed_{k}.mcap"
+            child = os.fork()
+            if child == 0:
+                try:
+                    _write_until_killed(path, rates[k], shared)
+                finally:
+                    os._exit(1)
+            together.append((child, shared, path, rates[k]))
+        for _, shared, _, _ in together:
+            until(lambda shared=shared: STATE.unpack_from(shared)[0] > 0, 60.0)
+        for child, shared, path, rate in together:
+            time.sleep(random.uniform(0.02, 0.15))
+            killed = time.monotonic()
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            written = _numbers(path, folder)
+            handed, last = STATE.unpack_from(shared)
+            missing = range(len(written), handed)
+            oldest = last - (handed - 1 - missing[0]) / rate if missing else killed
+            worst = max(worst, killed - oldest)
+            late = [number for number in missing if killed - (last - (handed - 1 - number) / rate) > ALLOWED]
+            lost += len(late)
+            survived += not late
+            silent += written != list(range(len(written)))
+            path.unlink()
+    return Found(trials, survived, lost, silent, f"greatest loss {1e3 * worst:.0f} ms at {MAX_LOSS} s")
+
+
+def _numbers(path: Path, folder: Path) -> list[int]:
+    """The numbers in a log that was not closed, in order."""
+    saved = folder / "saved.mcap"
+    saved.unlink(missing_ok=True)
+    try:
+        recover(path, saved)
+    except LogError:
+        return []
+    return [STATE.unpack(message.data)[0] for message in raw_messages(saved)]
+
+
+def torn(share: float, folder: Path) -> Found:
+    """A write torn by a crash, spliced with noise at a random byte: all that was flushed before is recovered."""
+    random, trials = np.random.default_rng(2), part_of(400, share, 10)
+    path, marks = folder / "torn_source.mcap", [(0, 0)]
+    log, topic = clock_log(path)
+    for number in range(2000):
+        log.write(topic, number, number, random.bytes(40))
+        if number % 50 == 49:
+            log.flush()
+            marks.append((log.bytes, number + 1))
+    log.close()
+    content = path.read_bytes()
+    whole = [message.data for message in raw_messages(path)]
+    survived = lost = silent = 0
+    for _ in range(trials):
+        place = int(random.integers(1, len(marks) - 1))
+        (size, count), (following, _) = marks[place], marks[place + 1]
+        cut = int(random.integers(size, following + 1))
+        noise = (b"", bytes(int(random.integers(1, 5000))), random.bytes(int(random.integers(1, 5000))))[
+            random.integers(3)
+        ]
+        (folder / "torn.mcap").write_bytes(content[:cut] + noise)
+        (folder / "saved.mcap").unlink(missing_ok=True)
+        try:
+            recover(folder / "torn.mcap", folder / "saved.mcap")
+            found = [message.data for message in raw_messages(folder / "saved.mcap")]
+        except LogError:
+            found = []
+        lost += max(count - len(found), 0)
+        silent += found != whole[: len(found)]
+        survived += len(found) >= count and found == whole[: len(found)]
+    return Found(trials, survived, lost, silent, "")
+
+
+def full_disk(share: float, folder: Path) -> Found:
+    """The kernel refuses to let files grow (RLIMIT_FSIZE) from a random instant on, and lets them again later."""
+    random, trials = np.random.default_rng(3), part_of(150, share, 5)
+    survived = lost = silent = dropped = 0
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for k in range(trials):
+        path = folder / f"full_{k}.mcap"
+        log, topic = clock_log(path, patient=True)
+        flushed, full = [], int(random.integers(20, 300))
+        again, problem = full + int(random.integers(1, 200)), False
+        try:
+            for number in range(600):
+                if number == full:
+                    room = log.bytes + int(random.integers(0, 2000))
+                    resource.setrlimit(resource.RLIMIT_FSIZE, (room, limits[1]))
+                if number == again:
+                    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+                log.write(topic, number, number, struct.pack("<Q", number) + random.bytes(100))
+                if number % 7 == 0:
+                    log.flush()
+                    problem |= bool(log.problem)
+                    if not log.problem:
+                        flushed = list(range(number + 1))
+                    elif not flushed or log.messages > len(flushed):
+                        flushed = list(range(log.messages))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        dropped += log.dropped
+        log.close()
+        found = [struct.unpack_from("<Q", message.data)[0] for message in raw_messages(path)]
+        missing = set(flushed) - set(found)
+        lost += len(missing)
+        silent += len(found) + log.dropped != 600
+        survived += not missing and found[-1] == 599 and len(found) + log.dropped == 600
+        path.unlink()
+    return Found(trials, survived, lost, silent, f"{dropped} messages dropped and counted")
+
+
+def _small_log(folder: Path) -> tuple[bytes, list, list[int]]:
+    """A log of some chunks: its bytes, its messages, and how many of them each chunk holds."""
+    path, random = folder / "small.mcap", np.random.default_rng(4)
+    log, topic = clock_log(path)
+    for number in range(400):
+        log.write(topic, number, number, struct.pack("<Q", number) + random.bytes(24))
+        if number % 50 == 49:
+            log.flush()
+    log.close()
+    return path.read_bytes(), [message.data for message in raw_messages(path)], [50] * 8
+
+
+def _tried(path: Path, whole: list, folder: Path) -> tuple[list | None, list, bool]:
+    """(messages as read, or None where that was refused; messages recovered; whether nothing but LogError came)."""
+    read, saved, well = None, [], True
+    out = folder / "saved.mcap"
+    out.unlink(missing_ok=True)
+    try:
+        read = [message.data for message in raw_messages(path)]
+    except LogError:
+        pass
+    except Exception:
+        well = False
+    try:
+        recover(path, out)
+        saved = [message.data for message in raw_messages(out)]
+    except LogError:
+        pass
+    except Exception:
+        well = False
+    return read, saved, well
+
+
+def cuts(share: float, folder: Path) -> Found:
+    """A log cut at every byte: refused with a sentence, or whole; everything before the cut chunk is recovered."""
+    content, whole, _ = _small_log(folder)
+    step = max(1, round(1.0 / share))
+    tried = survived = lost = silent = 0
+    path, least = folder / "cut.mcap", 0
+    for length in range(0, len(content), step):
+        path.write_bytes(content[:length])
+        read, saved, well = _tried(path, whole, folder)
+        tried += 1
+        fewer = len(saved) < least
+        least = max(least, len(saved))
+        wrong = (read is not None and read != whole) or saved != whole[: len(saved)] or not well
+        silent += wrong
+        lost += fewer
+        survived += not (wrong or fewer)
+    lost += len(whole) - least
+    return Found(tried, survived, lost, silent, f"{len(content)} bytes, {len(whole)} messages in 8 chunks")
+
+
+def flips(share: float, folder: Path) -> Found:
+    """One bit flipped anywhere: no other message is ever read; recover loses one chunk at most."""
+    content, whole, chunks = _small_log(folder)
+    random, trials = np.random.default_rng(5), part_of(20_000, share, 100)
+    survived = lost = silent = 0
+    path, known = folder / "flipped.mcap", set(whole)
+    for _ in range(trials):
+        data = bytearray(content)
+        data[int(random.integers(len(data)))] ^= 1 << int(random.integers(8))
+        path.write_bytes(data)
+        read, saved, well = _tried(path, whole, folder)
+        header = data[: len(MAGIC)] != MAGIC  # of a file that is no log any more, nothing is promised
+        wrong = (read is not None and read != whole) or not known.issuperset(saved) or not well
+        few = len(saved) < len(whole) - max(chunks) and not header
+        silent += wrong
+        lost += few
+        survived += not (wrong or few)
+    return Found(trials, survived, lost, silent, "lost: flips that cost more than a chunk")
+
+
+def _file_of(*records) -> bytes:
+    builder = RecordBuilder()
+    Header("ros2", "").write(builder)
+    for record in records:
+        record.write(builder)
+    return MAGIC + builder.end()
+
+
+def _chunk(content: bytes, data: bytes, compression: str, size: int | None = None) -> Chunk:
+    return Chunk(
+        compression=compression, data=data, message_end_time=0, message_start_time=0,
+        uncompressed_crc=zlib.crc32(content[: 1 << 20]), uncompressed_size=len(content) if size is None else size,
+    )  # fmt: skip
+
+
+def log_bombs() -> dict[str, bytes]:
+    """Small files that would unpack, count or allocate without end, by what they are."""
+    zeros, described = bytes(1 << 28), (Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1))
+    packed = {"zstd": zstandard.compress(zeros, 19), "lz4": lz4.frame.compress(zeros)}
+    empties = struct.pack("<BQ", 0x80, 0) * 3_000_000
+    messages = (struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)) * 1_000_000
+    huge = struct.pack("<BQ", 6, 1 << 62)
+    found = {}
+    for name, data in packed.items():
+        found[f"{name}, size as it is"] = _file_of(_chunk(zeros, data, name))
+        found[f"{name}, size small"] = _file_of(_chunk(zeros, data, name, 1000))
+        found[f"{name}, size huge"] = _file_of(_chunk(zeros, data, name, 1 << 62))
+        found[f"{name}, many chunks"] = _file_of(*[_chunk(zeros, data, name, 1 << 26)] * 8)
+        pack = zstandard.compress if name == "zstd" else lz4.frame.compress
+        found[f"{name}, empty records"] = _file_of(*described, _chunk(empties, pack(empties), name))
+        found[f"{name}, empty messages"] = _file_of(*described, _chunk(messages, pack(messages), name))
+        found[f"{name}, just under the limit"] = _file_of(*[_chunk(zeros[: 1 << 26], pack(zeros[: 1 << 26]), name)] * 4)
+    return found | {
+        "a record of 2^62 bytes": _file_of() + huge,
+        "a record of 2^62 bytes in a chunk": _file_of(_chunk(huge, huge, "")),
+        "a chunk without end": MAGIC + struct.pack("<BQ", 6, 1 << 25) + bytes(100),
+        "magic alone, many times": MAGIC * 100_000,
+        "100 000 channels": _file_of(
+            described[0], *(Channel(k % 65536, "/a" * 50, "cdr", {}, 1) for k in range(100_000))
+        ),
+        "a schema of 30 MB": _file_of(Schema(1, bytes(30_000_000), "ros2msg", "a/msg/B")),
+    }
+
+
+def yaml_bombs() -> dict[str, str]:
+    """Texts that would take a reader of YAML long or much memory, by what they are."""
+    billion = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
+        f"{chr(98 + k)}: &{chr(98 + k)} [{', '.join(['*' + chr(97 + k)] * 8)}]\n" for k in range(12)
+    )
+    return {
+        "aliases": billion,
+        "merge keys": "a: &a {b: 1}\nc: {" + ", ".join(["<<: *a"] * 1000) + "}",
+        "deep lists": "a: " + "[" * 60_000,
+        "deep lists, closed": "a: " + "[" * 5000 + "]" * 5000,
+        "deep mappings": "a: " + "{a: " * 20_000,
+        "deep blocks": "".join(f"{' ' * k}a:\n" for k in range(450)),
+        "a long list": "a: [" + "1, " * 40_000 + "]",
+        "a long number": "kind: bearing\nrun: {duration: 1" + "0" * 100_000 + "}",
+        "a long text": "kind: bearing\nname: " + "x" * 120_000,
+        "many keys": "".join(f"k{k}: 1\n" for k in range(14_000)),
+        "the same key": "kind: bearing\n" * 9000,
+        "a tag that runs code": "!!python/object/apply:os.system [sleep 100]",
+        "many documents": "---\na: 1\n" * 14_000,
+        "escapes": 'a: "' + "\\U0001F600" * 12_000 + '"',
+        "comments": "#\n" * 60_000,
+        "sexagesimals": "a: [" + "190:20:30, " * 11_000 + "]",
+    }
+
+
+def bombs(share: float, folder: Path) -> Found:
+    """Each in a process of its own: refused or read, in less than 1 s of processor time and 300 MB."""
+    tried = survived = silent = 0
+    worst, dearest = 0.0, 0.0
+    names, most_seconds, most_memory = [], 1.0, 300e6
+
+    def job(use, *arguments):
+        def work():
+            with contextlib.suppress(BearingTwinError):
+                use(*arguments)
+
+        return work
+
+    jobs = []
+    for place, (name, content) in enumerate(log_bombs().items()):
+        path = folder / f"bomb_{place}.mcap"
+        path.write_bytes(content)
+        jobs += [(name, job(lambda path: list(raw_messages(path)), path)), (name, job(read_log, path))]
+    for name, text in yaml_bombs().items():
+        jobs += [(name, job(parse, text, "a bomb")) for parse in (parse_scene, parse_study)]
+    for name, work in jobs[:: max(1, round(1.0 / share / 4.0))]:
+        cost = in_a_process(work)
+        tried += 1
+        silent += not cost.well
+        good = cost.well and cost.seconds < most_seconds and cost.memory < most_memory
+        survived += good
+        names += [] if good else [f"{name}: {cost.seconds:.1f} s, {megabytes(cost.memory)}"]
+        worst, dearest = max(worst, cost.seconds), max(dearest, cost.memory)
+    said = f"greatest {worst:.2f} s, {megabytes(dearest)} with those of the program"
+    return Found(tried, survived, 0, silent, "; ".join([said, *names]))
+
+
+def size(share: float, folder: Path) -> Found:
+    """What sim_node logs by default of `bearing_6203`, for an hour."""
+    seconds = 60.0 * max(share, 0.03)
+    run = simulate(load_scene("bearing_6203", [f"run.duration={seconds}"]))
+    path, safety = folder / "default.mcap", Safety(max_loss=MAX_LOSS, kept_rate=KEPT_RATE)
+    with LogWriter(path, run.scene, choice_record(run.choice), safety=safety) as log:
+        stream = MessageStream(run.scene, choice=run.choice)
+        for block in run.blocks():
+            for topic, stamp, data in stream.messages(block):
+                log.write(topic, stamp, stamp, data)
+            if block.time_ns[-1] % 100_000_000 > 90_000_000:
+                log.flush()  # as at real time: a chunk ends every tenth of a second
+    hour = path.stat().st_size / seconds * 3600.0
+    return Found(1, int(hour < 0.5e9), 0, 0, f"{hour / 1e9:.2f} GB an hour, from {seconds:.0f} s")
+
+
+def report(share: float, folder: Path) -> Found:
+    """The processor time of a report on a log of 5 GB, from a smaller one."""
+    seconds = 100.0 * max(share, 0.05)
+    write_log(simulate(load_scene("bearing_6203", [f"run.duration={seconds}"])), folder / "long.mcap")
+    read = (folder / "long.mcap").stat().st_size
+
+    def work():
+        report_of(read_log(folder / "long.mcap"))
+
+    cost = in_a_process(work)
+    in_full = cost.seconds / read * 5e9
+    said = f"{cost.seconds:.2f} s for {megabytes(read)}, so {in_full:.0f} s for 5 GB; {megabytes(cost.memory)}"
+    return Found(1, int(cost.well and in_full < 60.0), 0, int(not cost.well), said)
+
+
+ROWS = (
+    Row("kill", "writers killed with -9 over four rates", kills),
+    Row("torn", "a torn write spliced with noise", torn),
+    Row("full", "files that cannot grow, from a random instant to another", full_disk),
+    Row("cut", "a log cut at every byte", cuts),
+    Row("flip", "one bit flipped", flips),
+    Row("bomb", "logs and YAML files that would unpack without end, under 1 s and 300 MB", bombs),
+    Row("size", "an hour of a node's default log, under 0.5 GB", size),
+    Row("report", "report of 5 GB, under 60 s of processor time", report),
+)

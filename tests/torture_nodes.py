@@ -1,0 +1,323 @@
+"""Tortures of nodes: hostile goals, a thousand at once, cancels, a frozen recorder, hours of running, restarts."""
+
+import contextlib
+import os
+import random
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from ros import ActionClient, Float64, GoalStatus, RunStudy, plain_node, ros_executor
+from torture_rows import Found, Row, part_of, until
+
+from bearing_twin.errors import LogError
+from bearing_twin.log.mcap_log import raw_messages, read_log, recover
+from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.raw_log import RECORDING_RECORD
+from bearing_twin.nodes.processes import node_command
+from bearing_twin.nodes.uq_node import ASKED
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+
+QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
+ENDLESS = QUICK | {"samples": 15_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
+ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
+FROZEN = 12.0  # s
+SOAK = 1800.0  # s
+SLOPE = 5.0  # MB/h
+WARM_UP = 0.25  # of a soak
+SCENE = ("bearing_6203", ["solver.stepper=rodas4", "contact.normal=hertz"])
+
+
+@contextlib.contextmanager
+def running(name: str, executor, parameters: dict, said: Path) -> Iterator[subprocess.Popen]:
+    """A node as a process in the executor's domain; killed at the end if it still is there."""
+    environment = os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())}
+    with said.open("ab") as output:
+        node = subprocess.Popen(node_command(name, parameters), env=environment, stdout=output, stderr=output)
+    try:
+        yield node
+    finally:
+        if node.poll() is None:
+            node.send_signal(signal.SIGINT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                node.wait(60.0)
+        if node.poll() is None:
+            node.kill()
+            node.wait()
+
+
+def spun(executor, done, seconds: float) -> bool:
+    """Spins until `done()`; False where it does not come in time."""
+    end = time.monotonic() + seconds
+    while not done():
+        executor.spin_once(timeout_sec=0.005)
+        if time.monotonic() > end:
+            return False
+    return True
+
+
+@contextlib.contextmanager
+def asking(folder: Path, **parameters) -> Iterator[tuple]:
+    """(executor, client, process) of a uq_node."""
+    with ros_executor() as executor, running("uq_node", executor, parameters, folder / "uq_node.txt") as node:
+        quality = {"goal_service_qos_profile": ASKED, "result_service_qos_profile": ASKED}
+        client = ActionClient(plain_node(executor, "asker"), RunStudy, "/bearing/run_study", **quality)
+        if not spun(executor, client.server_is_ready, 120.0):
+            raise RuntimeError((folder / "uq_node.txt").read_text())
+        answer(executor, client, QUICK)  # what is loaded with the first goal counts for none
+        yield executor, client, node
+
+
+def answer(executor, client, goal: dict, seconds: float = 30.0) -> tuple[float, int]:
+    """(seconds until a goal was answered, inf if never; how it ended, -1 where it was refused)."""
+    began = time.monotonic()
+    sent = client.send_goal_async(RunStudy.Goal(**goal))
+    if not spun(executor, sent.done, seconds):
+        return float("inf"), -1
+    if not sent.result().accepted:
+        return time.monotonic() - began, -1
+    result = sent.result().get_result_async()
+    done = spun(executor, result.done, seconds)
+    return (time.monotonic() - began, result.result().status) if done else (float("inf"), -1)
+
+
+def hostile_goals(folder: Path) -> list[dict]:
+    """Devices, pipes, links, folders, secrets, malformed and huge texts, other machines, absurd sizes."""
+    room = folder / "room"
+    room.mkdir()
+    secret = folder / "secret.yaml"
+    secret.write_text("password: 12345")
+    (room / "link.yaml").symlink_to(secret)
+    (room / "loop.yaml").symlink_to(room / "loop.yaml")
+    (room / "folder.yaml").mkdir()
+    (room / "junk.yaml").write_bytes(random.Random(1).randbytes(100_000))
+    (room / "long.yaml").write_text("a: 1\n" * 200_000)
+    (room / "hole.yaml").touch()
+    os.truncate(room / "hole.yaml", 1 << 40)
+    os.mkfifo(room / "pipe.yaml")
+    paths = (
+        "/dev/ptmx", "/dev/zero", "/dev/random", "/dev/stdin", "/dev/tty", "/proc/self/mem", "/proc/self/environ",
+        "/proc/kmsg", "/etc/shadow", "/", str(folder), str(secret), "~/.ssh/id_rsa", "../../../../etc/passwd",
+        *(str(room / f"{name}.yaml") for name in ("link", "loop", "folder", "junk", "long", "hole", "pipe")),
+        "a\x01b.yaml", "x" * 5000 + ".yaml", "file:///etc/passwd", "http://a:1/x.yaml",
+    )  # fmt: skip
+    texts = (
+        "{" * 5000, "[" * 50_000, "a: &a [*a]", "!!python/object/apply:os.system [sleep 100]", "x" * 1_000_000,
+        *(f"scene: {path}\nquantities: [a]\ninputs: {{}}\n" for path in ("/dev/zero", room / "pipe.yaml")),
+        "a: " + "1" * 50_000, "\n", "- " * 20_000, "\u202e\ufeff: 1\n", "a: !!binary " + "A" * 50_000,
+    )  # fmt: skip
+    settings = (
+        "executor=tcp://127.0.0.1:1", "executor=dask://127.0.0.1:1", "workers=512", "samples=9000000000000000000",
+        "history_points=100000", "memory=1e300", "scene.run.duration=1e308", "sensitivity=50001", "batch=-1",
+    )  # fmt: skip
+    goals = [{"study": path} for path in paths] + [{"study": text} for text in texts]
+    return goals + [QUICK | {"overrides": [*QUICK["overrides"], one]} for one in settings]
+
+
+def hostile(share: float, folder: Path) -> Found:
+    """Goals of a peer that means ill: each answered in time, and a normal goal after them."""
+    survived = tried = silent = 0
+    worst = late = 0.0
+    with asking(folder, log_folder="", study_folders=[str(folder / "room")]) as (executor, client, node):
+        goals = hostile_goals(folder)
+        for goal in goals[:: max(1, round(0.2 / share))]:
+            seconds, _ = answer(executor, client, goal)
+            after, status = answer(executor, client, QUICK)
+            tried += 1
+            survived += seconds < ANSWERED and after < ANSWERED and status == GoalStatus.STATUS_SUCCEEDED
+            worst, late = max(worst, seconds), max(late, after)
+        silent = int(node.poll() is not None) + (folder / "uq_node.txt").read_text().count("Traceback")
+        silent += "12345" in (folder / "uq_node.txt").read_text()
+    return Found(tried, survived, 0, silent, f"greatest {worst:.2f} s, a normal goal afterwards {late:.2f} s")
+
+
+def goals(share: float, folder: Path) -> Found:
+    """A thousand goals at once: every one is answered, and counted by the node."""
+    many = part_of(1000, share, 100)
+    with asking(folder, log_folder="") as (executor, client, node):
+        began = time.monotonic()
+        sent = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(many)]
+        spun(executor, lambda: all(one.done() for one in sent), 120.0)
+        took = time.monotonic() - began
+        answered = [one.result() for one in sent if one.done()]
+        accepted = [one for one in answered if one.accepted]
+        results = [one.get_result_async() for one in accepted]
+        spun(executor, lambda: all(one.done() for one in results), 60.0)
+        ended = sum(one.done() for one in results)
+        dead = int(node.poll() is not None)
+    lost = many - len(answered) + len(accepted) - ended
+    return Found(many, many - lost, lost, dead, f"{len(accepted)} accepted, {took:.1f} s for all")
+
+
+def cancels(share: float, folder: Path) -> Found:
+    """Studies that run are cancelled: acknowledged within 100 ms, ended within 500 ms."""
+    tried, survived, silent = part_of(100, share, 3), 0, 0
+    times = []
+    with asking(folder, log_folder="") as (executor, client, node):
+        for _ in range(tried):
+            heard = []
+            sent = client.send_goal_async(RunStudy.Goal(**ENDLESS), heard.append)
+            if not spun(executor, lambda sent=sent, heard=heard: sent.done() and heard, 60.0):
+                continue
+            began = time.monotonic()
+            told, ended = sent.result().cancel_goal_async(), sent.result().get_result_async()
+            if not spun(executor, told.done, 10.0):
+                continue
+            acknowledged = time.monotonic() - began
+            if not spun(executor, ended.done, 30.0):
+                continue
+            times.append((acknowledged, time.monotonic() - began))
+            silent += ended.result().status != GoalStatus.STATUS_CANCELED
+            survived += times[-1][0] < ACKNOWLEDGED and times[-1][1] < ENDED
+        silent += int(node.poll() is not None)
+    worst, middle = np.max(times, axis=0), np.median(times, axis=0)
+    said = f"acknowledged {1e3 * middle[0]:.0f} ms (greatest {1e3 * worst[0]:.0f}), "
+    return Found(tried, survived, 0, silent, f"{said}ended {1e3 * middle[1]:.0f} ms (greatest {1e3 * worst[1]:.0f})")
+
+
+def frozen(share: float, folder: Path) -> Found:
+    """A recorder that is stopped for 12 s: what it loses of each topic is in its log's count."""
+    seconds, log = max(1.0, FROZEN * share), folder / "frozen.mcap"
+    names = [f"/torture_{k}" for k in range(4)]
+    sent = dict.fromkeys(names, 0)
+    with ros_executor() as executor:
+        talker = plain_node(executor, "talker")
+        publishers = {name: talker.create_publisher(Float64, name, 10) for name in names}
+
+        def talk(for_seconds: float, rates=(1000, 500, 100, 10)) -> None:
+            began, first = time.monotonic(), dict(sent)
+            while (passed := time.monotonic() - began) < for_seconds:
+                for name, rate in zip(names, rates, strict=True):
+                    while sent[name] - first[name] < passed * rate:
+                        publishers[name].publish(Float64(data=float(sent[name])))
+                        sent[name] += 1
+                time.sleep(0.001)
+
+        parameters = {"log": str(log), "topics": names, "full": True}
+        with running("recorder_node", executor, parameters, folder / "recorder.txt") as recorder:
+            spun(executor, lambda: all(one.get_subscription_count() for one in publishers.values()), 60.0)
+            time.sleep(0.5)
+            talk(1.0)
+            recorder.send_signal(signal.SIGSTOP)
+            talk(seconds)
+            recorder.send_signal(signal.SIGCONT)
+            talk(3.0)
+            time.sleep(1.0)
+            recorder.send_signal(signal.SIGINT)
+            recorder.wait(60.0)
+    with McapReader(log) as reader:
+        told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD][-1]
+    here = sum(1 for _ in raw_messages(log))
+    lost = sum(int(told[f"messages_{what}"]) for what in ("lost", "before", "dropped"))
+    unaccounted = sum(sent.values()) - here - lost if not told["uncounted"] else 0
+    figures = (
+        f"{sum(sent.values())} sent, {here} logged, {lost} told of as lost; uncounted: {told['uncounted'] or 'none'}"
+    )
+    return Found(1, int(unaccounted == 0), 0, abs(unaccounted), figures)
+
+
+def _memory(process: int) -> float:
+    """Resident memory of a process [MB]."""
+    return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def soak(share: float, folder: Path) -> Found:
+    """sim_node, recorder_node and uq_node at real time, with a study now and then: their memory does not grow."""
+    seconds, began = max(20.0, SOAK * share), time.monotonic()
+    seen: dict[str, list[tuple[float, float]]] = {}
+    with contextlib.ExitStack() as stack:
+        executor, client, uq = stack.enter_context(asking(folder, log_folder=""))
+        parameters = {
+            "sim_node": {"scene": "bearing_6203", "log": str(folder / "sim.mcap")},
+            "recorder_node": {"log": str(folder / "recorded.mcap")},
+        }
+        nodes = {
+            name: stack.enter_context(running(name, executor, given, folder / f"{name}.txt"))
+            for name, given in parameters.items()
+        } | {"uq_node": uq}
+        while time.monotonic() - began < seconds:
+            answer(executor, client, QUICK)
+            for name, node in nodes.items():
+                if node.poll() is None:
+                    seen.setdefault(name, []).append((time.monotonic() - began, _memory(node.pid)))
+            time.sleep(min(2.0, seconds / 20.0))
+        dead = sum(node.poll() is not None for node in nodes.values())
+    slopes = {}
+    for name, found in seen.items():
+        times, sizes = np.array([one for one in found if one[0] > WARM_UP * seconds]).T
+        slopes[name] = np.polyfit(times / 3600.0, sizes, 1)[0]
+    whole = sum(1 for _ in read_log(folder / "sim.mcap")) > 0
+    good = sum(slope < SLOPE for slope in slopes.values())
+    said = ", ".join(f"{name} {slope:+.1f} MB/h ({seen[name][-1][1]:.0f} MB)" for name, slope in slopes.items())
+    return Found(len(nodes), good, int(not whole), dead, f"{seconds / 60.0:.1f} min: {said}")
+
+
+def restarts(share: float, folder: Path) -> Found:
+    """sim_node and recorder ended at random, by SIGINT or SIGKILL, while the other runs: all logs whole and true."""
+    chance, tried = random.Random(7), part_of(20, share, 2)
+    scene = load_scene(*SCENE)
+    logs: list[Path] = []
+    with ros_executor() as executor, contextlib.ExitStack() as stack:
+
+        def start(name: str) -> subprocess.Popen:
+            log = folder / f"{name}_{len(logs)}.mcap"
+            logs.append(log)
+            given = {"log": str(log), "full": True}
+            if name == "sim_node":
+                given |= {"scene": SCENE[0], "overrides": SCENE[1]}
+            node = stack.enter_context(running(name, executor, given, folder / f"{name}.txt"))
+            until(log.exists, 120.0)
+            return node
+
+        nodes = {name: start(name) for name in ("sim_node", "recorder_node")}
+        time.sleep(3.0)
+        for _ in range(tried):
+            name = chance.choice(list(nodes))
+            nodes[name].send_signal(chance.choice((signal.SIGINT, signal.SIGKILL)))
+            nodes[name].wait(60.0)
+            nodes[name] = start(name)
+            time.sleep(chance.uniform(1.0, 3.0))
+    true = {}
+    simulation, survived, untrue, outputs = Simulation(scene), 0, 0, 0
+    for log in logs:
+        whole = log
+        try:
+            read_log(log, allow_gaps=True)
+        except LogError:
+            whole = log.with_suffix(".saved.mcap")
+            try:
+                recover(log, whole)
+            except LogError:
+                survived += log.stat().st_size < 100_000  # ended before the first message
+                continue
+        good = True
+        try:
+            blocks = list(read_log(whole, allow_gaps=True).blocks())
+        except LogError as error:
+            survived += "holds no topic" in str(error)  # a recorder that heard nothing of the simulation
+            continue
+        for block in blocks:
+            while simulation.sequence < block.first_sequence + len(block) - 1:
+                part = simulation.advance(100)
+                true |= {part.first_sequence + k: row.tobytes() for k, row in enumerate(part.matrix())}
+            same = all(true[block.first_sequence + k] == row.tobytes() for k, row in enumerate(block.matrix()))
+            good, outputs = good and same, outputs + len(block)
+        survived += good
+        untrue += not good
+    return Found(
+        len(logs), survived, len(logs) - survived, untrue, f"{tried} restarts, {outputs} outputs true to the bit"
+    )
+
+
+ROWS = (
+    Row("hostile", "goals that mean ill, answered within 1 s, each followed by a normal one", hostile),
+    Row("goals", "goals at once", goals),
+    Row("cancel", "cancels of a study that runs, acknowledged within 100 ms and ended within 500 ms", cancels),
+    Row("frozen", "a recorder stopped for 12 s", frozen),
+    Row("restart", "logs of sim_node and recorder, restarted at random", restarts),
+    Row("soak", "nodes at real time for 30 min, growing by less than 5 MB/h", soak),
+)

@@ -1,0 +1,68 @@
+"""What a row of `make torture` hands back, and what several rows need."""
+
+import os
+import resource
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+
+class Row(NamedTuple):
+    """One torture: its name, what it does, and the function (share, folder) -> Found; `share` 1 is all of it."""
+
+    name: str
+    what: str
+    run: Callable[[float, Path], "Found"]
+
+
+class Found(NamedTuple):
+    """How often it was tried and survived, what was lost against the promise, what went wrong unsaid, and figures."""
+
+    tried: int
+    survived: int
+    lost: int
+    silent: int
+    figures: str
+
+
+def part_of(number: int, share: float, least: int = 1) -> int:
+    """So many of `number`."""
+    return max(least, round(number * share))
+
+
+class Cost(NamedTuple):
+    """Of a piece of work in a process of its own: processor seconds, greatest memory [B], whether it ended well."""
+
+    seconds: float
+    memory: float
+    well: bool
+
+
+def in_a_process(work: Callable[[], None]) -> Cost:
+    """Runs `work` in a fork, which is ended after 60 s of processor time; a traceback there counts as not well."""
+    child = os.fork()
+    if child == 0:
+        resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+        try:
+            work()
+            os._exit(0)
+        except BaseException:
+            os._exit(1)
+    _, status, used = os.wait4(child, 0)
+    return Cost(used.ru_utime + used.ru_stime, used.ru_maxrss * 1024.0, status == 0)
+
+
+def until(done: Callable[[], bool], seconds: float, period: float = 0.01) -> bool:
+    """Waits for `done()`; False where it does not come in time."""
+    end = time.monotonic() + seconds
+    while not done():
+        if time.monotonic() > end:
+            return False
+        time.sleep(period)
+    return True
+
+
+def megabytes(number: float) -> str:
+    """Bytes for people."""
+    return f"{number / 1e6:.0f} MB"
