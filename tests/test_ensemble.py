@@ -221,6 +221,19 @@ def test_a_continued_study_is_one_study(sampler):
     }
 
 
+def test_a_continued_study_knows_which_realisation_failed_of_what():
+    inputs = {
+        "disc.material.young_modulus": {"distribution": "uniform", "low": 1e4, "high": 1e6},
+        "motion.first_velocity": {"distribution": "normal", "mean": 20.0, "std": 20.0},
+    }
+    soft = {**ENSEMBLE, "scene": "two_discs", "inputs": inputs}
+    whole, rest = run(soft), run(soft, start=run(soft, ["samples=100"]))
+    assert len(whole.reasons) == 2
+    assert rest.reasons == whole.reasons
+    assert np.array_equal(rest.status, whole.status)
+    assert rest.summary["failed"] == whole.summary["failed"]
+
+
 def test_another_study_is_not_continued():
     part = run(ENSEMBLE)
     for override in ("seed=2", f"inputs.{ALPHA}.std=3e-5", "motion.first_velocity=30", "quantities=[peak_force]"):
@@ -258,6 +271,7 @@ def test_realisations_that_fail_are_counted_with_their_reason():
         result = run({**ENSEMBLE, "inputs": speeds}, lossy)
         summary, never = result.as_dict(), result.values[:, 0] <= 0.0
         assert sum(summary["failed"].values()) == never.sum() > 0
+        assert summary["failed_share"] == pytest.approx(never.mean(), rel=1e-12)
         assert len(summary["failed"]) == 1
         assert "never meet" in next(iter(summary["failed"]))
         assert np.array_equal(result.status > 0, never)

@@ -15,7 +15,8 @@ from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.picture import picture_of, plot
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import Simulation, simulate, verify
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.verification import verify
 from bearing_twin.sample import joined
 
 SCENES = (
@@ -135,25 +136,21 @@ def test_a_picture_needs_samples_and_a_place(tmp_path):
         plot(simulate("two_spheres"), tmp_path / "nowhere" / "impact.png")
 
 
-def test_verify_looks_at_what_happened_between_outputs_too():
+def logged(run, block, path):
+    """The log of a run that gave out this block."""
+    made = SimpleNamespace(scene=run.scene, choice=run.choice, blocks=lambda: iter([block]), report=run.report)
+    return read_log(write_log(made, path).path)
+
+
+def test_verify_looks_at_what_happened_between_outputs_too(tmp_path):
     """A record that was altered by 1 uN, and one that is not there."""
     run = simulate("two_spheres")
-    blocks = list(run.blocks())
-
-    def verified(change):
-        kept = [
-            dataclasses.replace(one, records={name: change(rows) for name, rows in one.records.items()})
-            for one in blocks
-        ]
-        return verify(SimpleNamespace(scene=run.scene, channels=run.channels, blocks=lambda: iter(kept)))
-
-    peak = [channel.name for channel in CONTACT.columns].index("peak_force")
-    assert sum(len(one.records["contact"]) for one in blocks) == 1
-    assert verified(lambda rows: rows).greatest == 0.0
-    assert verified(lambda rows: rows + 1e-6 * (np.arange(rows.shape[1]) == peak)).greatest == pytest.approx(
-        1e-6, rel=1e-3
-    )
-    assert verified(lambda rows: rows[:0]).greatest == np.inf
+    whole = joined(list(run.blocks()))
+    rows = whole.records["contact"]
+    altered = rows + 1e-6 * np.array([channel.name == "peak_force" for channel in CONTACT.columns])
+    for name, contacts, deviation in (("same", rows, 0.0), ("altered", altered, 1e-6), ("none", rows[:0], np.inf)):
+        log = logged(run, dataclasses.replace(whole, records={"contact": contacts}), tmp_path / f"{name}.mcap")
+        assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
 
 
 def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatch):
@@ -161,15 +158,11 @@ def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatc
     monkeypatch.setattr("bearing_twin.log.stream.LARGEST_BLOCK", 8000)
     run = simulate("two_spheres")
     whole = joined(list(run.blocks()))
-
-    def read_back(block, name):
-        made = SimpleNamespace(scene=run.scene, choice=run.choice, blocks=lambda: iter([block]), report=run.report)
-        return list(read_log(write_log(made, tmp_path / name).path).blocks())
-
-    end = read_back(whole, "first.mcap")[0].time_ns[-1]
+    end = next(logged(run, whole, tmp_path / "first.mcap").blocks()).time_ns[-1]
     rows = whole.records["contact"].copy()
     rows[:, 0] = 1e-9 * end
-    first, *others = read_back(dataclasses.replace(whole, records={"contact": rows}), "second.mcap")
+    moved = dataclasses.replace(whole, records={"contact": rows})
+    first, *others = logged(run, moved, tmp_path / "second.mcap").blocks()
     assert first.time_ns[-1] == end
     assert np.array_equal(first.records["contact"], rows)
     assert others

@@ -328,3 +328,15 @@ def test_a_commanded_speed_is_followed():
     assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0, rel=1e-9)
     simulation.reset()
     assert simulation.advance(1).values["inner_ring_speed"][0] == 157.0796
+
+
+def test_the_greatest_contact_angle_is_the_same_for_a_thrust_the_other_way():
+    """At speed the inner raceway's is the greater one, whatever its sign."""
+    found = []
+    for thrust in (17800.0, -17800.0):
+        report, _ = whole("bearing_218_thrust", f"rings.inner.load=[0,0,{thrust}]", "run.duration=0.002")
+        inner, outer = (abs(report.figures[f"contact_angle_{ring}_rad"][0]) for ring in ("inner", "outer"))
+        found.append(KINDS["bearing"].quantities_of()["greatest_contact_angle"].figure(report.figures))
+        assert found[-1] == pytest.approx(inner, rel=1e-9)
+        assert inner > 1.1 * outer
+    assert found[0] == pytest.approx(found[1], rel=1e-6)

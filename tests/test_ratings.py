@@ -80,6 +80,7 @@ def test_nothing_that_loads_wears_nothing():
     [
         (1000.0, 0.0, 1000.0),
         (1000.0, 100.0, 1000.0),  # below e
+        (250.0, 0.345 * 364.1, 0.56 * 250.0 + 1.99 * 0.345 * 364.1),  # half the radial load, above e = 0.22
         (100.0, 0.345 * 364.1, 56.0 + 1.99 * 0.345 * 364.1),  # a row of the table: f0 Fa/C0 = Fa/(Z D^2) = 0.345
     ],
 )

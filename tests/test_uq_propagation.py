@@ -80,6 +80,16 @@ def test_quantiles_of_the_force_are_mirrored_and_scale_with_the_speed():
         assert ratio == pytest.approx((speed / 20.0) ** -0.2, rel=1e-12)
 
 
+def test_a_falling_quantity_has_the_distribution_of_its_input_mirrored():
+    """F = K/alpha: P(F < m) = P(alpha > K/m), and the density is f(K/m) K/m^2."""
+    source = alpha_of(4e-5)
+    force, constant = derive(source, peak_of_alpha), peak_of_alpha(1.0)
+    m = np.linspace(5e4, 5e5, 200)
+    assert force.cdf(m) == pytest.approx(source.distribution.sf(constant / m), abs=1e-12)
+    assert force.cdf(force.quantile([0.05, 0.95])) == pytest.approx([0.05, 0.95], abs=1e-12)
+    assert force.pdf(m) == pytest.approx(source.pdf(constant / m) * constant / m**2, rel=1e-9)
+
+
 def test_discs_of_section_5_1():
     source = read_input("E", {"distribution": "gamma", "mean": 5e9, "std": 1e9})
     tau = derive(source, disc_duration)

@@ -50,6 +50,13 @@ def test_the_deviation_has_the_published_standard_error(count, share):
     assert np.mean(errors) == pytest.approx(share, rel=0.05)
 
 
+def test_the_skewness_of_a_normal_sample_has_the_standard_error_of_the_books():
+    """sqrt(6/n)."""
+    sample = stats.norm.ppf((np.arange(4000) + 0.5) / 4000.0)
+    error = half_width(sample, "skewness") / stats.t.ppf(0.975, 3999)
+    assert error == pytest.approx(math.sqrt(6.0 / 4000.0), rel=0.02)
+
+
 @pytest.mark.parametrize("statistic", ["mean", "std", 0.05, 0.5])
 def test_sobol_intervals_come_from_replicates_cover_and_are_narrow(statistic):
     count = REPLICATES * 128

@@ -6,8 +6,8 @@ from bearing_twin.kinds.contract import Quantity, read_off
 
 
 def _of_both(*keys: str):
-    """The greatest number in the lists at these keys."""
-    return lambda figures: max(float(value) for key in keys for value in figures[key])
+    """The greatest size of the numbers in the lists at these keys."""
+    return lambda figures: max(abs(float(value)) for key in keys for value in figures[key])
 
 
 def quantities() -> dict[str, Quantity]:
@@ -43,7 +43,7 @@ def quantities() -> dict[str, Quantity]:
         ),
         "greatest_contact_angle": Quantity(
             "rad",
-            "of any contact at its greatest load",
+            "of any contact at its greatest load, to either side",
             _of_both("contact_angle_inner_rad", "contact_angle_outer_rad"),
         ),
     }
