@@ -75,12 +75,6 @@ LONG_FILES = {  # path below bearing_twin/: why it is longer
 LONG_FUNCTIONS = {}  # (path, function): why it is longer
 
 ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what for
-    "shapes/implicit.py": ("ellipsoid torus superquadric", "until a scene has bodies of any shape"),
-    "shapes/overlap.py": ("SpotLoad overlap overlap_load", "until a scene has bodies of any shape"),
-    "shapes/tracking.py": (
-        "Opposition classify contact_of find_opposing frame_spin opposing_rates second_form tangent_axes",
-        "until a scene has bodies of any shape",
-    ),
     "log/mcap_log.py": ("content_digest", "how anyone compares two logs; tests hold the promise of equal ones to it"),
 }
 

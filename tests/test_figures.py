@@ -36,6 +36,8 @@ SHORTER = {  # s: until something has happened
     "ellipsoid_on_plane": 0.6,
     "ellipsoid_rocking": 0.2,
     "ellipsoid_tumbling": 0.3,
+    "two_bodies_groove": 0.03,
+    "two_bodies_superellipsoid": 0.05,
 }
 ONE_EACH = (
     "bearing_6203_start", "ellipsoid_rocking", "two_spheres", "two_discs", "sphere_on_beam_drop_50mm",

@@ -41,6 +41,7 @@ PLAYED = {
     "ellipsoid_on_plane": (
         "ellipsoid_rocking", ("run.duration=0.05", "run.publish_rate=1000.0", "start.height=1e-3"), 0.2,
     ),
+    "two_bodies": ("two_bodies_groove", ("run.duration=0.02", "run.publish_rate=1000.0"), 0.1),
 }  # fmt: skip
 
 

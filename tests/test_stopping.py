@@ -40,17 +40,24 @@ def test_another_thread_ends_a_chunk():
     assert not SIGNALLED[0]
 
 
-@pytest.mark.parametrize("stepper", ["rodas4", "rk4", "imex"])
-def test_every_loop_looks_before_each_step(stepper):
+@pytest.mark.parametrize(
+    ("name", "stepper"),
+    [
+        *(("bearing_6203", f"solver.stepper={one}") for one in ("rodas4", "rk4", "imex")),
+        ("ellipsoid_tumbling", "solver.stepper=dop853"),
+        ("two_bodies_groove", "run.duration=0.02"),
+    ],
+)
+def test_every_loop_looks_before_each_step(name, stepper):
     stop = np.ones(1, np.uint8)
-    simulation = Simulation(load_scene("bearing_6203", [f"solver.stepper={stepper}"]), stop)
+    simulation = Simulation(load_scene(name, [stepper]), stop)
     simulation.advance(1)
     with pytest.raises(Stopped):
         simulation.advance(1)
     stop[:] = 0
     simulation.reset()
     simulation.advance(2)
-    same = next(iter(simulate(load_scene("bearing_6203", [f"solver.stepper={stepper}"])).blocks()))
+    same = next(iter(simulate(load_scene(name, [stepper])).blocks()))
     simulation.reset()
     assert np.array_equal(simulation.advance(len(same)).values["normal_load"], same.values["normal_load"])
 

@@ -7,12 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 from scipy.special import ellipe
 
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.errors import SceneError
-from bearing_twin.shapes.overlap import ENERGY_FACTOR, overlap, overlap_load
+from bearing_twin.reference.overlap import ENERGY_FACTOR, overlap, overlap_load
+from bearing_twin.shapes.implicit import ellipsoid, plane, sphere, superquadric, torus
+from bearing_twin.shapes.lens import lens
+from bearing_twin.shapes.opposing import support
+from bearing_twin.shapes.tracking import body, contact_of, find_opposing, tangent_axes
 
 MODULUS, APPROACH = 1.14e11, 1e-6
 
@@ -156,3 +161,72 @@ def test_no_overlap_no_load():
     for approach in (0.0, -1e-6):
         assert overlap_load(paraboloid(5.0, 5.0), square(1e-3), approach, MODULUS) == (0.0, 0.0, [])
     assert overlap_load(lambda x, y: 1e-3 + 0.0 * x, square(1e-3), 1e-6, MODULUS) == (0.0, 0.0, [])
+
+
+LOCUS, TUBE, BALL = 14.1e-3, 3.508e-3, 3.373e-3
+PAIRS = {
+    "sphere on plane": lambda h: (body(sphere(0.01), (0, 0, 0.01 - h)), body(plane()), (0, 0, 0)),
+    "narrow ellipsoid": lambda h: (body(ellipsoid(0.03, 0.003, 0.01), (0, 0, 0.01 - h)), body(plane()), (0, 0, 0)),
+    "ball in groove": lambda h: (
+        body(sphere(BALL), (LOCUS + TUBE - BALL + h, 0, 0)), body(torus(LOCUS, TUBE, hollow=True)),
+        (LOCUS + TUBE, 0, 0),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_rays_over_an_ellipse_give_equation_9_as_the_approach_goes_to_zero(name):
+    """What is left is of the bodies' size: it falls with h, down to 1e-7."""
+    off = []
+    for approach in (1e-7, 1e-8, 1e-9):
+        a, b, near = PAIRS[name](approach)
+        at = contact_of(a, b, find_opposing(a, b, near))
+        axes = np.array([at.major_axis, np.cross(at.normal, at.major_axis)])
+        found = lens(a, b, 0.5 * (at.point_a + at.point_b), axes, at.normal, at.approach, BALL, MODULUS)
+        law = coefficient_of("volumetric", at.curvature_small, at.curvature_large, MODULUS) * at.approach**1.5
+        off.append(abs(found.load / law - 1.0))
+        assert math.hypot(found.centre_x, found.centre_y) < 1e-6 * found.half_width_x
+    assert off[0] < 1e-4
+    assert off[2] < 5e-7
+    assert off[1] < 0.2 * off[0] + 1e-7
+
+
+def rounded_box(approach, turn=(0.0, 0.0, 0.0)):
+    """A superellipsoid pressed into a plane, its contact as `lens` takes it, and its gap above the plane z = 0."""
+    surface, rotation = superquadric(0.02, 0.01, 0.01, 4.0, 4.0), Rotation.from_rotvec(turn).as_matrix()
+    low = rotation @ support(surface, rotation.T @ np.array([0.0, 0.0, -1.0]))
+    a, b = body(surface, (-low[0], -low[1], -low[2] - approach), rotation), body(plane())
+    normal = np.array([0.0, 0.0, -1.0])
+    return a, b, np.array([0.0, 0.0, -0.5 * approach]), tangent_axes(normal), normal, approach
+
+
+def test_rays_over_a_flat_face_give_what_the_polygons_do():
+    """z = c (1 - (1 - s)^(1/4)), s = (x/a)^4 + (y/b)^4: no curvature in the middle, a load of another power."""
+    approach = 1e-6
+
+    def gap(x, y):
+        return 0.01 * (1.0 - (1.0 - (x / 0.02) ** 4 - (y / 0.01) ** 4) ** 0.25)
+
+    truth = overlap_load(gap, (-5e-3, 5e-3, -2.5e-3, 2.5e-3), approach, MODULUS)
+    found = lens(*rounded_box(approach), 0.01, MODULUS)
+    (lobe,) = truth.lobes
+    assert found.area == pytest.approx(lobe.area, rel=1e-5)
+    assert found.volume == pytest.approx(lobe.volume, rel=1e-5)
+    assert found.perimeter == pytest.approx(lobe.perimeter, rel=1e-4)
+    assert found.load == pytest.approx(truth.normal_load, rel=1e-3)
+    assert found.energy == pytest.approx(truth.energy, rel=1e-4)
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.1, 0.2, 0.05), (0.5, -0.4, 0.3)])
+def test_the_load_over_rays_is_the_derivative_of_their_energy(turn):
+    approach, step = 1e-5, 1e-3
+    energies = [lens(*rounded_box(approach * (1.0 + sign * step), turn), 0.01, MODULUS).energy for sign in (-1, 1)]
+    slope = (energies[1] - energies[0]) / (2.0 * step * approach)
+    assert lens(*rounded_box(approach, turn), 0.01, MODULUS).load == pytest.approx(slope, rel=1e-5)
+
+
+def test_a_spot_without_an_outline_around_it_is_not_found():
+    """A ball pressed through the middle of a thin plate's far side: surfaces that never meet around the contact."""
+    a, b = body(sphere(0.01), (0, 0, -0.5)), body(plane())
+    normal = np.array([0.0, 0.0, -1.0])
+    assert not lens(a, b, np.zeros(3), tangent_axes(normal), normal, 0.51, 0.01, MODULUS).found

@@ -8,12 +8,17 @@ from bearing_twin.errors import SceneError
 from bearing_twin.units import named
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
+OF_HERTZ = (
+    "bearing", "race", "radii_1", "radii_2", "hollow", "angle", "curvature_small", "curvature_large", "material",
+    "young", "poisson", "yield_strength", "load", "peak_pressure", "semi_major", "semi_minor", "speed", "mass",
+    "restitution", "stiffness",
+)  # fmt: skip
 GIVEN = ("load", "approach", "peak_pressure", "semi_major", "semi_minor", "speed")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `contact` to its parser."""
-    bodies = parser.add_argument_group("bodies, in one of three ways")
+    bodies = parser.add_argument_group("bodies, in one of four ways")
     bodies.add_argument("--bearing", metavar="NAME", help="a bearing scene or its designation, such as 6203")
     bodies.add_argument("--race", choices=("inner", "outer"), help="the raceway of --bearing (default inner)")
     bodies.add_argument("--radii-1", nargs="+", type=float, metavar="R", help="radii of body 1 [m] along x and y")
@@ -22,6 +27,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bodies.add_argument("--angle", type=float, metavar="RAD", help="turn of body 2's directions about the normal")
     bodies.add_argument("--curvature-small", type=float, metavar="P", help="gap z = P x^2 + Q y^2 [1/m]")
     bodies.add_argument("--curvature-large", type=float, metavar="Q", help="Q >= P > 0 [1/m]")
+    bodies.add_argument(
+        "--shapes",
+        metavar="FILE",
+        help="a scene of two_bodies, as it stands or pressed by --approach: opposing points, overlap, loads",
+    )
     material = parser.add_argument_group(
         "materials: one value for both bodies, or two (default: the scene's, or steel)"
     )
@@ -55,6 +65,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Answers one contact; raises SceneError with a sentence for what makes no contact."""
+    if arguments.shapes is not None:
+        return _shapes(arguments)
     from bearing_twin.contact import calculator, validity
     from bearing_twin.contact.materials import effective_modulus
 
@@ -87,6 +99,27 @@ def run(arguments: argparse.Namespace) -> Outcome:
     return Outcome(result, result["flags"], lambda: _show(result))
 
 
+def _shapes(arguments) -> Outcome:
+    """Two bodies of a scene."""
+    from bearing_twin.kinds.two_bodies.answer import answer, pressed
+    from bearing_twin.run.scene import load_scene
+
+    others = [name for name in (*OF_HERTZ, "plot") if getattr(arguments, name) is not None]
+    if others:
+        options = ", ".join(f"--{name.replace('_', '-')}" for name in others)
+        raise SceneError(f"--shapes takes all from its scene but --approach; leave out {options}")
+    scene = load_scene(arguments.shapes)
+    if scene.kind != "two_bodies":
+        raise SceneError(f"scene {scene.name} is of kind {scene.kind}; --shapes wants one of two_bodies")
+    parameters = scene.parameters
+    if arguments.approach is not None:
+        if not math.isfinite(arguments.approach):
+            raise SceneError(f"--approach {arguments.approach:g} must be a finite number of metres")
+        parameters = pressed(parameters, arguments.approach)
+    result = {"scene": scene.name, **answer(parameters)}
+    return Outcome(result, [], lambda: _show_shapes(result))
+
+
 def _gap(arguments):
     """The gap, and the materials of a bearing's ball and ring where there is one."""
     from bearing_twin.contact import calculator
@@ -94,7 +127,9 @@ def _gap(arguments):
     curvatures = arguments.curvature_small, arguments.curvature_large
     ways = [arguments.bearing is not None, arguments.radii_1 is not None, curvatures != (None, None)]
     if sum(ways) != 1:
-        raise SceneError("say the bodies in one way: --bearing, or --radii-1, or --curvature-small with -large")
+        raise SceneError(
+            "say the bodies in one way: --bearing, or --radii-1, or --curvature-small with -large, or --shapes"
+        )
     only = {"--bearing": ("race",), "--radii-1": ("radii_2", "hollow", "angle")}
     for (way, options), used in zip(only.items(), ways, strict=False):
         for option in options:
@@ -203,6 +238,34 @@ def _show(result):
         "(--frozen-at); linear: the slope of exact Hertz here, or --stiffness; laws with states: carried "
         "here from a circle"
     )
+
+
+def _show_shapes(result):
+    """A pair of bodies as tables."""
+    from bearing_twin.command.terminal import show_rows, show_text
+
+    rows = [(key, value) for key, value in result.items() if not isinstance(value, dict) and value is not None]
+    show_rows(("quantity", "value", "unit"), (_row(key, _vector(value)) for key, value in rows))
+    show_text()
+    rows = ((name, "none here" if row is None else f"{row['error_m']:.3g}") for name, row in result["tracking"].items())
+    show_rows(("opposing points", "off equations (1) by [m]"), rows)
+    if result["overlap"]:
+        show_text()
+        show_rows(("overlap", "value", "unit"), (_row(key, value) for key, value in result["overlap"].items()))
+    if result["laws"]:
+        show_text()
+        rows = (
+            (name, f"{row['normal_load_n']:.6g}", "-" if row["error"] is None else f"{100 * row['error']:+.3g}")
+            for name, row in result["laws"].items()
+        )
+        show_rows(("law", "load at this approach [N]", "error [%]"), rows)
+
+
+def _vector(value):
+    """Numbers of a list as text."""
+    if not isinstance(value, list):
+        return value
+    return "  ".join(one if isinstance(one, str) else f"{one:.6g}" for one in value)
 
 
 def _row(key, value):

@@ -33,7 +33,7 @@ from bearing_twin.kinds.ellipsoid.steps import (
     safe_flight,
     separation,
 )
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, TOO_DEEP
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 
 TIME, STEP, IN_CONTACT, DRIFT, CURSOR = range(5)
 CLOCK = 5
@@ -144,15 +144,18 @@ def write_outputs_until(body, plan, state, clock, end, times, states, work, spar
 
 
 @kernel
-def advance(body, plan, state, clock, times, until, states, record, records, counts, work):
+def advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop):
     """Steps from the clock's time until `until` [s] lies in the next step; returns (status, contacts completed).
 
     `states` (outputs, COLUMNS) receives the states at `times` [s]; completed contacts go to `records`. A step that
-    reaches beyond `until` is not taken, so the motion does not depend on how it is cut.
+    reaches beyond `until` is not taken, so the motion does not depend on how it is cut. Looks at `stop` (1,) before
+    every step.
     """
     completed, spare = 0, np.empty(COLUMNS)
     shortest = min(body.semi_axes[0], min(body.semi_axes[1], body.semi_axes[2]))
     while True:
+        if stop[0] != 0:
+            return STOPPED, completed
         if clock[IN_CONTACT] == 0.0 and landed(body, state):
             begin_contact(body, plan, state, clock, record)
             counts[TOUCHES] += 1

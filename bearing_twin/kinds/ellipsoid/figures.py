@@ -141,8 +141,11 @@ class _OpenContact:
 class EllipsoidFigures:
     """Gathers contacts and the books of energy and momentum of the outputs given out."""
 
+    spent = ENERGIES[3:]
+    """Channels of energies that are stored no more."""
+
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
-        self.parameters, self.law, self.modulus = parameters, choice.law, modulus_of(parameters)
+        self.parameters, self.law = parameters, choice.law
         self.until, self.first, self.last, self.gain, self.scale = 0.0, {}, {}, 0.0, 0.0
         self._contacts: list[np.ndarray] = []
         self._going_on = _OpenContact()
@@ -150,26 +153,34 @@ class EllipsoidFigures:
     def add(self, block: Block) -> None:
         """Takes a block in."""
         stored = sum(block.values[name] for name in ENERGIES[:3])
-        total = stored + sum(block.values[name] for name in ENERGIES[3:])
+        total = stored + sum(block.values[name] for name in self.spent)
         if not self.first:
             self.first = self._instant(block, stored, total, 0)
         self.last = self._instant(block, stored, total, -1)
-        self.scale = max(self.scale, float(stored.max()))
+        self.scale = max(self.scale, float(self.brought(block).max()))
         if self.scale > 0.0:
             self.gain = max(self.gain, float(total.max() - self.first["total"]) / self.scale)
         self.until = 1e-9 * float(block.time_ns[-1])
         self._contacts.extend(block.records.get(CONTACT.name, ()))
         self._going_on.add(block)
 
-    @staticmethod
-    def _instant(block, stored, total, row):
+    def brought(self, block: Block) -> np.ndarray:
+        """The energy [J] at the outputs whose most the balances are measured by."""
+        return sum(block.values[name] for name in ENERGIES[:3])
+
+    def ended(self, row: np.ndarray) -> Bounce:
+        """One contact from its record."""
+        return _ended(row, modulus_of(self.parameters))
+
+    def _instant(self, block, stored, total, row):
         kept = {name: block.values[name][row] + 0.0 for name in ("velocity", "angular_momentum", "position")}
-        names = (*ENERGIES[3:], "quaternion_drift")
+        names = (*self.spent, "quaternion_drift")
         numbers = {name: float(block.values[name][row]) for name in names if name in block.values}
         return {"stored": float(stored[row]), "total": float(total[row]), **numbers, **kept}
 
-    def _bounces(self) -> list[Bounce]:
-        bounces = [_ended(row, self.modulus) for row in self._contacts]
+    def bounces(self) -> list[Bounce]:
+        """All contacts, the one that goes on last."""
+        bounces = [self.ended(row) for row in self._contacts]
         return bounces if self._going_on.start is None else [*bounces, self._going_on.bounce(self.until)]
 
     def figures(self) -> dict[str, Any]:
@@ -178,7 +189,7 @@ class EllipsoidFigures:
         The first 200 contacts are listed one by one. `restitution` is that of the first, `resting_since_s` the begin of
         one that goes on at the end.
         """
-        bounces = self._bounces()
+        bounces = self.bounces()
         velocity, turning = (self.last[name] - self.first[name] for name in ("velocity", "angular_momentum"))
         return {
             "peak_force_n": max((one.peak_load for one in bounces), default=0.0),
@@ -209,26 +220,32 @@ class EllipsoidFigures:
             f"the quaternion's norm drifted by {drift:.2g} in one step before it was put right: "
             "tighten wanted.tolerance"
         )
-        return self._contact_flags() + ([drifted] if drift > GREATEST_DRIFT else [])
+        return self.contact_flags() + ([drifted] if drift > GREATEST_DRIFT else [])
 
-    def _contact_flags(self) -> list[str]:
-        loaded = [one for one in self._bounces() if one.peak_load > 0.0]
+    def contact_flags(self) -> list[str]:
+        """What in the contacts lies outside Hertz's theory."""
+        body, material = self.parameters.body, self.parameters.body.material
+        strength = yield_pressure(material, self.parameters.plane.material)
+        return self.doubts(strength, wave_transit(2.0 * max(body.semi_axes), material.young_modulus, material.density))
+
+    def doubts(self, strength: float | None, transit: float) -> list[str]:
+        """Doubts about the contacts: yield pressure [Pa] or None, and the time [s] a wave takes through a body."""
+        loaded = [one for one in self.bounces() if one.peak_load > 0.0]
         if not loaded:
             return []
-        body, material = self.parameters.body, self.parameters.body.material
         hardest = max(loaded, key=lambda one: one.peak_pressure)
         deepest = max(loaded, key=lambda one: one.approach)
         worst = max(loaded, key=lambda one: abs(one.law_error))
         heavy = NOTABLE * max(one.peak_load for one in loaded)
         shortest = min((one.duration for one in loaded if not one.open and one.peak_load > heavy), default=math.inf)
         return gathered(
-            pressure_doubt(hardest.peak_pressure, yield_pressure(material, self.parameters.plane.material)),
+            pressure_doubt(hardest.peak_pressure, strength),
             width_doubt(deepest.semi_axes[0], deepest.radii[0]),
             width_doubt(deepest.semi_axes[1], deepest.radii[1]),
             None
-            if LAWS[self.law].measured
+            if self.law not in LAWS or LAWS[self.law].measured
             else law_doubt(self.law, worst.law_error, worst.semi_axes[1] / worst.semi_axes[0]),
-            wave_doubt(shortest, wave_transit(2.0 * max(body.semi_axes), material.young_modulus, material.density)),
+            wave_doubt(shortest, transit),
         )
 
     @property

@@ -2,10 +2,11 @@
 
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.validity import LAW_TOLERANCE
 from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.report import Choice
+
+RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz
 
 
 def choose(parameters) -> Choice:
@@ -19,10 +20,10 @@ def choose(parameters) -> Choice:
         reason = "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
     else:
         reason = f"{law}, as the scene asks"
-    if error > LAW_TOLERANCE:
+    if error > max(parameters.wanted.tolerance, RATIONAL):
         warnings.append(
-            f"the law {law} is {100.0 * error:.2g} % off exact Hertz somewhere on this body; "
-            "contact.normal: hertz costs no more"
+            f"the law {law} is {100.0 * error:.2g} % off exact Hertz somewhere on this body, more than "
+            f"wanted.tolerance = {parameters.wanted.tolerance:g}; contact.normal: hertz costs no more"
         )
     state = LAWS[law].state
     if state is not None and not state.projects:

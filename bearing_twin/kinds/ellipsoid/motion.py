@@ -10,7 +10,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import Material
-from bearing_twin.errors import IntegrationError
+from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.ellipsoid.chunk import (
     BEGAN,
     CLOCK,
@@ -34,10 +34,11 @@ from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_sha
 from bearing_twin.kinds.ellipsoid.outputs import outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, TOO_DEEP
+from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 from bearing_twin.numerics.steppers import DOP853, RK4
 from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach
+from bearing_twin.stopping import SIGNALLED
 
 FLOOR = 1e-4  # of the shortest contact
 KEPT = ("state", "clock", "record", "counts")  # what a motion goes on from
@@ -91,7 +92,7 @@ class EllipsoidMotion:
     """The ellipsoid in motion: `advance` integrates one chunk and returns its outputs; `records` are its contacts."""
 
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
-        self.parameters = parameters
+        self.parameters, self.stop = parameters, SIGNALLED
         self.body, self.plan = ellipsoid_of(parameters, choice.law), plan_of(parameters, choice.stepper)
         self.reset()
 
@@ -123,9 +124,11 @@ class EllipsoidMotion:
         while status == FULL:
             status, count = advance(
                 self.body, self.plan, self.state, self.clock, due, until, states, self.record, finished, self.counts,
-                self._work,
+                self._work, self.stop,
             )  # fmt: skip
             self._ended.extend(finished[:count].copy())
+        if status == STOPPED:
+            raise Stopped(f"the computation was stopped at {self.clock[TIME]:.9g} s")
         if status != OK:
             reasons = {
                 NOT_FINITE: "the state is not finite any more; lower the speeds or shorten solver.step",

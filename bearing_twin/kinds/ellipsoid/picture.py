@@ -42,9 +42,9 @@ class EllipsoidPicture:
         time, tilt = values["time"], figure.add_subplot(grid[0, 1])
         _draw_tilt(tilt, time, values)
         load = figure.add_subplot(grid[1, 1], sharex=tilt)
-        _draw_load(load, time, values, self._values.greatest["normal_load"])
+        draw_load(load, time, values, self._values.greatest["normal_load"])
         energy = figure.add_subplot(grid[2, 1], sharex=tilt)
-        _draw_energy(energy, time, values)
+        draw_energy(energy, time, values)
         for axis in (tilt, load):
             axis.tick_params(labelbottom=False)
         title = scene.description or scene.name
@@ -136,7 +136,8 @@ def _draw_tilt(axis, time, values):
     heading(axis, "Tilt of the body's axes")
 
 
-def _draw_load(axis, time, values, greatest):
+def draw_load(axis, time, values, greatest):
+    """Normal load over time."""
     frame(axis)
     load = values["normal_load"]
     loaded = np.where(load > 0.0, load, np.nan)
@@ -150,7 +151,8 @@ def _draw_load(axis, time, values, greatest):
     heading(axis, f"Normal load at the outputs, at most {greatest:.4g} N")
 
 
-def _draw_energy(axis, time, values):
+def draw_energy(axis, time, values):
+    """Where the energy is, stacked: potential energy from where it is least."""
     frame(axis)
     scale = max(float(sum(values[name] for name, _ in STORED).max()), 1e-300)
     parts = [np.maximum(values[name] / scale, 0.0) for name, _ in (*STORED, *LOST)]

@@ -1,0 +1,1 @@
+"""Two bodies of any shape that bounce, roll and spin on each other."""

@@ -1,0 +1,127 @@
+"""One pair of bodies as it stands, answered in full: opposing points, gap, overlap, and the load by every law."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.two_bodies.derived import (
+    modulus_of,
+    size_of,
+    start_body,
+    start_unknowns,
+)
+from bearing_twin.kinds.two_bodies.pair import approach_of, residual_of, settled
+from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TRACKINGS, TwoBodiesScene
+from bearing_twin.shapes.lens import lens
+from bearing_twin.shapes.opposing import closed_form_known
+from bearing_twin.shapes.tracking import contact_of, frame_spin, level_at, opposing_rates, projected, tangent_axes
+
+AHEAD = 1e-6  # of the least size: how far the bodies move where the differential form is compared
+
+
+def pressed(parameters: TwoBodiesScene, approach: float) -> TwoBodiesScene:
+    """The scene with its first body moved along its normal until it presses by `approach` [m]."""
+    unknowns = start_unknowns(parameters)
+    a, b = start_body(parameters.first), start_body(parameters.second)
+    way = (approach - approach_of(b, unknowns)) * _normal(a, unknowns)
+    moved = tuple(float(x) for x in a.position + way)
+    return dataclasses.replace(parameters, first=dataclasses.replace(parameters.first, position=moved))
+
+
+def _normal(a, unknowns):
+    gradient, hesse = np.empty(3), np.empty((3, 3))
+    level_at(a, unknowns[:3].copy(), gradient, hesse)
+    return gradient / np.linalg.norm(gradient)
+
+
+def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
+    """Figures of a pair by SI-suffixed keys; `laws` and `tracking` hold one row each; raises SceneError."""
+    a, b = start_body(parameters.first), start_body(parameters.second)
+    unknowns, modulus = start_unknowns(parameters), modulus_of(parameters)
+    normal, approach = _normal(a, unknowns), approach_of(b, unknowns)
+    try:
+        contact = contact_of(a, b, unknowns)
+    except SceneError:
+        contact = None  # flat: only the overlap has a load
+    rates = _or_none(lambda: opposing_rates(a, b, unknowns))
+    found = {
+        "bodies": [parameters.first.shape, parameters.second.shape],
+        "effective_modulus_pa": modulus,
+        "approach_m": approach,
+        "point_first_m": unknowns[:3].tolist(),
+        "point_second_m": unknowns[3:6].tolist(),
+        "normal": normal.tolist(),
+        "point_first_rate_m_s": None if rates is None else rates[:3].tolist(),
+        "frame_spin_rad_s": None if rates is None else frame_spin(a, unknowns, rates).tolist(),
+        "curvature_small_per_m": contact.curvature_small if contact else None,
+        "curvature_large_per_m": contact.curvature_large if contact else None,
+        "major_axis": contact.major_axis.tolist() if contact and not contact.circular else None,
+        "tracking": _trackings(parameters, a, b, unknowns, rates),
+    }
+    return found | _loads(parameters, contact, (a, b, unknowns, normal, approach))
+
+
+def _or_none(function):
+    """What a function gives, None where its equations are singular."""
+    try:
+        found = function()
+    except np.linalg.LinAlgError:
+        return None
+    return found if np.all(np.isfinite(found)) else None
+
+
+def _trackings(parameters, a, b, unknowns, rates) -> dict[str, Any]:
+    """By every method: how far [m] its opposing points are from meeting equations (1), None where it finds none.
+
+    Newton's method begins a little beside; the differential form is followed there over a small motion, then put right.
+    """
+    known = closed_form_known(a.surface.kind, b.surface.kind)
+    size = size_of(parameters)
+    beside = unknowns.copy()
+    beside[:6] += AHEAD * size
+    newton = _or_none(lambda: beside if settled(a, b, beside) else np.full(8, np.nan))
+    points = {"closed": unknowns if known else None, "algebraic": newton, "differential": None}
+    if rates is not None:
+        step = AHEAD * size / max(float(np.linalg.norm(rates[:3])), 1e-9)
+        ahead = tuple(one._replace(position=one.position + step * one.velocity) for one in (a, b))
+        points["differential"] = _or_none(lambda: projected(*ahead, unknowns + step * rates))
+        a_then, b_then = ahead
+    rows = {}
+    for name in TRACKINGS:
+        where = (a_then, b_then) if name == "differential" and rates is not None else (a, b)
+        rows[name] = None if points[name] is None else {"error_m": float(residual_of(*where, points[name]))}
+    return rows
+
+
+def _loads(parameters, contact, pair) -> dict[str, Any]:
+    """The ellipse by Hertz, the overlap, and the load by each law; zero while there is a gap."""
+    a, b, unknowns, normal, approach = pair
+    modulus, laws, found = modulus_of(parameters), {}, {"overlap": None, "semi_major_m": None, "semi_minor_m": None}
+    exact = None
+    if approach <= 0.0:
+        return {**found, "peak_pressure_pa": None, "laws": laws}
+    if contact:
+        small, large = contact.curvature_small, contact.curvature_large
+        exact = hertz_coefficient(small, large, modulus) * approach**1.5
+        spot = ellipse(small, large, modulus, exact)
+        found |= {"semi_major_m": spot.semi_major, "semi_minor_m": spot.semi_minor}
+        for name, row in LAWS.items():
+            if row.fits == "point" and row.follows:
+                laws[name] = coefficient_of(name, small, large, modulus) * approach**1.5
+        axes = np.array([contact.major_axis, np.cross(normal, contact.major_axis)])
+    else:
+        axes = tangent_axes(normal)
+    middle = 0.5 * (unknowns[:3] + unknowns[3:6])
+    over = lens(a, b, middle, axes, normal, approach, size_of(parameters), modulus)
+    if over.found:
+        laws[OVERLAP] = over.load
+        found["overlap"] = {"volume_m3": over.volume, "area_m2": over.area, "perimeter_m": over.perimeter}
+    rows = {
+        name: {"normal_load_n": load, "error": load / exact - 1.0 if exact else None} for name, load in laws.items()
+    }
+    return {**found, "peak_pressure_pa": spot.peak_pressure if contact else None, "laws": rows}

@@ -1,0 +1,49 @@
+"""Law and stepper of two bodies."""
+
+from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.friction import FRICTIONS, roughness
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.two_bodies.derived import start_contact
+from bearing_twin.kinds.two_bodies.parameters import OVERLAP
+from bearing_twin.report import Choice
+
+OVERLAP_ERROR = 0.0048  # of the volumetric law on a circle, against Hertz
+
+
+def law_error(parameters, law: str) -> float:
+    """Relative load error of a law against exact Hertz at the contact the scene starts from; 0 where none is told."""
+    if law == OVERLAP or LAWS[law].measured or LAWS[law].state is not None:
+        return OVERLAP_ERROR if law == OVERLAP else 0.0
+    try:
+        start = start_contact(parameters)
+    except SceneError:
+        return 0.0
+    curvatures = start.curvature_small, start.curvature_large, 1.0
+    exact = hertz_coefficient(*curvatures)
+    return abs(coefficient_of(law, *curvatures, exact) / exact - 1.0)
+
+
+def choose(parameters) -> Choice:
+    """`hertz`, or `overlap` where a body may be flat; one stepper. A law further off than what is wanted is named."""
+    contact, warnings = parameters.contact, []
+    flat = "superellipsoid" in (parameters.first.shape, parameters.second.shape)
+    law = (OVERLAP if flat else "hertz") if contact.normal == "auto" else contact.normal
+    if contact.normal != "auto":
+        reason = f"{law}, as the scene asks"
+    elif flat:
+        reason = "overlap, because a superellipsoid has places where no contact is an ellipse"
+    else:
+        reason = "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
+    error = law_error(parameters, law)
+    if error > parameters.wanted.tolerance and not flat:
+        warnings.append(
+            f"the law {law} is {100.0 * error:.2g} % off exact Hertz here, more than wanted.tolerance = "
+            f"{parameters.wanted.tolerance:g}; contact.normal: hertz is exact"
+        )
+    state = LAWS[law].state if law in LAWS else None
+    if state is not None and not state.projects:
+        warnings.append(f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does")
+    warnings += roughness(FRICTIONS[contact.friction])
+    return Choice(law, "dop853", error, f"{reason}; dop853, whose steps follow the contact's own time", tuple(warnings))

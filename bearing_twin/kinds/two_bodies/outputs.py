@@ -1,0 +1,122 @@
+"""What one sample of two bodies holds, computed from their state."""
+
+import numpy as np
+
+from bearing_twin.compiled import kernel
+from bearing_twin.kinds.two_bodies.pair import (
+    BODY,
+    COLUMNS,
+    HELD_WORK,
+    MOMENTUM,
+    QUATERNION,
+    RUBBED,
+    SECOND,
+    VELOCITY,
+    VISCOUS,
+    Pair,
+    body_at,
+)
+from bearing_twin.kinds.two_bodies.parameters import TwoBodiesScene
+from bearing_twin.kinds.two_bodies.steps import touch_now
+from bearing_twin.sample import Channel
+
+
+def _of_body(prefix: str, which: str) -> tuple[Channel, ...]:
+    return (
+        Channel(f"{prefix}position", "m", (3,), f"of the {which} body's centre, fixed axes"),
+        Channel(f"{prefix}orientation", "1", (4,), f"unit quaternion (x, y, z, w) of the {which} body's axes"),
+        Channel(f"{prefix}velocity", "m/s", (3,), f"of the {which} body's centre"),
+        Channel(f"{prefix}angular_velocity", "rad/s", (3,), f"of the {which} body, in fixed axes"),
+        Channel(f"{prefix}angular_momentum", "kg m^2/s", (3,), f"of the {which} body about its centre; 0 if held"),
+    )
+
+
+CHANNELS = (
+    *_of_body("", "first"),
+    *_of_body("second_", "second"),
+    Channel("approach", "m", (), "of the opposing points; negative = gap"),
+    Channel("normal_load", "N", (), "on the first body, against normal, at contact_point"),
+    Channel("friction_force", "N", (3,), "on the first body, at contact_point"),
+    Channel("drilling_torque", "N m", (), "friction of the spot on the first body about normal"),
+    Channel("spin_rate", "rad/s", (), "first body minus second, about normal"),
+    Channel("contact_point", "m", (3,), "where the forces act; between the bodies while there is a gap"),
+    Channel("normal", "1", (3,), "outward of the first body at its opposing point"),
+    Channel("slip", "m/s", (3,), "velocity of the first body against the second there, across the normal"),
+    Channel("major_axis", "1", (3,), "direction of the longer axis of the contact"),
+    Channel(
+        "semi_major", "m", (), "of the contact ellipse; of an overlap its half-width over the root of 2, as of a circle"
+    ),
+    Channel("semi_minor", "m", (), "the same across; both are zero without load"),
+    Channel("peak_pressure", "Pa", (), "by Hertz; of an overlap three times the load over its area, as of a circle"),
+    Channel("curvature_small", "1/m", (), "of the gap, P in z = P x^2 + Q y^2; zero where it is flat"),
+    Channel("curvature_large", "1/m", (), "of the gap, Q in z = P x^2 + Q y^2"),
+    Channel("in_contact", "1", (), "1 where the approach is above zero, else 0"),
+    Channel("kinetic_energy", "J", (), "of the free bodies, of their centres' motion and of the turning about them"),
+    Channel("potential_energy", "J", (), "of the free bodies, zero with their centres at the origin"),
+    Channel("elastic_energy", "J", (), "stored in the contact"),
+    Channel("dissipated_viscous", "J", (), "by the viscous part of the normal load since the start"),
+    Channel("dissipated_friction", "J", (), "by friction since the start"),
+    Channel("held_work", "J", (), "done on held bodies since the start"),
+    Channel("quaternion_drift", "1", (), "greatest drift of a quaternion's norm in a step so far, before it is undone"),
+    Channel(
+        "tracking_error", "m", (), "most by which opposing points missed their equations at a step's end so far; "
+        "differential: before they are put right",
+    ),
+)  # fmt: skip
+WIDTH = sum(channel.width for channel in CHANNELS[:-2])  # of what follows from the state
+SPENT = ("dissipated_viscous", "dissipated_friction", "held_work")
+
+
+def channels(parameters: TwoBodiesScene) -> tuple[Channel, ...]:
+    """What one sample of this scene holds."""
+    return CHANNELS
+
+
+@kernel
+def write_rows(pair, states, rows):
+    """Writes the channels that follow from the states (n, COLUMNS), side by side in their order, to rows (n, WIDTH)."""
+    for n in range(len(states)):
+        state, row, at = states[n], rows[n], 0
+        kinetic = potential = 0.0
+        for side in range(2):
+            first = side * SECOND
+            rigid = pair.a if side == 0 else pair.b
+            one = body_at(rigid, state, first)
+            norm = np.sqrt(np.sum(state[first + QUATERNION : first + VELOCITY] ** 2))
+            row[at : at + 3] = one.position
+            row[at + 3 : at + 7] = state[first + QUATERNION : first + VELOCITY] / norm
+            row[at + 7 : at + 10], row[at + 10 : at + 13] = one.velocity, one.spin
+            row[at + 13 : at + 16] = 0.0
+            if rigid.inverse_mass > 0.0:
+                momentum = state[first + MOMENTUM : first + BODY]
+                row[at + 13 : at + 16] = momentum
+                kinetic += 0.5 * (rigid.mass * (one.velocity @ one.velocity) + momentum @ one.spin)
+                for i in range(3):
+                    potential -= rigid.mass * pair.gravity[i] * one.position[i]
+            at += 16
+        touch = touch_now(pair, state)
+        row[at], row[at + 1], row[at + 5], row[at + 6] = (
+            touch.approach,
+            touch.normal_load,
+            touch.drilling,
+            touch.spin_rate,
+        )
+        row[at + 2 : at + 5], row[at + 7 : at + 10], row[at + 10 : at + 13] = touch.friction, touch.point, touch.normal
+        row[at + 13 : at + 16], row[at + 16 : at + 19] = touch.slip, touch.major_axis
+        row[at + 19], row[at + 20], row[at + 21] = touch.semi_major, touch.semi_minor, touch.pressure
+        row[at + 22], row[at + 23] = touch.curvature_small, touch.curvature_large
+        row[at + 24] = 1.0 if touch.approach > 0.0 else 0.0
+        row[at + 25], row[at + 26], row[at + 27] = kinetic, potential, touch.elastic_energy
+        row[at + 28], row[at + 29], row[at + 30] = state[VISCOUS], state[RUBBED], state[HELD_WORK]
+
+
+def outputs_of(pair: Pair, states: np.ndarray, drift: float, off: float) -> tuple[np.ndarray, ...]:
+    """One array a channel, in their order, of states (n, COLUMNS); `drift` and `off` are the last two channels."""
+    rows = np.empty((len(states), WIDTH))
+    write_rows(pair, states.reshape(-1, COLUMNS), rows)
+    edges = np.cumsum([0, *(channel.width for channel in CHANNELS[:-2])])
+    parts = (
+        np.ascontiguousarray(rows[:, low:high]).reshape(len(states), *channel.shape)
+        for channel, low, high in zip(CHANNELS[:-2], edges[:-1], edges[1:], strict=True)
+    )
+    return (*parts, np.full(len(states), drift), np.full(len(states), off))

@@ -1,0 +1,87 @@
+"""Two bodies with implicit surfaces: YAML keys, units, defaults and limits."""
+# ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
+
+from dataclasses import dataclass
+
+from bearing_twin.contact.materials import MATERIALS, Material
+from bearing_twin.kinds.sections import (
+    Friction,
+    PointElastic,
+    RunSettings,
+    SteadyDamping,
+    ViscoelasticDamping,
+    Wanted,
+    point_laws,
+)
+from bearing_twin.parameters import choice, quantity, section
+
+GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
+SHAPES = ("plane", "sphere", "ellipsoid", "superellipsoid", "groove")
+TRACKINGS = ("closed", "algebraic", "differential")
+OVERLAP = "overlap"
+FREE, HELD = "free", "held"
+
+
+@dataclass(frozen=True)
+class Shaped:
+    """One body: its surface, its mass, and how it starts, in fixed axes."""
+
+    shape: str = choice(
+        "sphere", SHAPES, "plane = all below its own z = 0; groove = inside of a ring-shaped tube about its own z"
+    )
+    radius: float = quantity(0.01, "m", "of a sphere, or of the tube of a groove", above=0.0)
+    ring_radius: float = quantity(0.0, "m", "of the circle in the middle of a groove's tube", at_least=0.0)
+    semi_axes: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "m", "of an ellipsoid or superellipsoid along its own x, y and z", at_least=0.0
+    )
+    exponents: tuple[float, float] = quantity(
+        (2.0, 2.0), "1", "n, m of a superellipsoid (|x/a|^n + |y/b|^n)^(m/n) + |z/c|^m = 1", above=0.0
+    )
+    mass: float = quantity(0.0, "kg", "mass; 0 = from shape and density", at_least=0.0)
+    material: Material = section(Material, "steel", MATERIALS)
+    motion: str = choice(
+        FREE,
+        (FREE, HELD),
+        "held = keeps its velocity and angular velocity, whatever presses; planes and grooves must be",
+    )
+    position: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "of the centre at the start")
+    turn: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), "rad", "from its own axes on the fixed ones: angle times axis of one rotation"
+    )
+    velocity: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m/s", "of the centre")
+    angular_velocity: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "rad/s", "in fixed axes")
+
+
+@dataclass(frozen=True)
+class PairContact(ViscoelasticDamping, SteadyDamping, Friction, PointElastic):
+    """The laws of the contact."""
+
+    normal: str = choice(
+        "auto",
+        lambda: (*point_laws(*GIVES)(), OVERLAP),
+        "elastic law; overlap = volumetric law over the true overlap; auto = hertz, of a superellipsoid overlap",
+    )
+    tracking: str = choice(
+        "auto", ("auto", *TRACKINGS), "opposing points by (paper 1, eqs. 1-3); auto = closed where there is one"
+    )
+
+
+@dataclass(frozen=True)
+class WantedOfPair(Wanted):
+    """What is wanted of two bodies."""
+
+    tolerance: float = quantity(1e-6, "1", "wanted relative error of a contact", at_least=1e-11, at_most=1e-2)
+
+
+@dataclass(frozen=True)
+class TwoBodiesScene:
+    """Two bodies on each other, under gravity (paper 1, sections 2 to 4)."""
+
+    first: Shaped = section(Shaped, default=Shaped(position=(0.0, 0.0, 0.011)))
+    second: Shaped = section(Shaped, default=Shaped(shape="plane", motion=HELD))
+    gravity: tuple[float, float, float] = quantity(
+        (0.0, 0.0, -9.80665), "m/s^2", "acceleration of free fall; zeros switch it off"
+    )
+    contact: PairContact = section(PairContact, default=PairContact(damping_law="steady"))
+    wanted: WantedOfPair = section(WantedOfPair)
+    run: RunSettings = section(RunSettings, default=RunSettings(0.1, 5000.0, 0.0))

@@ -1,0 +1,120 @@
+"""The topics of two bodies: wrenches, the contact, poses, frames and markers, as fields of messages."""
+
+import functools
+
+import numpy as np
+
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.markers import (
+    BLUE,
+    CUBE,
+    ELLIPSE_SCALE,
+    GLASS,
+    GREEN,
+    LINE_LIST,
+    RED,
+    SPHERE,
+    STEEL,
+    TEXT,
+    marker,
+    outlines,
+)
+from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.two_bodies.parameters import Shaped, TwoBodiesScene
+from bearing_twin.kinds.two_bodies.wire import lines_of
+from bearing_twin.sample import Sample, Wrench
+
+FRAME = "two_bodies_link"
+FIRST, SECOND = "first", "second"
+NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque", "spin_rate")
+
+
+def topics(parameters: TwoBodiesScene) -> tuple[Topic, ...]:
+    """The topics of two bodies."""
+    texts = {
+        FIRST: "on the first body, by the second, about its centre; gravity is not in it",
+        SECOND: "on the second body, by the first, about its centre",
+    }
+    poses = (
+        Topic(
+            f"{body}/pose", "geometry_msgs/msg/PoseStamped", PUBLISH, functools.partial(_pose, prefix),
+            f"centre and orientation of the {body} body", FRAME,
+        )
+        for body, prefix in ((FIRST, ""), (SECOND, "second_"))
+    )  # fmt: skip
+    return (
+        *body_topics(FRAME, wrenches, origins, texts),
+        contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
+        *poses,
+        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "bodies, contact ellipse, load to look at", FRAME),
+    )
+
+
+def origins(parameters: TwoBodiesScene, sample: Sample) -> dict[str, np.ndarray]:
+    """The centres [m]."""
+    return {FIRST: sample["position"], SECOND: sample["second_position"]}
+
+
+def wrenches(parameters: TwoBodiesScene, sample: Sample) -> list[Wrench]:
+    """On each body by the other, of load, friction and drilling."""
+    normal, point = sample["normal"], sample["contact_point"]
+    force = sample["friction_force"] - float(sample["normal_load"]) * normal
+    drilling = float(sample["drilling_torque"]) * normal
+    torque = np.cross(point - sample["position"], force) + drilling
+    other = np.cross(point - sample["second_position"], -force) - drilling
+    return opposed(FIRST, SECOND, "centres", force, torque, other)
+
+
+def contacts(parameters: TwoBodiesScene, sample: Sample) -> dict:
+    """The fields of Contacts: the second body acts on the first; normals and torques about them point into it."""
+    given = {name: float(sample[name]) for name in NUMBERS}
+    return one_contact(
+        FIRST, SECOND,
+        **{**given, "drilling_torque": -given["drilling_torque"], "spin_rate": -given["spin_rate"]},
+        **{name: sample[name] for name in ("friction_force", "slip", "major_axis")},
+        point=sample["contact_point"], normal=-sample["normal"],
+    )  # fmt: skip
+
+
+def _pose(prefix: str, output: Output) -> dict:
+    """geometry_msgs/PoseStamped of a body's own axes."""
+    sample = output.sample
+    return {"pose": {"position": sample[f"{prefix}position"], "orientation": sample[f"{prefix}orientation"]}}
+
+
+def _body_marker(name: str, one: Shaped, sample: Sample, prefix: str, longest: float) -> dict:
+    """A solid where markers have one, else lines on the surface."""
+    pose = sample[f"{prefix}position"], sample[f"{prefix}orientation"]
+    if one.shape == "plane":
+        return marker(name, 0, CUBE, (8.0 * longest, 8.0 * longest, 0.01 * longest), GLASS, *pose)
+    if one.shape in ("sphere", "ellipsoid"):
+        axes = one.semi_axes if one.shape == "ellipsoid" else (one.radius,) * 3
+        return marker(name, 0, SPHERE, tuple(2.0 * axis for axis in axes), STEEL, *pose)
+    return marker(name, 0, LINE_LIST, (0.01 * longest, 0.0, 0.0), STEEL, *pose, points=lines_of(one))
+
+
+def marker_fields(output: Output) -> dict:
+    """visualization_msgs/MarkerArray: the bodies, a pin on the first, the contact ellipse, the load."""
+    sample, parameters = output.sample, output.parameters
+    free = [one for one in (parameters.first, parameters.second) if one.shape != "plane"]
+    longest = min(max(*one.semi_axes, one.radius) for one in free)
+    centre, point, major = sample["position"], sample["contact_point"], sample["major_axis"]
+    sides = outlines(
+        point[None],
+        ELLIPSE_SCALE * float(sample["semi_major"]) * major[None],
+        ELLIPSE_SCALE * float(sample["semi_minor"]) * np.cross(sample["normal"], major)[None],
+    )
+    load = float(sample["normal_load"])
+    text = f"{load:.4g} N, ellipse x {ELLIPSE_SCALE:g}"
+    arm = np.stack([centre, point])
+    return {
+        "markers": [
+            _body_marker(FIRST, parameters.first, sample, "", longest),
+            _body_marker(SECOND, parameters.second, sample, "second_", longest),
+            marker("arm", 0, LINE_LIST, (0.02 * longest, 0.0, 0.0), BLUE, points=arm),
+            marker(
+                "contact_ellipses", 0, LINE_LIST, (0.02 * longest, 0.0, 0.0), RED, points=sides if load > 0.0 else None
+            ),
+            marker("load", 0, TEXT, (0.0, 0.0, 0.3 * longest), GREEN, centre, text=text),
+        ]
+    }
