@@ -18,7 +18,7 @@ from bearing_twin.units import NO_LIMITS, UNITS, Limits, with_unit
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
 LONGEST_ECHO = 60
-MOST_NAMED = 24  # legal words in a message
+MOST_NAMED = 48  # legal words in a message
 
 
 class Parameter(NamedTuple):

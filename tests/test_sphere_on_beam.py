@@ -17,7 +17,7 @@ from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.free_flight import gap_and_rate, next_touch
 from bearing_twin.kinds.beam.impact import BeamImpact, hertz_contact_time, throw
-from bearing_twin.kinds.beam.modes import modes_of
+from bearing_twin.kinds.beam.modes import modes_of, response_at
 from bearing_twin.kinds.beam.motion import solve
 from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.run.fidelity import choose
@@ -387,6 +387,12 @@ def test_loops_end_where_they_are_told_to_stop():
     common = modes.rate, modes.shape, modes.modal_mass, modes.tail, sphere, 1e-8, 1e-6, 1.0, step, pieces, 0
     assert beam_contact.march(*common, now) == (0, STOPPED)
     assert beam_contact.march(*common, SIGNALLED)[0] == 49
+    known = modes.rate, modes.shape, modes.modal_mass, pieces[0][:49], pieces[1][:49], pieces[2][:49], pieces[3][:49]
+    states, force = np.zeros((2, len(modes.rate)), complex), np.full(2, -1.0)
+    response_at(*known, np.array([0.0, 1e-6]), states, force, now)
+    assert (force == -1.0).all()
+    response_at(*known, np.array([0.0, 1e-6]), states, force, SIGNALLED)
+    assert force[1] > 0.0
 
 
 def test_a_run_that_is_stopped_while_it_solves_can_go_on():
