@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bearing_twin.charts import bounces
+from bearing_twin.charts import bounces, paper1
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
 from bearing_twin.kinds.bearing.picture import BearingPicture
@@ -173,3 +173,22 @@ def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkey
     assert history.greatest["normal_load"] == np.concatenate(loads).max()
     with pytest.raises(LogError, match="no sample"):
         kept.ChannelValues().arrays()
+
+
+def test_the_sheet_of_paper_1_says_how_near_the_laws_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(paper1, "DURATION", 0.02)
+    monkeypatch.setattr(paper1, "OUTPUTS", 40)
+    monkeypatch.setattr(paper1, "REPEATS", 1)
+    points = paper1.measure()
+    runs = {one.law: one for one in points}
+    assert list(runs) == [paper1.EXACT, *paper1.LAWS]
+    assert runs["hertz_differential"].load_off < 1e-9 < runs["volumetric"].load_off < 6e-3
+    assert runs["hertz_differential"].point_off < 1e-12 < runs["volumetric"].point_off < 1e-6
+    point, normal = runs[paper1.EXACT].histories
+    assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0, rel=1e-12)
+    assert np.ptp(np.linalg.norm(point[:, :2], axis=1)) < 1e-6
+    assert len(paper1.reading(points)) == 3
+    paper1.draw(points, tmp_path / "paper1.png")
+    assert size_of(tmp_path / "paper1.png") == (1600, 1000)
+    paper1.write_table(points, tmp_path / "paper1.csv")
+    assert len((tmp_path / "paper1.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(points)

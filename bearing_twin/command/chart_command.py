@@ -18,6 +18,7 @@ CHARTS = {  # name: module in charts/, what it shows
     "samplers": ("samplers", "error of mean and deviation of a contact time against realisations and cost"),
     "coverage": ("coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples"),
     "discs": ("soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps"),
+    "paper1": ("paper1", "paper 1's bearing in space, contact point and normal of a ball by several laws, their cost"),
     "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),
     "paper2": ("paper2", "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them"),
 }
@@ -74,7 +75,8 @@ def _chart(chart, arguments, folder) -> Outcome:
     def show():
         show_text("\n".join(sentences) + f"\npicture: {picture}\ntable:   {table}")
 
-    rows = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
+    plain = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
+    rows = [{key: value for key, value in row.items() if key != "histories"} for row in plain]
     return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
 
 

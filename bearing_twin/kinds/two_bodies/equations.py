@@ -32,6 +32,7 @@ from bearing_twin.kinds.two_bodies.pair import (
     COLUMNS,
     DIFFERENTIAL,
     FLAT,
+    GROSS_WORK,
     HELD_WORK,
     LOAD_IMPULSE,
     MOMENTUM,
@@ -116,6 +117,65 @@ def _mobility(rigid, body, arm, normal):
     return total
 
 
+class _Spot(NamedTuple):
+    """What presses: the answer of the law, half-widths and pressure, and where the load's centre is in the axes."""
+
+    kind: int
+    spring: Elastic
+    semi_major: float
+    semi_minor: float
+    pressure: float
+    aside_x: float
+    aside_y: float
+
+
+@kernel
+def _gap_form(form_a, form_b, normal, axes):
+    """P >= 0 and Q [1/m] of the gap from the curvature tensors (eqs. 5 and 6); turns the first of the axes along P."""
+    xx, yy = 0.5 * (form_a[0, 0] + form_b[0, 0]), 0.5 * (form_a[1, 1] + form_b[1, 1])
+    xy = 0.5 * (form_a[0, 1] + form_b[0, 1])
+    mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+    angle = 0.5 * math.atan2(-xy, 0.5 * (yy - xx)) if half > 0.0 else 0.0
+    first = math.cos(angle) * axes[0] + math.sin(angle) * axes[1]
+    axes[0], axes[1] = first, np.cross(normal, first)
+    return max(mean - half, 0.0), mean + half
+
+
+@kernel
+def _spot_of_law(pair, kind, approach, small, large, carried):
+    """The spot by a law that knows ellipses."""
+    if kind == FOUND and not small > FLAT * large:
+        kind = NO_ELLIPSE
+    if kind != FOUND:
+        return _Spot(kind, Elastic(0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0)
+    coefficient = coefficient_at(pair.law, small, large, _carried(pair.law, carried, small / large))
+    spring = elastic(coefficient, pair.law.power, approach)
+    if approach <= 0.0:
+        return _Spot(kind, spring, 0.0, 0.0, 0.0, 0.0, 0.0)
+    spot = ellipse(small, large, pair.law.modulus, spring.load)
+    return _Spot(kind, spring, spot.semi_major, spot.semi_minor, spot.peak_pressure, 0.0, 0.0)
+
+
+@kernel
+def _spot_of_lens(pair, a, b, middle, axes, normal, approach, kind):
+    """The spot of the true overlap; the axes are exchanged where its second half-width is the longer one."""
+    spring = Elastic(
+        4.0 / 3.0 * pair.law.modulus * math.sqrt(pair.size), 0.0, 0.0, 0.0
+    )  # a scale while nothing presses
+    if approach <= 0.0 or kind != FOUND:
+        return _Spot(kind, spring, 0.0, 0.0, 0.0, 0.0, 0.0)
+    found = lens(a, b, middle, axes, normal, approach, pair.size, pair.law.modulus)
+    if not found.found:
+        return _Spot(NO_ELLIPSE, spring, 0.0, 0.0, 0.0, 0.0, 0.0)
+    spring = Elastic(found.load / approach**1.5, found.load, 1.5 * found.load / approach, found.energy)
+    x, y, root = found.half_width_x, found.half_width_y, math.sqrt(0.5)
+    pressure, aside_x, aside_y = 3.0 * found.load / found.area, found.centre_x, found.centre_y
+    if y > x:
+        axes[0], axes[1] = axes[1].copy(), -axes[0].copy()
+        x, y, aside_x, aside_y = y, x, aside_y, -aside_x
+    return _Spot(kind, spring, root * x, root * y, pressure, aside_x, aside_y)
+
+
 @kernel
 def touch_of(pair, a, b, unknowns, carried):
     """The contact of two bodies with these opposing points, loaded or not."""
@@ -128,45 +188,15 @@ def touch_of(pair, a, b, unknowns, carried):
     axes = tangent_axes(normal)
     form_a, form_b = second_form(a, point_a, axes), second_form(b, point_b, axes)
     kind = classify(form_a, form_b, -approach, unknowns[LAMBDA])
-    # Eigenvalues and axes of the gap's form (eqs. 5 and 6).
-    xx, yy = 0.5 * (form_a[0, 0] + form_b[0, 0]), 0.5 * (form_a[1, 1] + form_b[1, 1])
-    xy = 0.5 * (form_a[0, 1] + form_b[0, 1])
-    mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
-    small, large = max(mean - half, 0.0), mean + half
-    angle = 0.5 * math.atan2(-xy, 0.5 * (yy - xx)) if half > 0.0 else 0.0
-    cosine, sine = math.cos(angle), math.sin(angle)
-    first = cosine * axes[0] + sine * axes[1]
-    axes[0], axes[1] = first, np.cross(normal, first)
-
-    point = point_a + pair.sink * (point_b - point_a)
-    semi_major = semi_minor = pressure = coefficient = 0.0
-    spring = Elastic(0.0, 0.0, 0.0, 0.0)
+    small, large = _gap_form(form_a, form_b, normal, axes)
     if pair.over_lens:
         if kind == NO_ELLIPSE and large >= 0.0 and unknowns[LAMBDA] < 0.0:
             kind = FOUND
-        coefficient = 4.0 / 3.0 * pair.law.modulus * math.sqrt(pair.size)
-        if approach > 0.0 and kind == FOUND:
-            found = lens(a, b, 0.5 * (point_a + point_b), axes, normal, approach, pair.size, pair.law.modulus)
-            if not found.found:
-                kind = NO_ELLIPSE
-            else:
-                coefficient = found.load / approach**1.5
-                spring = Elastic(coefficient, found.load, 1.5 * found.load / approach, found.energy)
-                point += found.centre_x * axes[0] + found.centre_y * axes[1]
-                major = max(found.half_width_x, found.half_width_y)
-                semi_major = math.sqrt(0.5) * major
-                semi_minor = math.sqrt(0.5) * min(found.half_width_x, found.half_width_y)
-                pressure = 3.0 * found.load / found.area
-                if found.half_width_y > found.half_width_x:
-                    axes[0], axes[1] = axes[1].copy(), -axes[0].copy()
-    elif kind == FOUND and small > FLAT * large:
-        coefficient = coefficient_at(pair.law, small, large, _carried(pair.law, carried, small / large))
-        spring = elastic(coefficient, pair.law.power, approach)
-        if approach > 0.0:
-            spot = ellipse(small, large, pair.law.modulus, spring.load)
-            semi_major, semi_minor, pressure = spot.semi_major, spot.semi_minor, spot.peak_pressure
-    elif kind == FOUND:
-        kind = NO_ELLIPSE
+        spot = _spot_of_lens(pair, a, b, 0.5 * (point_a + point_b), axes, normal, approach, kind)
+    else:
+        spot = _spot_of_law(pair, kind, approach, small, large, carried)
+    spring = spot.spring
+    point = point_a + pair.sink * (point_b - point_a) + spot.aside_x * axes[0] + spot.aside_y * axes[1]
 
     arm_a, arm_b = point - a.position, point - b.position
     relative = a.velocity + np.cross(a.spin, arm_a) - b.velocity - np.cross(b.spin, arm_b)
@@ -179,14 +209,15 @@ def touch_of(pair, a, b, unknowns, carried):
         load = viscous_load(pair, spring, effective_mass, approach, rate)
         if load > 0.0 and pair.friction > 0.0:
             rubbed = friction_of(
-                pair.rubbing, load, semi_major, semi_minor, slip @ axes[0], slip @ axes[1], spin_rate,
+                pair.rubbing, load, spot.semi_major, spot.semi_minor, slip @ axes[0], slip @ axes[1], spin_rate,
                 pair.friction, pair.regularisation,
             )  # fmt: skip
             friction[:] = rubbed.force_major * axes[0] + rubbed.force_minor * axes[1]
             drilling = rubbed.torque
     return Touch(
-        kind, approach, rate, load, spring.load, spring.energy, coefficient, effective_mass, small, large,
-        semi_major, semi_minor, pressure, point, normal, axes[0].copy(), slip, friction, drilling, spin_rate,
+        spot.kind, approach, rate, load, spring.load, spring.energy, spring.coefficient, effective_mass, small, large,
+        spot.semi_major, spot.semi_minor, spot.pressure, point, normal, axes[0].copy(), slip, friction, drilling,
+        spin_rate,
     )  # fmt: skip
 
 
@@ -237,7 +268,7 @@ def pair_rates(pair, state, loaded, out):
             held += sign * (force @ body.velocity + moment @ body.spin)
     out[VISCOUS] = (touch.normal_load - touch.elastic_load) * touch.approach_rate
     out[RUBBED] = -(touch.friction @ touch.slip + touch.drilling * touch.spin_rate)
-    out[HELD_WORK] = held
+    out[HELD_WORK], out[GROSS_WORK] = held, abs(held)
     out[LOAD_IMPULSE] = touch.normal_load
     for i in range(3):
         out[RUB_IMPULSE + i] = touch.friction[i]

@@ -6,6 +6,7 @@ from bearing_twin.compiled import kernel
 from bearing_twin.kinds.two_bodies.pair import (
     BODY,
     COLUMNS,
+    GROSS_WORK,
     HELD_WORK,
     MOMENTUM,
     QUATERNION,
@@ -57,6 +58,7 @@ CHANNELS = (
     Channel("dissipated_viscous", "J", (), "by the viscous part of the normal load since the start"),
     Channel("dissipated_friction", "J", (), "by friction since the start"),
     Channel("held_work", "J", (), "done on held bodies since the start"),
+    Channel("gross_work", "J", (), "the same with each moment's work counted by its size"),
     Channel("quaternion_drift", "1", (), "greatest drift of a quaternion's norm in a step so far, before it is undone"),
     Channel(
         "tracking_error", "m", (), "most by which opposing points missed their equations at a step's end so far; "
@@ -107,7 +109,8 @@ def write_rows(pair, states, rows):
         row[at + 22], row[at + 23] = touch.curvature_small, touch.curvature_large
         row[at + 24] = 1.0 if touch.approach > 0.0 else 0.0
         row[at + 25], row[at + 26], row[at + 27] = kinetic, potential, touch.elastic_energy
-        row[at + 28], row[at + 29], row[at + 30] = state[VISCOUS], state[RUBBED], state[HELD_WORK]
+        row[at + 28], row[at + 29] = state[VISCOUS], state[RUBBED]
+        row[at + 30], row[at + 31] = state[HELD_WORK], state[GROSS_WORK]
 
 
 def outputs_of(pair: Pair, states: np.ndarray, drift: float, off: float) -> tuple[np.ndarray, ...]:

@@ -15,8 +15,8 @@ SECOND, BODY = 13, 13
 POSITION, QUATERNION, VELOCITY, MOMENTUM = 0, 3, 7, 10
 """Columns of a body's part of the state; the second body's begin at SECOND. A held body's momentum is its spin."""
 
-VISCOUS, RUBBED, HELD_WORK, LOAD_IMPULSE, RUB_IMPULSE, UNKNOWNS, CARRIED = 26, 27, 28, 29, 30, 33, 41
-MOVING, COLUMNS = 41, 45
+VISCOUS, RUBBED, HELD_WORK, GROSS_WORK, LOAD_IMPULSE, RUB_IMPULSE, UNKNOWNS, CARRIED = 26, 27, 28, 29, 30, 31, 34, 42
+MOVING, COLUMNS = 42, 46
 """Energies [J], impulses [N s], the unknowns of `tracking.equations`, and what a law carries: P/Q and three states."""
 
 CLOSED, ALGEBRAIC, DIFFERENTIAL = range(3)

@@ -169,7 +169,7 @@ def contact_scales(pair, plan, touch, lasted, scales):
             scales[first + QUATERNION : first + QUATERNION + 4] = place / size
             scales[first + VELOCITY : first + VELOCITY + 3] = swift
             scales[first + MOMENTUM : first + BODY] = swift * rigid.mass * size
-    scales[VISCOUS : VISCOUS + 3] = swift * touch.effective_mass * speed
+    scales[VISCOUS : VISCOUS + 4] = swift * touch.effective_mass * speed
     scales[LOAD_IMPULSE : LOAD_IMPULSE + 4] = swift * touch.effective_mass
     if pair.tracking == DIFFERENTIAL:
         scales[UNKNOWNS : UNKNOWNS + 6] = place
