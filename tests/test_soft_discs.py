@@ -4,16 +4,18 @@ from functools import cache
 
 import numpy as np
 import pytest
+from PIL import Image
 from runs import reported
 
+from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.soft_discs.derived import contact_time, fitting, nodes_of, predicted_error
+from bearing_twin.kinds.soft_discs.derived import contact_time, disc_mass, fitting, nodes_of, of_other, predicted_error
 from bearing_twin.kinds.soft_discs.elements import ORDERS, lobatto
 from bearing_twin.kinds.soft_discs.figures import SoftDiscFigures
 from bearing_twin.kinds.soft_discs.march import inner_forces
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.models import choose
-from bearing_twin.kinds.soft_discs.solve import body_of, solve, stable_step
+from bearing_twin.kinds.soft_discs.solve import bodies_in_units, solve, stable_step
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, energy_density
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -41,7 +43,7 @@ def deviation(force, reference):
 
 def forces_and_energy(parameters, gradient):
     """Forces (2, n) and energy of half the disc of radius and modulus 1 under u = (F - 1) x."""
-    body, mesh = body_of(parameters), parameters.mesh
+    body, mesh = bodies_in_units(parameters)[0], parameters.mesh
     mesh = half_disc(mesh.divisions, mesh.order, mesh.integration)
     displacement = (np.asarray(gradient) - np.eye(2)) @ np.stack([mesh.x, mesh.y])
     displacement[:, -1] = 0.0
@@ -100,7 +102,7 @@ def test_forces_are_the_slope_of_the_energy(formulation):
     """At a random shape, along a random direction: by central differences of the energy."""
     random = np.random.default_rng(3)
     for plane in ("strain", "stress"):
-        body = body_of(scene_of(*SMALL, f"formulation={formulation}", f"plane={plane}"))
+        body = bodies_in_units(scene_of(*SMALL, f"formulation={formulation}", f"plane={plane}"))[0]
         size = len(body.mass)
         shape, along = 0.02 * random.standard_normal((2, size)), random.standard_normal((2, size))
         shape[:, -1] = along[:, -1] = 0.0
@@ -132,7 +134,7 @@ def test_small_strain_is_linear_elasticity(formulation):
     random = np.random.default_rng(5)
     for plane in ("strain", "stress"):
         whole = (*SMALL, "mesh.integration=full", f"plane={plane}")
-        bodies = [body_of(scene_of(*whole, f"formulation={one}")) for one in (formulation, "linear")]
+        bodies = [bodies_in_units(scene_of(*whole, f"formulation={one}"))[0] for one in (formulation, "linear")]
         shape = random.standard_normal((2, len(bodies[0].mass)))
         shape[:, -1] = 0.0
         apart = []
@@ -252,6 +254,74 @@ def test_two_equal_discs_are_a_disc_on_a_wall():
     assert discs == wall
 
 
+def test_two_meshed_equal_discs_are_each_others_mirror_image():
+    """The contact of two meshes against the plane of symmetry that needs none; also where the penalty is no line."""
+    for more, share in (((), 1e-9), (("contact.exponent=1.5",), 2e-3)):  # the latter with another step
+        mirrored = reported("soft_discs_mean", *SMALL, "against=disc", "motion.first_velocity=2.0", *more).figures
+        meshed = reported("soft_discs_mean", *SMALL, "against=other_disc", "motion.first_velocity=2.0", *more).figures
+        for key in (
+            "peak_force_n",
+            "contact_duration_s",
+            "impulse_ns",
+            "restitution",
+            "least_stretch",
+            "wall_speed_m_s",
+        ):
+            assert meshed[key] == pytest.approx(mirrored[key], rel=share), key
+        assert meshed["greatest_penetration_m"] == pytest.approx(2.0 * mirrored["greatest_penetration_m"], rel=share)
+
+
+UNEQUAL = ("mesh.divisions=16", "mesh.order=2", "wanted.tolerance=0.01")
+
+
+def test_two_unequal_discs_keep_energy_and_momentum():
+    parameters = load_scene("soft_discs_unequal", UNEQUAL).parameters
+    found = solve(parameters, frames=2)
+    total = sum(found.column(name) for name in ("kinetic", "elastic", "contact"))
+    assert np.abs(total / total[0] - 1.0).max() < 1e-4
+    masses = disc_mass(parameters), disc_mass(of_other(parameters))
+    assert masses[1] == pytest.approx(4.0 * masses[0])
+    one, other = masses[0] * found.column("velocity"), masses[1] * found.column("other_velocity")
+    assert one == pytest.approx(other, abs=1e-11 * np.abs(one).max())  # each in a frame that looks away from the other
+    assert found.column("balance").max() < 1e-12 * found.column("force").max()
+    impulse = found.column("force").sum() * found.step
+    assert impulse == pytest.approx(one[-1] - one[0], rel=1e-5)  # half a step at the first touch
+    assert (found.column("velocity") - found.column("other_velocity"))[0] == pytest.approx(-0.8 + 0.2)
+    finer = solve(load_scene("soft_discs_unequal", ["mesh.divisions=24", "mesh.order=2"]).parameters, frames=2)
+    assert deviation(found.at("force", TIMES), finer.at("force", TIMES)) < 6e-3
+
+
+def test_it_does_not_matter_which_of_two_discs_moves():
+    turned = (
+        "disc.radius=0.2", "disc.material.young_modulus=3e5", "other.radius=0.1", "other.material.young_modulus=1e5",
+    )  # fmt: skip
+    one, other = (reported("soft_discs_unequal", *SMALL, *more).figures for more in ((), turned))
+    for key in ("peak_force_n", "contact_duration_s", "impulse_ns", "restitution", "least_stretch"):
+        assert other[key] == pytest.approx(one[key], rel=2e-4), key
+
+
+def test_a_hard_flat_disc_is_a_wall():
+    """Half the radius of a disc of 2 m is little: the force comes near that on a wall, from below."""
+    wall = solve(scene_of(*SMALL), frames=2).column("force").max()
+    hard = ("against=other_disc", "other.radius=2.0", "other.material.young_modulus=1e8")
+    peak = solve(scene_of(*SMALL, *hard), frames=2).column("force").max()
+    assert 0.97 * wall < peak < wall
+
+
+def test_an_animation_of_two_discs(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("bearing_twin.kinds.soft_discs.picture.FRAMES", 6)
+    path = tmp_path / "discs.gif"
+    quick = [word for change in SMALL for word in ("--set", change)]
+    assert main(["simulate", "soft_discs_unequal", *quick, "--plot", str(path)]) == 0
+    with Image.open(path) as picture:
+        assert picture.n_frames == 6
+        picture.seek(3)
+        shades = len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0))
+    assert shades > 50
+    assert main(["simulate", "two_spheres", "--plot", str(path)]) == 2
+    assert "there is no animation of this" in capsys.readouterr().err
+
+
 def test_units_scale():
     """Force as E r thickness, time as r sqrt(rho/E), at the same speed over sqrt(E/rho)."""
     one = reported("soft_discs_mean", *SMALL).figures
@@ -343,13 +413,14 @@ def test_doubts_are_said():
         ("solver.step_share=1e-6", "hours"),
         ("mesh.divisions=600", "at most 512"),
         ("run.output_rate=1e7", "lower one of them"),
-        ("against=unequal_disc", "not offered"),
+        ("against=unequal_disc", "legal: wall, disc, other_disc"),
+        ("other.radius=100", "differ by more than a factor of 20"),
         ("formulation=ogden", "legal: stvk, neo_hookean, linear"),
     ],
 )
 def test_what_cannot_be_is_refused_with_a_sentence(override, words):
     with pytest.raises(SceneError, match=words):
-        load_scene("soft_discs_mean", [override])
+        load_scene("soft_discs_mean", [override, *(["against=other_disc"] if override.startswith("other") else [])])
 
 
 def test_a_coarse_mesh_says_what_it_errs_by():

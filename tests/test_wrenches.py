@@ -136,6 +136,7 @@ def outputs_of(name, *overrides, count=300):
         ("sphere_on_beam", ("blow.point=0.3",)),
         ("soft_discs_mean", ("mesh.divisions=8",)),
         ("soft_discs_fast", ("mesh.divisions=8",)),
+        ("soft_discs_unequal", ("mesh.divisions=8",)),
         ("ellipsoid_rocking", ("contact.friction=spot", "run.output_rate=100000.0", "start.height=1e-5")),
     ],
 )

@@ -187,8 +187,8 @@ def _change_of_sign(found, narrow):
     place = signs[int(np.argmin(np.abs(times[signs] - narrow.time)))]
     when = times[place] + (times[place + 1] - times[place]) * along[place] / (along[place] - along[place + 1])
     return (
-        f"The correlation of the force with the modulus changes its sign at {1e3 * when:.2f} ms: a stiffer disc pushes "
-        "more before, and less after."
+        f"The correlation of the force with the modulus changes its sign at {1e3 * when:.2f} ms, "
+        f"{1e3 * abs(when - narrow.time):.2f} ms from there: a stiffer disc pushes more before, and less after."
     )
 
 

@@ -43,7 +43,11 @@ def _simulate_arguments(parser):
         default="0",
         help="with --out: how much of the log a crash may take along; 0 = a chunk, and the same bytes for the same run",
     )
-    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads, the impact or the motion")
+    parser.add_argument(
+        "--plot",
+        metavar="PNG",
+        help="draw the ball loads, the impact or the motion; of soft discs also a .gif that moves",
+    )
 
 
 def _max_loss(text: str) -> float:
@@ -54,6 +58,7 @@ def _max_loss(text: str) -> float:
 
 
 def _simulate(arguments) -> Outcome:
+    from bearing_twin.kinds import KINDS
     from bearing_twin.run.scene import load_scene
 
     overrides = list(arguments.set)
@@ -61,8 +66,8 @@ def _simulate(arguments) -> Outcome:
         overrides.append(f"run.duration={arguments.duration}")
     log = new_log(arguments.out) if arguments.out else None
     max_loss = _max_loss(arguments.max_loss)
-    picture = picture_path(arguments.plot) if arguments.plot else None
     scene = load_scene(arguments.scene, overrides)
+    picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 
     from bearing_twin.command.terminal import progress, said_if_slow, say
     from bearing_twin.run.cost import cost_of

@@ -36,10 +36,12 @@ def new_log(text) -> Path:
     return Path(text)
 
 
-def picture_path(text) -> Path:
-    """The path of a picture to be; raises BearingTwinError where none can be written."""
+def picture_path(text, animated: bool = False) -> Path:
+    """The path of a picture to be, .gif for an `animated` one; raises BearingTwinError where none can be written."""
     path = Path(text)
-    if path.suffix.lower() != ".png":
+    if path.suffix.lower() == ".gif" and not animated:
+        raise BearingTwinError(f"{path}: there is no animation of this; give a name that ends in .png")
+    if path.suffix.lower() not in (".png", ".gif"):
         raise BearingTwinError(f"{path} is not the name of a picture; give one that ends in .png")
     if not path.parent.is_dir():
         raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")

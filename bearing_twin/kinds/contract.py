@@ -231,7 +231,8 @@ class Kind:
     `brief`: a run ends by itself. `commands`: topics obeyed under way; its motion then has `take_back()`, which puts it
     back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
     moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load.
-    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none.
+    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`:
+    its picture writes a .gif that moves.
     `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
     data of a scene in a log of an earlier version. `place_of(channel, index)` names the body and the contact that a
     number of a channel belongs to, empty for none.
@@ -259,6 +260,7 @@ class Kind:
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = no_topics
     picture: Callable[[Facts], Picture] = plain_picture
+    animated: bool = False
     moved: Mapping[str, str] = field(default_factory=dict)
     upgraded: Callable[[dict], dict] = as_given
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")

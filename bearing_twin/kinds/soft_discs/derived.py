@@ -9,7 +9,7 @@ from bearing_twin.contact import hertz_impact
 from bearing_twin.contact.laws import line_law
 from bearing_twin.kinds.impact import disc_closed_form
 from bearing_twin.kinds.sections import check_run, resolved_run
-from bearing_twin.kinds.soft_discs.parameters import GREATEST_DIVISIONS, SoftDiscsScene
+from bearing_twin.kinds.soft_discs.parameters import GREATEST_DIVISIONS, OtherDisc, SoftDiscsScene
 
 GREATEST_RATIO = 0.4995  # Poisson's ratio in Lame's first parameter is capped at this
 OUTPUTS = 400  # of a run whose output_rate is left to be chosen
@@ -22,12 +22,33 @@ the mean problem of paper 3, section 5.2, against 64 divisions of order 4."""
 STEPS = {1: 0.37, 2: 0.27, 3: 0.21, 4: 0.17}
 """By order: step at half the bound times divisions over r sqrt(rho/E), Poisson's ratio 0.25; measured."""
 SECONDS = 7e-8  # a node and step; measured
+UNEQUAL = 20.0  # ratio of radii of two discs, at most
 GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run that is begun
 
 
 def capped_ratio(parameters: SoftDiscsScene) -> float:
     """Poisson's ratio as Lame's first parameter takes it."""
     return min(parameters.disc.material.poisson_ratio, GREATEST_RATIO)
+
+
+def of_other(parameters: SoftDiscsScene) -> SoftDiscsScene:
+    """The parameters as the other of two discs sees them."""
+    radius, material = parameters.other.radius, parameters.other.material
+    return dataclasses.replace(
+        parameters,
+        disc=dataclasses.replace(parameters.disc, radius=radius, material=material),
+        other=OtherDisc(parameters.disc.radius, parameters.disc.material),
+    )
+
+
+def mass_share(parameters: SoftDiscsScene) -> float:
+    """What of the relative speed the disc has in the frame of the centre of mass; a wall does not move."""
+    if parameters.against == "wall":
+        return 1.0
+    if parameters.against == "disc":
+        return 0.5
+    other = disc_mass(of_other(parameters))
+    return other / (other + disc_mass(parameters))
 
 
 def wave_speed(parameters: SoftDiscsScene) -> float:
@@ -37,8 +58,8 @@ def wave_speed(parameters: SoftDiscsScene) -> float:
 
 
 def wall_speed(parameters: SoftDiscsScene) -> float:
-    """Speed [m/s] of the disc towards the wall; of two equal discs half their relative speed, towards the middle."""
-    return parameters.motion.first_velocity * (0.5 if parameters.against == "disc" else 1.0)
+    """Speed [m/s] of the disc towards the wall; of two discs in the frame of their centre of mass."""
+    return parameters.motion.first_velocity * mass_share(parameters)
 
 
 def disc_mass(parameters: SoftDiscsScene) -> float:
@@ -56,6 +77,7 @@ def contact_time(parameters: SoftDiscsScene) -> float:
     """About the contact time [s]: disc and penalty as two springs one behind the other.
 
     The disc by Johnson's line contact, the penalty as a bed of springs; the squares of their contact times are added.
+    Of two unequal discs the compliances 1/E are added, and the mass is the reduced one.
     """
     speed = wall_speed(parameters) / wave_speed(parameters)
     ratio = capped_ratio(parameters) if parameters.plane == "strain" else 0.0
@@ -63,7 +85,17 @@ def contact_time(parameters: SoftDiscsScene) -> float:
     power = parameters.contact.exponent
     bed = parameters.contact.stiffness_ratio * math.sqrt(2.0) * beta(0.5, power + 1.0)
     penalty = hertz_impact.contact_time(bed, math.pi, speed, power + 0.5)
-    return math.hypot(disc if math.isfinite(disc) else BRIEFEST, penalty) * time_unit(parameters)
+    alone = math.hypot(disc if math.isfinite(disc) else BRIEFEST, penalty) * time_unit(parameters)
+    if parameters.against != "other_disc":
+        return alone
+    softer = parameters.disc.material.young_modulus / parameters.other.material.young_modulus
+    return alone * math.sqrt(mass_share(parameters) * (1.0 + softer))
+
+
+def bodies_of(parameters: SoftDiscsScene) -> dict[str, SoftDiscsScene]:
+    """The discs that are meshed by the section that describes them, each as `disc` of parameters."""
+    both = {"disc": parameters, "other": of_other(parameters)}
+    return both if parameters.against == "other_disc" else {"disc": parameters}
 
 
 def predicted_error(order: int, divisions: int) -> float:
@@ -85,11 +117,13 @@ def fitting(divisions: int, order: int) -> int:
 
 def predicted_seconds(parameters: SoftDiscsScene) -> float:
     """About the seconds a run takes on one processor, from its resolved keys."""
-    mesh, solver = parameters.mesh, parameters.solver
-    ratio = capped_ratio(parameters)
-    stiff = math.sqrt((1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio)) / 1.2)
-    step = STEPS[mesh.order] / mesh.divisions * 2.0 * solver.step_share / max(stiff, 1.0)
-    return parameters.run.duration / time_unit(parameters) / step * nodes_of(mesh.divisions) * SECONDS
+    mesh, discs, step = parameters.mesh, bodies_of(parameters), math.inf
+    for one in discs.values():
+        ratio = capped_ratio(one)
+        stiff = math.sqrt((1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio)) / 1.2)
+        share = STEPS[mesh.order] / mesh.divisions * 2.0 * parameters.solver.step_share / max(stiff, 1.0)
+        step = min(step, share * time_unit(one))
+    return parameters.run.duration / step * len(discs) * nodes_of(mesh.divisions) * SECONDS
 
 
 def nodes_of(divisions: int) -> int:
@@ -100,17 +134,24 @@ def nodes_of(divisions: int) -> int:
 def check(parameters: SoftDiscsScene) -> list[str]:
     """What is impossible although each number alone is legal."""
     problems = check_run(parameters.run)
-    fast, speed = wave_speed(parameters), wall_speed(parameters)
-    if speed >= fast:
+    for name, one in bodies_of(parameters).items():
+        fast, speed = wave_speed(one), wall_speed(one)
+        if speed >= fast:
+            problems.append(
+                f"motion.first_velocity brings the disc to the wall at {speed:g} m/s, above the speed of waves in it, "
+                f"sqrt(E/rho) = {fast:.4g} m/s; keep well below, or raise {name}.material.young_modulus"
+            )
+    radius, other = parameters.disc.radius, parameters.other.radius
+    if parameters.against == "other_disc" and not 1.0 / UNEQUAL <= other / radius <= UNEQUAL:
         problems.append(
-            f"motion.first_velocity brings the disc to the wall at {speed:g} m/s, above the speed of waves in it, "
-            f"sqrt(E/rho) = {fast:.4g} m/s; keep well below, or raise disc.material.young_modulus"
+            f"other.radius = {other:g} m and disc.radius = {radius:g} m differ by more than a factor of {UNEQUAL:g}: "
+            "take the greater one for a wall (against: wall)"
         )
     if problems:
         return problems
     whole = resolve(parameters)
     seconds = predicted_seconds(whole)
-    memory = 16.0 * nodes_of(whole.mesh.divisions) * whole.run.duration * whole.run.output_rate
+    memory = 16.0 * len(bodies_of(whole)) * nodes_of(whole.mesh.divisions) * whole.run.duration * whole.run.output_rate
     if seconds > GREATEST_SECONDS:
         problems.append(
             f"mesh.divisions = {whole.mesh.divisions} with solver.step_share = {whole.solver.step_share:g} would take "

@@ -3,7 +3,7 @@
 from typing import Any
 
 from bearing_twin.kinds.impact.figures import ENERGY_GAIN
-from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, wall_speed
+from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
@@ -39,14 +39,16 @@ MEANINGS = {
     "peak_time_s": "when the force is greatest, since the first touch",
     "contact_duration_s": "from first touch to last contact, gaps included",
     "impulse_ns": "of the contact force, sum over the whole motion",
-    "restitution": "velocity of the centre of mass away from the wall over that before, after the last contact",
-    "greatest_penetration_m": "depth of the rim below the wall, which the penalty allows, greatest in the whole motion",
+    "restitution": "velocity of the centre of mass away from the wall over that before, after the last contact; of two "
+    "discs in the frame of both",
+    "greatest_penetration_m": "depth of the rim below the wall, or overlap of two unequal discs, which the penalty "
+    "allows, greatest in the whole motion",
     "energy_closure": "energy gained (+) or lost (-) by the numbers as a share of what was brought, greatest ever",
     "least_stretch": "least principal stretch in the plane of the disc, anywhere in the whole motion",
     "force_balance": "greatest difference of the force as sum of pressures and as integral of density * acceleration, "
-    "over the peak force, whole motion",
+    "of either disc, over the peak force, whole motion",
     "touches": "how often the disc touched the wall in the whole motion",
-    "wall_speed_m_s": "speed of the disc towards the wall at the first touch; of two equal discs half the relative one",
+    "wall_speed_m_s": "speed of the disc towards the wall at the first touch; of two discs in the frame of both",
 }
 
 
@@ -96,8 +98,7 @@ class SoftDiscFigures:
     def flags(self) -> list[str]:
         """What in this impact lies outside the theory or is to be doubted, one sentence each."""
         parameters, known, flags = self.parameters, self._known, []
-        ratio = parameters.disc.material.poisson_ratio
-        if ratio > GREATEST_RATIO:
+        if any(one.disc.material.poisson_ratio > GREATEST_RATIO for one in bodies_of(parameters).values()):
             flags.append(f"Poisson's ratio is capped at {GREATEST_RATIO} in Lame's first parameter")
         if not known:
             return flags

@@ -1,12 +1,14 @@
-"""Half a disc against a rigid wall, by explicit central differences, compiled.
+"""Half a disc against a rigid wall, or two of them, by explicit central differences, compiled.
 
 Lengths are in radii, stresses in Young's moduli and densities in that of the disc, so that times are in r sqrt(rho/E).
 
     M a = -integral of P grad N dA + contact,   v(n + 1/2) = v(n - 1/2) + h a(n),   u(n + 1) = u(n) + h v(n + 1/2)
 
-The wall is y = 0. A point of the rim at a depth d below it is pressed up by k d^m per undeformed length. Kinetic energy
-is v(n - 1/2) M v(n + 1/2) / 2: with it the energy of a linear body is constant to round-off, whatever the step. All
-numbers of the history are those of the whole disc.
+The wall is y = 0. A point of the rim at a depth d below it is pressed up by k d^m per undeformed length. Of two discs
+each has a frame of its own, y away from the other (`rims`).
+
+Kinetic energy is v(n - 1/2) M v(n + 1/2) / 2: with it the energy of a linear body is constant to round-off, whatever
+the step. All numbers of the history are those of the whole disc; energies, stretch and det F those of both.
 """
 
 import math
@@ -35,9 +37,11 @@ from bearing_twin.kinds.soft_discs.lanes import (
     of_row,
     put,
 )
+from bearing_twin.kinds.soft_discs.rims import press_together
 
 COLUMNS = (
     "force", "position", "velocity", "kinetic", "elastic", "contact", "depth", "least_stretch", "least_det", "balance",
+    "other_position", "other_velocity",
 )  # fmt: skip
 """What a row of the history holds: `balance` is the force less the integral of rho a dA, round-off alone."""
 
@@ -45,6 +49,7 @@ COLUMNS = (
 class Body(NamedTuple):
     """What stays: arrays of the mesh, law and plane, shear modulus, Lame's first parameter, k and m of the contact."""
 
+    across: np.ndarray
     height: np.ndarray
     mass: np.ndarray
     nodes: np.ndarray
@@ -54,6 +59,7 @@ class Body(NamedTuple):
     rim_nodes: np.ndarray
     rim_shapes: np.ndarray
     rim_weights: np.ndarray
+    rim_places: np.ndarray
     on_axis: np.ndarray
     law: int
     plane_stress: bool
@@ -185,40 +191,66 @@ def press(body, displacement, load):
 
 
 @kernel
-def march(body, state, step, history, frames, every, first):
-    """Fills the rows of `history` (rows, COLUMNS), the first of them at step number `first`.
+def _advance(body, state, step):
+    """One step by the forces in `state.load`.
 
-    `frames` (f, 2, n) takes the displacement at every step divisible by `every`. Returns how many rows are filled:
-    fewer than there are where det F <= 0 in the last of them and the law has no answer to that.
+    Returns (twice the kinetic energy, momentum, sum of forces, moment of mass) of the half disc, along y.
     """
     displacement, velocity, load = state
-    mass = body.mass
-    last = mass.shape[0] - 1  # the node that is none
-    whole = mass[:last].sum()
+    kinetic, momentum, gained, moment = 0.0, 0.0, 0.0, 0.0
+    for place in range(body.on_axis.shape[0]):
+        load[0, body.on_axis[place]] = 0.0
+    for node in range(body.mass.shape[0] - 1):  # the last node is none
+        mass = body.mass[node]
+        before_x, before_y = velocity[0, node], velocity[1, node]
+        after_x = before_x + step * load[0, node] / mass
+        after_y = before_y + step * load[1, node] / mass
+        velocity[0, node], velocity[1, node] = after_x, after_y
+        kinetic += mass * (before_x * after_x + before_y * after_y)
+        momentum += 0.5 * mass * (before_y + after_y)
+        gained += load[1, node]
+        moment += mass * (body.height[node] + displacement[1, node])
+        displacement[0, node] += step * after_x
+        displacement[1, node] += step * after_y
+    return kinetic, momentum, gained, moment
+
+
+@kernel
+def march(bodies, states, paired, step, history, frames, every, first):
+    """Fills the rows of `history` (rows, COLUMNS), the first of them at step number `first`.
+
+    `bodies` and `states` are two; without `paired` the second is not looked at, and a wall takes its place. `frames`
+    (f, discs, 2, n) takes the displacements of the discs at every step divisible by `every`. Returns how many rows are
+    filled: fewer than there are where det F <= 0 in the last of them and the law has no answer to that.
+    """
+    body, other, state, moved = bodies[0], bodies[1], states[0], states[1]
+    whole, others = body.mass[:-1].sum(), other.mass[:-1].sum()
     for row in range(history.shape[0]):
         if (first + row) % every == 0 and (first + row) // every < frames.shape[0]:
-            frames[(first + row) // every] = displacement
-        load[:] = 0.0
-        elastic, det, stretch = inner_forces(body, displacement, load)
-        force, pressed, deepest = press(body, displacement, load)
-        for place in range(body.on_axis.shape[0]):
-            load[0, body.on_axis[place]] = 0.0
-        kinetic, momentum, moment, gained = 0.0, 0.0, 0.0, 0.0
-        for node in range(last):
-            before_x, before_y = velocity[0, node], velocity[1, node]
-            after_x = before_x + step * load[0, node] / mass[node]
-            after_y = before_y + step * load[1, node] / mass[node]
-            velocity[0, node], velocity[1, node] = after_x, after_y
-            kinetic += mass[node] * (before_x * after_x + before_y * after_y)
-            momentum += 0.5 * mass[node] * (before_y + after_y)
-            gained += load[1, node]
-            moment += mass[node] * (body.height[node] + displacement[1, node])
-            displacement[0, node] += step * after_x
-            displacement[1, node] += step * after_y
+            frames[(first + row) // every, 0] = state.displacement
+            if paired:
+                frames[(first + row) // every, 1] = moved.displacement
+        state.load[:] = 0.0
+        elastic, det, stretch = inner_forces(body, state.displacement, state.load)
         line = history[row]
+        if paired:
+            moved.load[:] = 0.0
+            more, other_det, other_stretch = inner_forces(other, moved.displacement, moved.load)
+            elastic, det, stretch = elastic + more, min(det, other_det), min(stretch, other_stretch)
+            force, pressed, deepest = press_together(
+                body, state.displacement, state.load, other, moved.displacement, moved.load
+            )
+            back = press_together(other, moved.displacement, moved.load, body, state.displacement, state.load)
+            force, pressed, deepest = force + back[0], pressed + back[1], max(deepest, back[2])
+            kinetic, momentum, gained, moment = _advance(other, moved, step)
+            line[3], line[9], line[10], line[11] = kinetic, force - gained, moment / others, momentum / others
+        else:
+            force, pressed, deepest = press(body, state.displacement, state.load)
+        kinetic, momentum, gained, moment = _advance(body, state, step)
         line[0], line[1], line[2] = 2.0 * force, moment / whole, momentum / whole
-        line[3], line[4], line[5] = kinetic, 2.0 * elastic, 2.0 * pressed
-        line[6], line[7], line[8], line[9] = deepest, stretch, det, 2.0 * (force - gained)
+        line[3] += kinetic
+        line[4], line[5], line[6], line[7], line[8] = 2.0 * elastic, 2.0 * pressed, deepest, stretch, det
+        line[9] = 2.0 * max(abs(line[9]), abs(force - gained))
         if not det > 0.0 and body.law != LINEAR:
             return row + 1
     return history.shape[0]

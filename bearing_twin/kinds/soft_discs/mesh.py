@@ -26,9 +26,9 @@ class Mesh:
     `nodes` (blocks, nodes of an element, LANES) by their numbers; `gradients` (blocks, points, rows of LANES) of the
     shape functions, x and y of each node in turn, filled up with zeros to whole GROUPs; `weights` (blocks, points,
     LANES), the first `full` points for the part with the shear modulus, the others for Lame's first parameter.
-    `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, `rim_shapes` (rim points, nodes of an edge),
-    `rim_weights` (edges, rim points); `on_axis` numbers of the nodes on x = 0, `outline` of those on the rim from the
-    bottom to the top; `elements` (e, nodes of an element).
+    `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, from the bottom up, `rim_shapes` (rim points,
+    nodes), `rim_weights` (edges, rim points); `on_axis` numbers of the nodes on x = 0, `outline` of those on the rim
+    from the bottom to the top; `elements` (e, nodes of an element).
     """
 
     order: int
@@ -64,6 +64,8 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     outline = np.unique(edges)
     outline = outline[np.argsort(points[outline, 1])]
     edges = edges[points[edges, 1].max(axis=1) < NEAR]
+    edges = np.where((points[edges[:, 0], 0] > points[edges[:, -1], 0])[:, None], edges[:, ::-1], edges)
+    edges = edges[np.argsort(points[edges[:, 0], 0])]
     shapes, rim_weights = _rim(points, edges, order)
     on_axis = np.flatnonzero(points[:, 0] < NEAR)
     x, y = (np.append(points[:, axis], 0.0) for axis in (0, 1))

@@ -1,7 +1,8 @@
-"""A soft disc on a rigid wall, or on an equal disc, as a run: channels at any instant, and what the impact was.
+"""A soft disc on a rigid wall, or on another disc, as a run: channels at any instant, and what the impact was.
 
 Two equal discs are each other's mirror image: the plane between them is a wall without friction, to which each comes at
-half the relative speed; positions, velocities and energies are those of one disc.
+half the relative speed; positions, velocities and energies are those of one disc. Of two unequal ones both are meshed,
+energies are those of both; heights are above the place of first touch in the frame of the common centre of mass.
 """
 
 import numpy as np
@@ -20,14 +21,30 @@ def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
     nodes = nodes_of(resolve(parameters).mesh.divisions)
     return (
         Channel("normal_load", "N", (), "contact force on the whole disc, away from the wall"),
-        Channel("position", "m", (), "height of the centre of mass above the wall"),
+        Channel("position", "m", (), "height of the centre of mass above the wall or the place of first touch"),
         Channel("velocity", "m/s", (), "of the centre of mass, away from the wall"),
         Channel("penetration", "m", (), "greatest depth of the rim below the wall"),
-        Channel("least_stretch", "1", (), "least principal stretch in the plane of the disc"),
-        Channel("kinetic_energy", "J", (), "of the whole disc, product of the velocities half a step before and after"),
-        Channel("elastic_energy", "J", (), "strain energy of the whole disc"),
-        Channel("contact_energy", "J", (), "stored in the penalty between disc and wall"),
+        Channel("least_stretch", "1", (), "least principal stretch in the plane of the discs"),
+        Channel(
+            "kinetic_energy",
+            "J",
+            (),
+            "of the whole disc or both, product of the velocities half a step before and after",
+        ),
+        Channel("elastic_energy", "J", (), "strain energy of the whole disc or both"),
+        Channel("contact_energy", "J", (), "stored in the penalty of the contact"),
         Channel("shape", "m", (nodes, 2), "nodes of the half disc x >= 0: x from the line of flight, y off the wall"),
+        *(
+            (
+                Channel(
+                    "other_position", "m", (), "depth of the other's centre of mass below the place of first touch"
+                ),
+                Channel("other_velocity", "m/s", (), "of the other's centre of mass, away from the disc"),
+                Channel("other_shape", "m", (nodes, 2), "nodes of the other's half, y away from the disc"),
+            )
+            if parameters.against == "other_disc"
+            else ()
+        ),
     )
 
 
@@ -37,6 +54,7 @@ OF_HISTORY = {
     "contact_energy": "contact",
 }  # fmt: skip
 """Columns of the history by channel."""
+OF_OTHER = {"other_position": "other_position", "other_velocity": "other_velocity"}
 
 
 def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") -> Impact:
@@ -58,17 +76,29 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
         float(found.column("least_stretch").min()), float(np.abs(found.column("balance")).max()),
         float(touches), float(found.ended),
     ]  # fmt: skip
-    radius = parameters.disc.radius
+    radius, other = parameters.disc.radius, parameters.other.radius
+    both = parameters.against == "other_disc"
+
+    def at(times):
+        one = (*(found.at(name, times) for name in OF_HISTORY.values()), found.shape_at(radius, times))
+        if not both:
+            return one
+        return (*one, *(found.at(name, times) for name in OF_OTHER.values()), found.shape_at(other, times, 1))
+
     return Impact(
-        names=(*OF_HISTORY, "shape"),
-        at=lambda times: (*(found.at(name, times) for name in OF_HISTORY.values()), found.shape_at(radius, times)),
+        names=(*OF_HISTORY, "shape", *((*OF_OTHER, "other_shape") if both else ())),
+        at=at,
         run=parameters.run,
         contacts=(contact,),
         restitution=restitution,
         peak_force=contact.peak_force,
         greatest_approach=deepest,
         energy_closure=gained / brought,
-        costs={"steps": len(force), "nodes": len(found.mesh.x) - 1, "elements": len(found.mesh.elements)},
+        costs={
+            "steps": len(force),
+            "nodes": (1 + both) * (len(found.mesh.x) - 1),
+            "elements": (1 + both) * len(found.mesh.elements),
+        },
         records={"impact": np.array([known])},
     )
 

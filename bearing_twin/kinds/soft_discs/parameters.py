@@ -21,8 +21,19 @@ class SoftDisc:
 
 
 @dataclass(frozen=True)
+class OtherDisc:
+    """What the disc meets with against: other_disc; as thick as the disc."""
+
+    radius: float = quantity(0.1, "m", "radius", above=0.0)
+    material: Material = section(Material, default=RUBBER)
+
+
+@dataclass(frozen=True)
 class Penalty:
-    """The pressure between disc and wall: stiffness_ratio * young_modulus * (depth / radius)^exponent."""
+    """The pressure between disc and wall: stiffness_ratio * young_modulus * (depth / radius)^exponent.
+
+    Between two discs it is one at which the depths of both, each by its own modulus and radius, sum up to the overlap.
+    """
 
     stiffness_ratio: float = quantity(
         10.0, "1", "k r / E: pressure over Young's modulus at a depth of one radius", above=0.0, at_most=1e4
@@ -78,18 +89,15 @@ class WantedOfDisc(WantedImpact):
 
 @dataclass(frozen=True)
 class SoftDiscsScene:
-    """A soft disc on a rigid wall, or two equal ones, by finite elasticity (paper 3, section 5.2), without gravity."""
+    """A soft disc on a rigid wall, or two soft discs, by finite elasticity (paper 3, section 5.2), without gravity."""
 
     disc: SoftDisc = section(SoftDisc)
     against: str = choice(
         "wall",
-        ("wall", "disc"),
-        "what the disc meets: a rigid wall without friction, or another disc, equal and at rest",
-        refused={
-            "unequal_disc": "is not offered: two unequal discs need a contact of two meshes; take wall, or disc for "
-            "two equal ones, or kind: two_discs for small deformations"
-        },
+        ("wall", "disc", "other_disc"),
+        "what the disc meets: a rigid wall without friction, an equal disc at rest, or the disc `other` at rest",
     )
+    other: OtherDisc = section(OtherDisc)
     plane: str = choice("strain", ("strain", "stress"), "plane strain, or plane stress for a thin disc")
     formulation: str = choice(
         "stvk",

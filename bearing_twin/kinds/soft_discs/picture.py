@@ -1,12 +1,18 @@
-"""The picture of a soft disc: force, velocity and energies over time, and the deformed mesh at three instants."""
+"""The picture of soft discs: force, velocity and energies over time, the deformed mesh at three instants or moving."""
+
+from pathlib import Path
 
 import numpy as np
+from matplotlib.animation import PillowWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
-from bearing_twin.kinds.soft_discs.derived import wall_speed
+from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled
@@ -14,6 +20,7 @@ from bearing_twin.pictures.values import scaled_time
 
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "strain"), ("contact_energy", "in the penalty"))
 COLOURS = "viridis"
+FRAMES = 40  # of an animation
 
 
 class SoftDiscPicture(PairPicture):
@@ -34,41 +41,99 @@ class SoftDiscPicture(PairPicture):
         draw_energies(energy, time, unit, values, ENERGIES)
         self._draw_shapes(figure, [figure.add_subplot(grid[1, 4 * k : 4 * k + 4]) for k in range(3)], values, unit)
 
+    def write(self, path) -> Path:
+        """As a picture or, where `path` ends in .gif, as FRAMES shapes one after the other, with the force."""
+        if Path(path).suffix.lower() != ".gif":
+            return super().write(path)
+        values = self._values.arrays()
+        rows = np.unique(np.linspace(0, len(values["time"]) - 1, FRAMES).astype(int))
+        time, _, unit = scaled_time(values["time"])
+        shapes = _Shapes(self._parameters, values, rows)
+        figure = Figure(figsize=(8.0, 8.0), dpi=60, facecolor="white")
+        FigureCanvasAgg(figure)
+        axis = figure.add_axes((0.12, 0.1, 0.74, 0.8))
+        writer = PillowWriter(fps=20)
+        try:
+            with writer.saving(figure, str(path), dpi=60):
+                bar = None
+                for row in rows:
+                    axis.clear()
+                    drawn = shapes.draw(axis, row)
+                    heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N")
+                    bar = bar or shapes.bar(figure, drawn, axis)
+                    writer.grab_frame()
+        except OSError as error:
+            raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
+        return Path(path)
+
     def _draw_shapes(self, figure, axes, values, unit):
-        mesh = self._parameters.mesh
-        mesh = half_disc(mesh.divisions, mesh.order, mesh.integration)
         time, _, _ = scaled_time(values["time"])
         rows = _instants(values["normal_load"])
-        shapes = [values["shape"][row] for row in rows]
-        densities = [density_at_nodes(self._parameters, mesh, shape) for shape in shapes]
-        factor, label = scaled(np.concatenate(densities), "Pa")
-        length, length_unit = scaled(shapes[0], "m")
-        greatest = factor * max(one.max() for one in densities)
-        triangles = _triangles(mesh)
+        shapes = _Shapes(self._parameters, values, rows)
         texts = ("half-way to the peak", "greatest force", "last contact")
-        widest, highest = (1.05 * length * max(np.abs(shape[:, k]).max() for shape in shapes) for k in range(2))
-        for axis, row, shape, density, text in zip(axes, rows, shapes, densities, texts, strict=True):
-            frame(axis)
-            axis.grid(False)
-            x, y = length * shape.T
+        for axis, row, text in zip(axes, rows, texts, strict=True):
+            drawn = shapes.draw(axis, row)
+            heading(axis, f"{text}, {time[row]:.3g} {unit}")
+        shapes.bar(figure, drawn, axes)
+        axes[0].set_ylabel(f"above the {shapes.ground} [{shapes.length_unit}]")
+
+
+class _Shapes:
+    """The deformed meshes of a run at some of its outputs, coloured by strain energy on one scale."""
+
+    def __init__(self, parameters, values, rows):
+        mesh = parameters.mesh
+        self._mesh = half_disc(mesh.divisions, mesh.order, mesh.integration)
+        self._against = parameters.against
+        self.ground = "wall" if parameters.against == "wall" else "place of first touch"
+        names, signs = ("shape", "other_shape"), ((1.0, 1.0), (1.0, -1.0))
+        parts = list(zip(bodies_of(parameters).values(), names, signs, strict=False))
+        self._discs = {
+            row: [
+                (values[name][row] * sign, density_at_nodes(one, self._mesh, values[name][row]))
+                for one, name, sign in parts
+            ]
+            for row in rows
+        }
+        every = [disc for discs in self._discs.values() for disc in discs]
+        self._factor, self._unit = scaled(np.concatenate([density for _, density in every]), "Pa")
+        self._length, self.length_unit = scaled(np.concatenate([shape.ravel() for shape, _ in every]), "m")
+        self._greatest = self._factor * max(density.max() for _, density in every)
+        places = self._length * np.concatenate([shape for shape, _ in every])
+        self._widest = 1.05 * np.abs(places[:, 0]).max()
+        margin = 0.05 * np.ptp(places[:, 1])
+        self._low, self._high = places[:, 1].min() - margin, places[:, 1].max() + margin
+        self._triangles, self._edges = _triangles(self._mesh), _edges(self._mesh)
+
+    def draw(self, axis, row):
+        """The discs at one output; returns what a colour bar is made of."""
+        frame(axis)
+        axis.grid(False)
+        for shape, density in self._discs[row]:
+            x, y = self._length * shape.T
             for side in (1.0, -1.0):
                 drawn = axis.tripcolor(
-                    side * x, y, triangles, factor * density, shading="gouraud", cmap=COLOURS, vmin=0.0, vmax=greatest
-                )
-                for line in _edges(mesh):
-                    axis.plot(side * x[line].T, y[line].T, color="white", linewidth=0.4, alpha=0.6)
-            axis.plot([-widest, widest], [0.0, 0.0], color=STYLE["ink"], linewidth=2.0)
-            axis.set_aspect("equal")
-            axis.set_xlim(-widest, widest)
-            axis.set_ylim(-0.05 * highest, highest)
-            axis.set_xlabel(f"along the wall [{length_unit}]")
-            axis.xaxis.set_major_locator(MaxNLocator(5))
-            heading(axis, f"{text}, {time[row]:.3g} {unit}")
+                    side * x, y, self._triangles, self._factor * density, shading="gouraud", cmap=COLOURS, vmin=0.0,
+                    vmax=self._greatest,
+                )  # fmt: skip
+                lines = np.concatenate([np.stack([side * x[line], y[line]], axis=-1) for line in self._edges])
+                axis.add_collection(LineCollection(lines, colors="white", linewidths=0.4, alpha=0.6), autolim=False)
+        if self._against != "other_disc":
+            axis.plot([-self._widest, self._widest], [0.0, 0.0], color=STYLE["ink"], linewidth=2.0)
+        axis.set_aspect("equal")
+        axis.set_xlim(-self._widest, self._widest)
+        axis.set_ylim(self._low, self._high)
+        axis.set_xlabel(f"across the line of flight [{self.length_unit}]")
+        axis.xaxis.set_major_locator(MaxNLocator(5))
+        return drawn
+
+    def bar(self, figure, drawn, axes):
+        """The scale of colours."""
         bar = figure.colorbar(drawn, ax=axes, pad=0.02, fraction=0.03)
         bar.outline.set_visible(False)
-        bar.set_label(f"strain energy [{label.replace('Pa', 'J/m³')}]", fontsize=11, color=STYLE["ink"])
+        bar.set_label(f"strain energy [{self._unit.replace('Pa', 'J/m³')}]", fontsize=11, color=STYLE["ink"])
         bar.ax.tick_params(length=0, labelsize=10, labelcolor=STYLE["ink"])
-        axes[0].set_ylabel(f"above the wall [{length_unit}]")
+        return bar
 
 
 def _draw_velocity(axis, time, unit, values, speed):

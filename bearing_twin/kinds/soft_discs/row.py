@@ -7,7 +7,7 @@ HERE = "bearing_twin.kinds.soft_discs"
 
 SOFT_DISCS = Kind(
     name="soft_discs",
-    help="a soft disc on a rigid wall, or two equal ones, by finite elasticity",
+    help="a soft disc on a rigid wall, or two soft discs, by finite elasticity",
     home=HERE,
     parameters=SoftDiscsScene,
     check=late(f"{HERE}.derived:check"),
@@ -23,5 +23,6 @@ SOFT_DISCS = Kind(
     brief=True,
     frame="soft_discs_link",
     topics=late(f"{HERE}.topics:topics"),
+    animated=True,
     picture=late(f"{HERE}.picture:SoftDiscPicture"),
 )

@@ -1,4 +1,4 @@
-"""A soft disc on a rigid wall, solved: the disc without units is marched until it has left the wall, then read off."""
+"""A soft disc on a wall or on another disc, solved: without units it is marched until it has left, then read off."""
 
 import functools
 import math
@@ -8,8 +8,17 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from bearing_twin.errors import IntegrationError
-from bearing_twin.kinds.soft_discs.derived import capped_ratio, contact_time, time_unit, wall_speed, wave_speed
+from bearing_twin.kinds.soft_discs.derived import (
+    bodies_of,
+    capped_ratio,
+    contact_time,
+    of_other,
+    time_unit,
+    wall_speed,
+    wave_speed,
+)
 from bearing_twin.kinds.soft_discs.elasticity import FORMULATIONS, LINEAR, NEO_HOOKEAN
+from bearing_twin.kinds.soft_discs.elements import lobatto
 from bearing_twin.kinds.soft_discs.march import COLUMNS, Body, State, march, stiff_part
 from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
@@ -24,10 +33,11 @@ BOUND = 1e-3  # relative tolerance of the eigenvalues in the bound, added to it
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """The march of one disc in SI: `history` (steps, COLUMNS) of the whole disc at multiples of `step` [s].
+    """The march of one disc or two in SI: `history` (steps, COLUMNS) at multiples of `step` [s].
 
-    `frames` (f, 2, n) are displacements [m] of the half disc at multiples of `frame_step` [s]. Heights are above the
-    wall. `ended` tells that the disc has left for good.
+    `frames` (f, discs, 2, n) are displacements [m] of the half disc, and of the half of the other, at multiples of
+    `frame_step` [s]. Heights are above the wall; of two discs above the place of first touch, each away from the
+    other. `ended` tells that the disc has left for good.
     """
 
     step: float
@@ -45,18 +55,42 @@ class Solved:
         """One column at times [s], by straight lines between steps."""
         return np.interp(times, self.step * np.arange(len(self.history)), self.column(name))
 
-    def shape_at(self, radius: float, times: np.ndarray) -> np.ndarray:
-        """Places (t, n, 2) [m] of the nodes at times [s], x from the line of flight, y from the wall."""
+    def shape_at(self, radius: float, times: np.ndarray, which: int = 0) -> np.ndarray:
+        """Places (t, n, 2) [m] of the nodes of disc 0 or 1 at times [s], x from the line of flight, y as a height."""
         place = np.clip(np.asarray(times) / self.frame_step, 0.0, len(self.frames) - 1.0)
         low = np.minimum(place.astype(int), max(len(self.frames) - 2, 0))
         share = (place - low)[:, None, None]
         high = np.minimum(low + 1, len(self.frames) - 1)
-        moved = (1.0 - share) * self.frames[low] + share * self.frames[high]
+        moved = (1.0 - share) * self.frames[low, which] + share * self.frames[high, which]
         rest = radius * np.stack([self.mesh.x[:-1], self.mesh.y[:-1] + 1.0])
         return np.moveaxis(rest + moved[:, :, :-1], 1, 2)
 
 
-def body_of(parameters: SoftDiscsScene) -> Body:
+def bodies_in_units(parameters: SoftDiscsScene) -> tuple[Body, Body]:
+    """The disc and what it meets, a wall being a copy of it; lengths in its radii, stresses in its Young's moduli."""
+    penalty = parameters.contact
+    if parameters.against != "other_disc":
+        body = body_of(parameters, penalty.stiffness_ratio)
+        return body, body
+    other, power = of_other(parameters), penalty.exponent
+    size, stiff, dense = (one / another for one, another in zip(_scales(other), _scales(parameters), strict=True))
+    # Two penalties one behind the other: their depths sum up to the overlap.
+    both = penalty.stiffness_ratio / (1.0 + (size**power / stiff) ** (1.0 / power)) ** power
+    body = body_of(parameters, both)
+    scaled = body_of(other, both)
+    return body, scaled._replace(
+        across=size * scaled.across, height=size * scaled.height, mass=dense * size**2 * scaled.mass,
+        gradients=scaled.gradients / size, weights=size**2 * scaled.weights, rim_weights=size * scaled.rim_weights,
+        mu=stiff * scaled.mu, lame=stiff * scaled.lame,
+    )  # fmt: skip
+
+
+def _scales(parameters):
+    material = parameters.disc.material
+    return parameters.disc.radius, material.young_modulus, material.density
+
+
+def body_of(parameters: SoftDiscsScene, stiffness: float) -> Body:
     """The disc without units: lengths in radii, stresses in Young's moduli."""
     mesh = half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration)
     ratio, law = capped_ratio(parameters), FORMULATIONS[parameters.formulation]
@@ -64,13 +98,13 @@ def body_of(parameters: SoftDiscsScene) -> Body:
     plane_stress = parameters.plane == "stress"
     if plane_stress and law != NEO_HOOKEAN:
         lame = 2.0 * lame * mu / (lame + 2.0 * mu)
-    return _body(mesh, law, plane_stress, mu, lame, parameters.contact.stiffness_ratio, parameters.contact.exponent)
+    return _body(mesh, law, plane_stress, mu, lame, stiffness, parameters.contact.exponent)
 
 
 def _body(mesh, law, plane_stress, mu, lame, stiffness, exponent) -> Body:
     return Body(
-        mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.gradients, mesh.weights, mesh.full,
-        mesh.rim_nodes, mesh.rim_shapes, mesh.rim_weights, mesh.on_axis,
+        mesh.x, mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.gradients, mesh.weights, mesh.full,
+        mesh.rim_nodes, mesh.rim_shapes, mesh.rim_weights, lobatto(mesh.order)[0], mesh.on_axis,
         law, plane_stress, mu, lame, stiffness, exponent,
     )  # fmt: skip
 
@@ -79,17 +113,22 @@ def stable_step(parameters: SoftDiscsScene) -> float:
     """A bound from below on the greatest stable step of the undeformed disc, in r sqrt(rho/E), penalty included.
 
     The greatest eigenvalue of a sum of stiffnesses is at most the sum of theirs (Weyl), so that those of shear, volume
-    and penalty are found once for a mesh.
+    and penalty are found once for a mesh. Of two discs the lesser; a penalty between them counts twice for each.
     """
-    body, mesh = body_of(parameters), parameters.mesh
+    mesh, radius, density = parameters.mesh, parameters.disc.radius, parameters.disc.material.density
     shear, volume, penalty = _greatest_eigenvalues(mesh.divisions, mesh.order, mesh.integration)
-    stiffness = body.stiffness
-    if body.exponent > 1.0:
-        # The depth that stops a plane wave, twice for what comes after it.
-        pressure = wall_speed(parameters) / wave_speed(parameters) * math.sqrt(body.lame + 2.0 * body.mu)
-        depth = min(1.0, 2.0 * (pressure / stiffness) ** (1.0 / body.exponent))
-        stiffness *= body.exponent * depth ** (body.exponent - 1.0)
-    return 2.0 / math.sqrt(body.mu * shear + body.lame * volume + stiffness * penalty)
+    steps = []
+    for body, one in zip(bodies_in_units(parameters), bodies_of(parameters).values(), strict=False):
+        size, dense = one.disc.radius / radius, one.disc.material.density / density
+        stiffness = body.stiffness * (2.0 if parameters.against == "other_disc" else 1.0)
+        if body.exponent > 1.0:
+            # The depth that stops a plane wave, twice for what comes after it.
+            pressure = wall_speed(one) / wave_speed(parameters) * math.sqrt((body.lame + 2.0 * body.mu) * dense)
+            depth = min(1.0, 2.0 * (pressure / stiffness) ** (1.0 / body.exponent))
+            stiffness *= body.exponent * depth ** (body.exponent - 1.0)
+        inner = (body.mu * shear + body.lame * volume) / size**2
+        steps.append(2.0 / math.sqrt((inner + stiffness * penalty / size) / dense))
+    return min(steps)
 
 
 @functools.lru_cache(maxsize=8)
@@ -122,19 +161,20 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
 
     Raises IntegrationError where an element turns inside out (reason "collapsed") or a number is no longer finite.
     """
-    body, unit, radius = body_of(parameters), time_unit(parameters), parameters.disc.radius
-    step = parameters.solver.step_share * stable_step(parameters)
-    size = len(body.mass)
-    state = State(*(np.zeros((2, size)) for _ in range(3)))
-    state.velocity[1, :-1] = -wall_speed(parameters) / wave_speed(parameters)
+    bodies, unit, radius = bodies_in_units(parameters), time_unit(parameters), parameters.disc.radius
+    step, paired = parameters.solver.step_share * stable_step(parameters), parameters.against == "other_disc"
+    size = len(bodies[0].mass)
+    states = tuple(State(*(np.zeros((2, size)) for _ in range(3))) for _ in bodies)
+    for state, one in zip(states, bodies_of(parameters).values(), strict=False):
+        state.velocity[1, :-1] = -wall_speed(one) / wave_speed(parameters)
     least = parameters.run.duration / unit
     most = max(LONGEST * contact_time(parameters) / unit, least)
     every = max(1, math.ceil(least / step / max(frames - 1, 1)))
-    kept = np.zeros((math.ceil(least / step / every) + 1, 2, size))
+    kept = np.zeros((math.ceil(least / step / every) + 1, 1 + paired, 2, size))
     pieces, done, last, over, ended = [], 0, -1, False, False
     while not over:
         rows = np.zeros((max(PIECE // size, FEWEST_PIECE), len(COLUMNS)))
-        filled = march(body, state, step, rows, kept, every, done)
+        filled = march(bodies, states, paired, step, rows, kept, every, done)
         rows = rows[:filled]
         touching = np.flatnonzero(rows[:, 0] > 0.0)
         last = done + touching[-1] if len(touching) else last
@@ -174,7 +214,9 @@ def _give_units(history, parameters):
     disc, speed = parameters.disc, wave_speed(parameters)
     force = disc.material.young_modulus * disc.radius * disc.thickness
     units = {
-        "force": force, "balance": force, "position": disc.radius, "velocity": speed, "depth": disc.radius,
+        "force": force, "balance": force, "depth": disc.radius,
+        **dict.fromkeys(("position", "other_position"), disc.radius),
+        **dict.fromkeys(("velocity", "other_velocity"), speed),
         **dict.fromkeys(("kinetic", "elastic", "contact"), force * disc.radius),
     }  # fmt: skip
     for column, name in enumerate(COLUMNS):

@@ -1,7 +1,7 @@
 """The topics of soft discs: wrenches, the contact, frames and markers, as fields of messages.
 
 The frame of the scene has its origin on the wall where the disc touches first, x along the wall, y away from it and z
-along the axis of the disc. Of two equal discs the other is the mirror image below the plane y = 0.
+along the axis of the disc. Of two discs the other is below the plane y = 0, of equal ones its mirror image.
 """
 
 import functools
@@ -13,6 +13,7 @@ from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, ORANGE, STEEL, T
 from bearing_twin.kinds.soft_discs.derived import resolve
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+from bearing_twin.kinds.soft_discs.solve import bodies_in_units
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.sample import Sample, Wrench
 
@@ -41,7 +42,8 @@ def origins(parameters: SoftDiscsScene, sample: Sample) -> dict[str, np.ndarray]
     """Centres of mass [m]; of a wall the point of first touch."""
     disc, other = bodies(parameters)
     height = float(sample["position"])
-    return {disc: np.array([0.0, height, 0.0]), other: np.array([0.0, 0.0 if other == "wall" else -height, 0.0])}
+    below = float(sample["other_position"]) if parameters.against == "other_disc" else height
+    return {disc: np.array([0.0, height, 0.0]), other: np.array([0.0, 0.0 if other == "wall" else -below, 0.0])}
 
 
 def wrenches(parameters: SoftDiscsScene, sample: Sample) -> list[Wrench]:
@@ -57,12 +59,17 @@ def contacts(parameters: SoftDiscsScene, sample: Sample) -> dict:
     disc, penalty, depth = parameters.disc, parameters.contact, float(sample["penetration"])
     rim = sample["shape"][_outline(parameters)]
     below = rim[rim[:, 1] < 0.0, 0]
+    stiffness = penalty.stiffness_ratio * disc.material.young_modulus
+    if parameters.against == "other_disc":
+        stiffness = bodies_in_units(resolve(parameters))[0].stiffness * disc.material.young_modulus
+        other_rim = sample["other_shape"][_outline(parameters)]
+        below = rim[-np.interp(rim[:, 0], other_rim[:, 0], other_rim[:, 1], right=np.inf) > rim[:, 1], 0]
     share = (depth / disc.radius) ** penalty.exponent
     return one_contact(
         *bodies(parameters),
         approach=depth, normal_load=float(sample["normal_load"]), semi_major=0.5 * disc.thickness,
         semi_minor=float(below.max(initial=0.0)),
-        peak_pressure=penalty.stiffness_ratio * disc.material.young_modulus * share,
+        peak_pressure=stiffness * share,
         point=STILL, normal=(0.0, 1.0, 0.0), major_axis=(0.0, 0.0, 1.0),
     )  # fmt: skip
 
@@ -72,10 +79,10 @@ def marker_fields(output: Output) -> dict:
     parameters, sample = output.parameters, output.sample
     radius = parameters.disc.radius
     rim = sample["shape"][_outline(parameters)]
-    line = np.zeros((2 * len(rim), 3))
-    line[:, :2] = np.concatenate([rim, rim[::-1] * (-1.0, 1.0)])
+    line = _closed(rim)
     wall = np.array([(-1.5 * radius, 0.0, 0.0), (1.5 * radius, 0.0, 0.0)])
-    other = wall if parameters.against == "wall" else line * (1.0, -1.0, 1.0)
+    below = _closed(sample["other_shape"][_outline(parameters)]) if parameters.against == "other_disc" else line
+    other = wall if parameters.against == "wall" else below * (1.0, -1.0, 1.0)
     width = (0.02 * radius, 0.0, 0.0)
     text = f"{float(sample['normal_load']):.4g} N"
     return {
@@ -85,6 +92,13 @@ def marker_fields(output: Output) -> dict:
             marker("force", 0, TEXT, (0.0, 0.0, 0.2 * radius), GREEN, (1.2 * radius, 0.3 * radius, 0.0), text=text),
         ]
     }
+
+
+def _closed(rim) -> np.ndarray:
+    """Half a rim (n, 2) and its mirror image, one line (2 n, 3)."""
+    line = np.zeros((2 * len(rim), 3))
+    line[:, :2] = np.concatenate([rim, rim[::-1] * (-1.0, 1.0)])
+    return line
 
 
 def _outline(parameters: SoftDiscsScene) -> np.ndarray:
