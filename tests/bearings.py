@@ -1,5 +1,6 @@
 """Bearing runs for tests: short names for a scene with overrides, its motion, and its energies."""
 
+import math
 import os
 import pickle
 import subprocess
@@ -8,7 +9,12 @@ import sys
 import numpy as np
 from made_up_run import a_choice
 
+from bearing_twin.contact.friction import friction_of
+from bearing_twin.kinds.bearing.equations import ball_position, single_contact
+from bearing_twin.kinds.bearing.layout import ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.spot import spot_answer, spot_of
+from bearing_twin.numerics.rotation import about_z, add
 from bearing_twin.run.scene import load_scene
 
 TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
@@ -51,3 +57,38 @@ def without_compiling(module, function, cases):
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", script], env=environment, stdout=subprocess.PIPE, check=True)
     return pickle.loads(done.stdout)
+
+
+def in_ball_frame(state, k, vector):
+    """A vector of `bearing_link` in the frame of ball k."""
+    angle = state[k, ORBIT_ANGLE]
+    return about_z(math.cos(angle), -math.sin(angle), vector)
+
+
+def raceway_contacts(moving):
+    """Both contacts of each ball of a motion, one at a time, with the friction model that its bearing has."""
+    bearing, state, still = moving.bearing, moving.state, (0.0, 0.0, 0.0)
+    for k in range(len(state)):
+        motion = ball_position(state, k), tuple(state[k, VELOCITY : VELOCITY + 3]), tuple(state[k, SPIN : SPIN + 3])
+        centre, speed = in_ball_frame(state, k, bearing.offset), moving.drive.speed
+        inner = single_contact(bearing, bearing.inner, centre, speed, *motion)
+        outer = single_contact(bearing, bearing.outer, still, 0.0, *motion)
+        yield with_spot(bearing, centre, speed, motion[0], inner), with_spot(bearing, still, 0.0, motion[0], outer)
+
+
+def with_spot(bearing, centre, ring_speed, position, contact):
+    """A contact given the friction over its spot, where the bearing has it there: point by point, not in lanes."""
+    if not bearing.spot:
+        return contact
+    place, (coefficient, number, _) = spot_of(contact, centre, position), bearing.spot
+    motion = place.slip_major, place.slip_minor, contact.spin_rate, 1.0, bearing.friction_regularisation
+    means = friction_of(number, -1.0, place.semi_major, place.semi_minor, *motion)
+    answer = spot_answer(coefficient, ring_speed, contact, place, *means)
+    return contact._replace(
+        friction=answer.friction,
+        drilling=answer.drilling,
+        force=add(contact.force, answer.friction),
+        torque=answer.torque,
+        drive_power=contact.drive_power + answer.drive_power,
+        dissipation=contact.dissipation + answer.dissipation,
+    )

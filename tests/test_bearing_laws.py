@@ -4,17 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from bearings import TURNED_REST, asking, motion, run, stored_energy
+from bearings import TURNED_REST, asking, motion, raceway_contacts, run, stored_energy
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.equations import ball_position, in_ball_frame, inner_contact, outer_contact
 from bearing_twin.kinds.bearing.layout import MOTION, VELOCITY
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.spot import with_spot
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -25,7 +23,6 @@ CLOSE = (  # b/a below 0.01
     "geometry.radial_clearance=-1e-7",
     "drive.offset=[0.0, 0.0, 0.0]",
 )
-MIDDLE = (0.0, 0.0, 0.0)
 
 
 def test_linear_springs_carry_what_statics_says():
@@ -93,15 +90,11 @@ def test_a_number_for_no_law_and_a_law_without_its_number_are_refused():
 def test_lanes_rub_as_single_contacts_do(friction):
     """Forces and torques of all lanes by each friction model against one contact at a time."""
     moving = motion(*TURNED_REST, "gravity=[0.0, 0.0, 0.0]", f"contact.friction={friction}")
-    bearing, speed, state = moving.bearing, moving.drive.speed, moving.state
+    bearing, state = moving.bearing, moving.state
     state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
     rates = np.zeros_like(state)
     bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, rates)
-    for k in range(8):
-        position, centre = ball_position(state, k), in_ball_frame(state, k, bearing.offset)
-        inner = inner_contact(bearing, centre, speed, state, k)
-        inner = with_spot(bearing.spot, bearing, centre, speed, position, inner)
-        outer = with_spot(bearing.spot, bearing, MIDDLE, 0.0, position, outer_contact(bearing, state, k))
+    for k, (inner, outer) in enumerate(raceway_contacts(moving)):
         torque = np.add(inner.torque, outer.torque) / bearing.ball_inertia
         frame = np.array([0.0, 0.0, rates[k, 1]])
         assert rates[k, 6:9] == pytest.approx(torque - np.cross(frame, state[k, 6:9]), rel=1e-9, abs=1e-3)

@@ -5,7 +5,17 @@ import platform
 
 import numpy as np
 import pytest
-from bearings import TURNED_REST, flat, motion, run, stored_energy, without_compiling
+from bearings import (
+    TURNED_REST,
+    flat,
+    in_ball_frame,
+    motion,
+    raceway_contacts,
+    run,
+    stored_energy,
+    with_spot,
+    without_compiling,
+)
 from numba import njit
 from scipy.special import ellipe
 
@@ -21,11 +31,12 @@ from bearing_twin.contact.ellipse import (
     semi_axes,
 )
 from bearing_twin.kinds.bearing import spot as bearing_spot
-from bearing_twin.kinds.bearing.equations import ball_position, in_ball_frame, inner_contact, outer_contact
+from bearing_twin.kinds.bearing.equations import ball_position, single_contact
 from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.spot import add_spots, over_spots, with_spot
+from bearing_twin.kinds.bearing.spot import add_spots, over_spots
+from bearing_twin.kinds.bearing.spot_jacobian import ROOM_ROWS, answers_near, sum_slopes
 from bearing_twin.numerics.rotation import add
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.reference.fit_hertz import fit
@@ -60,9 +71,11 @@ def test_rational_semi_axes_against_the_exact_ellipse():
 def contact_of(overrides=(), k=2):
     """The inner contact of ball k of a bearing with spots, by itself."""
     moving = motion(SPOT, *TURNED_REST, *overrides)
-    centre = in_ball_frame(moving.state, k, moving.bearing.offset)
-    contact = inner_contact(moving.bearing, centre, moving.drive.speed, moving.state, k)
-    return moving, centre, ball_position(moving.state, k), contact
+    state, bearing = moving.state, moving.bearing
+    centre, position = in_ball_frame(state, k, bearing.offset), ball_position(state, k)
+    velocity, spin = tuple(state[k, VELOCITY:SPIN]), tuple(state[k, SPIN:MOTION])
+    contact = single_contact(bearing, bearing.inner, centre, moving.drive.speed, position, velocity, spin)
+    return moving, centre, position, contact
 
 
 def test_pure_spinning_and_pure_sliding_in_closed_form():
@@ -72,13 +85,13 @@ def test_pure_spinning_and_pure_sliding_in_closed_form():
     major, minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
     limit = bearing.spot[0] * contact.normal_load
     spinning = contact._replace(slip=MIDDLE, spin_rate=-3e3)
-    found = with_spot(bearing.spot, bearing, centre, 0.0, position, spinning)
+    found = with_spot(bearing, centre, 0.0, position, spinning)
     torque = 0.375 * limit * major * ellipe(1.0 - (minor / major) ** 2)
     assert found.drilling == pytest.approx(torque, rel=1e-2)
     assert np.linalg.norm(found.friction) < 1e-9 * limit
     assert found.dissipation == pytest.approx(3e3 * torque, rel=1e-2)
     sliding = contact._replace(spin_rate=0.0)
-    found = with_spot(bearing.spot, bearing, centre, 0.0, position, sliding)
+    found = with_spot(bearing, centre, 0.0, position, sliding)
     along = np.array(contact.slip) / np.linalg.norm(contact.slip)
     assert np.array(found.friction) == pytest.approx(-limit * along, rel=1e-9, abs=1e-9 * limit)
     assert abs(found.drilling) < 1e-12 * limit
@@ -102,16 +115,11 @@ def test_far_below_the_smoothing_speed_friction_is_that_at_a_point_and_drilling_
 def test_the_rates_of_all_lanes_are_the_forces_of_single_contacts():
     """Newton and Euler with the loads that are published: vector quadrature against one contact at a time."""
     moving = motion(SPOT, *TURNED_REST, "gravity=[0.0, 0.0, 0.0]")
-    bearing, speed = moving.bearing, moving.drive.speed
-    state = moving.state
+    bearing, state = moving.bearing, moving.state
     state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
     rates = np.zeros_like(state)
     bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, rates)
-    for k in range(8):
-        position, centre = ball_position(state, k), in_ball_frame(state, k, bearing.offset)
-        inner = inner_contact(bearing, centre, speed, state, k)
-        inner = with_spot(bearing.spot, bearing, centre, speed, position, inner)
-        outer = with_spot(bearing.spot, bearing, MIDDLE, 0.0, position, outer_contact(bearing, state, k))
+    for k, (inner, outer) in enumerate(raceway_contacts(moving)):
         force = np.array(add(inner.force, outer.force)) / bearing.ball_mass
         torque = np.array(add(inner.torque, outer.torque)) / bearing.ball_inertia
         turning = rates[k, ORBIT_ANGLE]
@@ -255,6 +263,8 @@ def test_the_spots_are_vector_instructions():
         (over_spots, (0.01, lanes)),
         (bearing_spot._set_out_all, (bearing, lanes)),
         (bearing_spot._add_all, (0.1, bearing, lanes)),
+        (sum_slopes, (0.01, np.ones(ROOM_ROWS * LANES))),
+        (answers_near, (0.1, bearing, np.ones(ROOM_ROWS * LANES))),
     ):
         function = njit(**OPTIONS)(kernel.py_func)
         function(*arguments)

@@ -228,20 +228,6 @@ def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spi
     return raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
 
 
-@inlined
-def inner_contact(bearing, inner_centre, inner_speed, state, k):
-    """Contact of ball k with the turning inner raceway."""
-    velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
-    return single_contact(bearing, bearing.inner, inner_centre, inner_speed, ball_position(state, k), velocity, spin)
-
-
-@inlined
-def outer_contact(bearing, state, k):
-    """Contact of ball k with the outer raceway at rest."""
-    velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
-    return single_contact(bearing, bearing.outer, (0.0, 0.0, 0.0), 0.0, ball_position(state, k), velocity, spin)
-
-
 @kernel
 def neighbour_angle(bearing, state, k, side):
     """Orbit angle [rad] from ball k to its neighbour ahead (side = 1) or behind (side = -1)."""
@@ -314,13 +300,6 @@ def touchable(bearing, near, k, side):
     if side > 0:
         return near[k]
     return near[(k - 1) % bearing.balls]
-
-
-@kernel
-def in_ball_frame(state, k, vector):
-    """A vector of `bearing_link` in the frame of ball k."""
-    angle = state[k, ORBIT_ANGLE]
-    return about_z(math.cos(angle), -math.sin(angle), vector)
 
 
 @kernel

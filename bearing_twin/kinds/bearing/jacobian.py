@@ -1,11 +1,9 @@
 """The Jacobian of `lane_rates`: how the raceways' answer changes with a ball's motion, balls side by side.
 
-Exact for friction at a point; by forward differences where friction is summed over the spot.
+Exact for friction at a point; `spot_jacobian` says how friction over the spot adds to it.
 """
 
 import math
-
-import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import carries, lane_given, looked_up
@@ -17,7 +15,6 @@ from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     CARRIED_INNER,
     CARRIED_OUTER,
-    COLUMNS,
     DISSIPATED,
     DRIVE_WORK,
     GIVEN_INNER,
@@ -26,15 +23,12 @@ from bearing_twin.kinds.bearing.layout import (
     GIVEN_SLOPE_OUTER,
     GROSS_WORK,
     HEIGHT,
-    LANE_RATES,
     LANES,
-    MOTION,
     ORBIT_ANGLE,
     RADIAL_SPIN,
     RADIAL_VELOCITY,
     RING_SPEED,
     SPIN,
-    STATE_SPAN,
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
@@ -47,7 +41,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_jacobian_block,
     put_vector,
 )
-from bearing_twin.kinds.bearing.rates import lane_rates
+from bearing_twin.kinds.bearing.spot_jacobian import add_spot_slopes
 from bearing_twin.numerics.block_solve import Linear, plus
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
 
@@ -152,48 +146,13 @@ def _fill(bearing, lanes):
         _add_frame(lanes, k, position, velocity, spin, gravity)
 
 
-@inlined
-def nudges(bearing):
-    """Increments (MOTION,) for forward differences: small against an elastic approach and the friction's smoothing."""
-    speed = 1e-6 * bearing.friction_regularisation
-    turn = speed / bearing.ball_radius
-    return (3e-12, 3e-12 / bearing.outer.locus_radius, 3e-12, speed, speed, speed, turn, turn, turn)
-
-
-@kernel
-def _differences(bearing, lanes):
-    """The same by forward differences of `lane_rates`; the rates' rows are left as they were, with what was added."""
-    steps = nudges(bearing)
-    before, base, kept = np.empty(STATE_SPAN), np.empty(STATE_SPAN), np.empty(LANES)
-    for i in range(STATE_SPAN):
-        before[i] = get(lanes, LANE_RATES, i)
-    lane_rates(bearing, lanes)
-    for i in range(STATE_SPAN):
-        base[i] = get(lanes, LANE_RATES, i)
-    for column in range(MOTION):
-        for k in range(LANES):
-            kept[k] = get(lanes, column, k)
-            put(lanes, column, k, kept[k] + steps[column])
-        lane_rates(bearing, lanes)
-        for k in range(LANES):
-            inverse = 1.0 / (get(lanes, column, k) - kept[k])
-            put(lanes, column, k, kept[k])
-            for rate in range(COLUMNS):
-                change = get(lanes, LANE_RATES + rate, k) - get(base, rate, k)
-                put(lanes, entry(rate, column), k, change * inverse)
-    for i in range(STATE_SPAN):
-        put(lanes, LANE_RATES, i, before[i])
-
-
 @kernel
 def lane_jacobian(spot, bearing, lanes):
     """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's."""
-    if len(spot) > 0:
-        _differences(bearing, lanes)
-    else:
-        if looked_up(bearing.inner.law):
-            _give_slopes(bearing, lanes)
-        _fill(bearing, lanes)
+    if looked_up(bearing.inner.law):
+        _give_slopes(bearing, lanes)
+    _fill(bearing, lanes)
+    add_spot_slopes(spot, bearing, lanes)
 
 
 @inlined

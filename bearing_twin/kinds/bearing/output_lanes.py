@@ -2,7 +2,7 @@
 
 Rows hold one ball's numbers in the order of the channels of `outputs`, so that they are spread over a row of the
 matrix of all channels by two lists, `Places`. Contacts are those of the equations of motion themselves
-(`equations.raceway_contact`); friction over a spot, where the scene has it, is added ball by ball.
+(`equations.raceway_contact`), with friction over the spots where the scene has it.
 """
 
 import math
@@ -13,11 +13,8 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import (
     give_coefficients,
-    in_ball_frame,
-    inner_contact,
     lane_position,
     neighbour_angle,
-    outer_contact,
     pair_contact,
     raceway_contact,
     touchable,
@@ -44,7 +41,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_quaternion,
     put_vector,
 )
-from bearing_twin.kinds.bearing.spot import with_spot
+from bearing_twin.kinds.bearing.spot import find_means, lane_answers
 from bearing_twin.numerics.rotation import (
     about_z,
     add,
@@ -114,18 +111,16 @@ def _contacts(bearing, lanes):
 
 
 @kernel
-def _add_spots(bearing, state, ball, lanes, k):
-    """Friction over the spots of one ball, where the bearing has it."""
-    if len(bearing.spot) > 0:
-        local = lane_position(lanes, k)
-        centre, speed = in_ball_frame(state, ball, bearing.offset), get(lanes, RING_SPEED, k)
-        inner = with_spot(
-            bearing.spot, bearing, centre, speed, local, inner_contact(bearing, centre, speed, state, ball)
-        )
-        middle = (0.0, 0.0, 0.0)
-        outer = with_spot(bearing.spot, bearing, middle, 0.0, local, outer_contact(bearing, state, ball))
-        _note(inner, INNER, lanes, k)
-        _note(outer, OUTER, lanes, k)
+def _add_spots(spot, bearing, lanes):
+    """Friction over the spots of every lane, where the bearing's `spot` is not empty."""
+    if len(spot) > 0:
+        find_means(spot, bearing, lanes)
+        for k in range(LANES):
+            inner, outer, _ = lane_answers(spot[0], bearing, lanes, k)
+            put(lanes, DRILLING_OUT + INNER, k, inner.drilling)
+            put(lanes, DRILLING_OUT + OUTER, k, outer.drilling)
+            put_vector(lanes, FRICTION_OUT + 3 * INNER, k, inner.friction)
+            put_vector(lanes, FRICTION_OUT + 3 * OUTER, k, outer.friction)
 
 
 @inlined
@@ -251,9 +246,7 @@ def write_rows(bearing, drive, times, states, orientations, places, out, first):
             put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * times[sample])
         give_coefficients(bearing, lanes)
         _contacts(bearing, lanes)
-        for k in range(min(LANES, total - begin)):
-            pair = begin + k
-            _add_spots(bearing, states[pair // balls], pair % balls, lanes, k)
+        _add_spots(bearing.spot, bearing, lanes)
         _turn(bearing, lanes)
         for k in range(min(LANES, total - begin)):
             pair = begin + k

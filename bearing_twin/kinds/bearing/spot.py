@@ -14,7 +14,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.friction import COARSE_POINTS, friction_of, slip_share
-from bearing_twin.kinds.bearing.equations import RacewayContact, lane_position, raceway_contact
+from bearing_twin.kinds.bearing.equations import lane_position, raceway_contact
 from bearing_twin.kinds.bearing.layout import (
     ACROSS,
     ALONG,
@@ -93,7 +93,7 @@ def spot_of(contact, centre, position):
 
 
 @inlined
-def _answer(coefficient, ring_speed, contact, spot, along, across, moment):
+def spot_answer(coefficient, ring_speed, contact, spot, along, across, moment):
     """The answer of a spot with these means of the slip's direction and of its moment [m]."""
     limit = coefficient * contact.normal_load
     friction = add(scaled(-limit * along, spot.major), scaled(-limit * across, spot.minor))
@@ -111,50 +111,14 @@ def _answer(coefficient, ring_speed, contact, spot, along, across, moment):
 
 
 @inlined
-def _means(number, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
-    """The means over a spot that `_answer` takes, by the friction model of that number."""
+def means_of(number, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
+    """The means over a spot that `spot_answer` takes, by the friction model of that number."""
     unit = friction_of(number, 1.0, semi_major, semi_minor, slip_major, slip_minor, spin, 1.0, regularisation)
     return -unit.force_major, -unit.force_minor, -unit.torque
 
 
-@kernel
-def with_spot(spot, bearing, centre, ring_speed, position, contact):
-    """A contact without friction, given it over the spot, where `spot` (the bearing's) is not empty."""
-    if len(spot) == 0:
-        return contact
-    place = spot_of(contact, centre, position)
-    along, across, moment = _means(
-        spot[1],
-        place.semi_major,
-        place.semi_minor,
-        place.slip_major,
-        place.slip_minor,
-        contact.spin_rate,
-        bearing.friction_regularisation,
-    )
-    answer = _answer(spot[0], ring_speed, contact, place, along, across, moment)
-    return RacewayContact(
-        approach=contact.approach,
-        approach_rate=contact.approach_rate,
-        normal_load=contact.normal_load,
-        energy=contact.energy,
-        curvature_small=contact.curvature_small,
-        curvature_large=contact.curvature_large,
-        normal=contact.normal,
-        arm=contact.arm,
-        slip=contact.slip,
-        spin_rate=contact.spin_rate,
-        friction=answer.friction,
-        drilling=answer.drilling,
-        force=add(contact.force, answer.friction),
-        torque=answer.torque,
-        drive_power=contact.drive_power + answer.drive_power,
-        dissipation=contact.dissipation + answer.dissipation,
-    )
-
-
 @inlined
-def _contacts(bearing, lanes, k):
+def spot_contacts(bearing, lanes, k):
     """Both contacts of a lane, without friction, and the frames of their spots."""
     cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
     position = lane_position(lanes, k)
@@ -201,7 +165,7 @@ def _one_by_one(number, regularisation, lanes):
     for k in range(SPOTS):
         axes = get(lanes, SEMI_MAJOR, k), get(lanes, SEMI_MINOR, k)
         slip = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
-        means = _means(number, axes[0], axes[1], slip[0], slip[1], get(lanes, SPIN_RATE, k), regularisation)
+        means = means_of(number, axes[0], axes[1], slip[0], slip[1], get(lanes, SPIN_RATE, k), regularisation)
         put(lanes, ALONG, k, means[0])
         put(lanes, ACROSS, k, means[1])
         put(lanes, MOMENT, k, means[2])
@@ -210,24 +174,40 @@ def _one_by_one(number, regularisation, lanes):
 @inlined
 def _lane_answer(coefficient, ring_speed, contact, spot, lanes, k):
     along, across, moment = get(lanes, ALONG, k), get(lanes, ACROSS, k), get(lanes, MOMENT, k)
-    return _answer(coefficient, ring_speed, contact, spot, along, across, moment)
+    return spot_answer(coefficient, ring_speed, contact, spot, along, across, moment)
 
 
 @kernel
 def _set_out_all(bearing, lanes):
     for k in range(LANES):
-        inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
+        inner, inner_spot, outer, outer_spot = spot_contacts(bearing, lanes, k)
         _set_out(inner, inner_spot, lanes, INNER_SPOTS + k)
         _set_out(outer, outer_spot, lanes, OUTER_SPOTS + k)
+
+
+@kernel
+def find_means(spot, bearing, lanes):
+    """Fills what `lane_answers` reads: the motion in the spots of all lanes and the means over them."""
+    _set_out_all(bearing, lanes)
+    if spot[2]:
+        over_spots(bearing.friction_regularisation, lanes)
+    else:
+        _one_by_one(spot[1], bearing.friction_regularisation, lanes)
+
+
+@inlined
+def lane_answers(coefficient, bearing, lanes, k):
+    """What friction over a lane's inner and outer spot does, and the inner contact without it."""
+    inner, inner_spot, outer, outer_spot = spot_contacts(bearing, lanes, k)
+    one = _lane_answer(coefficient, get(lanes, RING_SPEED, k), inner, inner_spot, lanes, INNER_SPOTS + k)
+    return one, _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER_SPOTS + k), inner
 
 
 @kernel
 def _add_all(coefficient, bearing, lanes):
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
-        inner, inner_spot, outer, outer_spot = _contacts(bearing, lanes, k)
-        one = _lane_answer(coefficient, get(lanes, RING_SPEED, k), inner, inner_spot, lanes, INNER_SPOTS + k)
-        two = _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER_SPOTS + k)
+        one, two, inner = lane_answers(coefficient, bearing, lanes, k)
         increase_vector(lanes, LANE_RATES + VELOCITY, k, scaled(inverse_mass, add(one.friction, two.friction)))
         increase_vector(lanes, LANE_RATES + SPIN, k, scaled(inverse_inertia, add(one.torque, two.torque)))
         power = inner.drive_power + one.drive_power
@@ -240,9 +220,5 @@ def _add_all(coefficient, bearing, lanes):
 def add_spots(spot, bearing, lanes):
     """Adds what friction over the spots does to the rates of all lanes; nothing where the bearing's `spot` is empty."""
     if len(spot) > 0:
-        _set_out_all(bearing, lanes)
-        if spot[2]:
-            over_spots(bearing.friction_regularisation, lanes)
-        else:
-            _one_by_one(spot[1], bearing.friction_regularisation, lanes)
+        find_means(spot, bearing, lanes)
         _add_all(spot[0], bearing, lanes)
