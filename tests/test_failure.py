@@ -63,7 +63,14 @@ def test_a_number_that_no_motion_has_stops_the_run_and_is_named(reason, spoilt, 
 
 @pytest.mark.parametrize(
     "overrides",
-    [PINNED, (*PINNED, "drive.change.time=0.1", "drive.change.speed=40", "drive.change.offset=[1e-6,0,0]")],
+    [
+        PINNED,
+        (
+            *PINNED,
+            "drive.acceleration=100",
+            *(f"drive.change.{one}" for one in ("time=0.1", "speed=40", "offset=[1e-6,0,0]")),
+        ),
+    ],
     ids=["even", "changing"],
 )
 def test_a_run_goes_on_from_its_last_good_state_to_the_bit(overrides, spoilt, monkeypatch, tmp_path):

@@ -453,3 +453,27 @@ def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
         assert recover(tmp_path / "flipped.mcap", tmp_path / "saved.mcap").messages == 30, position
         with pytest.raises(LogError):
             list(raw_messages(tmp_path / "flipped.mcap"))
+
+
+def test_the_index_of_a_long_log_takes_no_memory_and_is_whole(tmp_path):
+    """A chunk each flush: an hour of a node's log has 36 000 of them."""
+    with RawLogWriter(tmp_path / "run.mcap", run_record=False) as log:
+        numbers = [log.add_topic(f"/{k}", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),)) for k in range(18)]
+
+        def some(count):
+            for k in range(count):
+                for number in numbers:
+                    log.write(number, k, k, bytes(12))
+                log.flush()
+
+        some(200)
+        tracemalloc.start()
+        try:
+            some(1500)
+            assert tracemalloc.get_traced_memory()[0] < 50_000  # 300 bytes each would be 450 000
+        finally:
+            tracemalloc.stop()
+    with McapReader(tmp_path / "run.mcap") as reader:
+        summary = reader.summary()
+    assert len(summary.chunks) == summary.statistics.chunk_count == 1700
+    assert summary.statistics.message_count == 1700 * 18 == len(list(raw_messages(tmp_path / "run.mcap")))

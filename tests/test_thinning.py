@@ -123,6 +123,17 @@ def test_a_second_publisher_is_not_lost_among_the_messages_of_the_first(tmp_path
     assert counts == {"/tf": 1 + 10 + 1, brief: 10}
 
 
+def test_what_is_latched_and_records_are_kept_whole(tmp_path):
+    with RawLogWriter(tmp_path / "out.mcap", safety=Safety(kept_rate=KEPT_RATE)) as log:
+        latched = Qos(durability="transient_local")
+        for name, qos in (("/a", Qos()), ("/b", latched), ("/c", Qos()), ("/x/records/touch", Qos())):
+            number = log.add_topic(name, cdr.STATE, "", "", (qos,))
+            for k in range(5):
+                log.write(number, k, k, b"")
+    found = [message.topic.name for message in raw_messages(tmp_path / "out.mcap")]
+    assert {name: found.count(name) for name in found} == {"/a": 1, "/b": 5, "/c": 1, "/x/records/touch": 5}
+
+
 def test_a_block_that_is_none_is_refused(tmp_path):
     with RawLogWriter(tmp_path / "out.mcap", safety=Safety(kept_rate=KEPT_RATE)) as log:
         number = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), "", (Qos(),))

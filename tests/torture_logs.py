@@ -34,7 +34,9 @@ from bearing_twin.uq.study_file import parse_study
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself
 RATES = (1.0, 20.0, 500.0, 5000.0)  # messages a second
 KILLED_TOGETHER = 10
-STATE = struct.Struct("<Qd")
+STATE = struct.Struct("<Q")
+MOST_NUMBERS = 200_000
+HELD_UP = 0.02  # s without a sign of life of a writer that should have given one
 
 
 def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
@@ -44,29 +46,31 @@ def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
 
 
 def _write_until_killed(path, rate: float, shared) -> None:
-    """Writes numbered messages at `rate`, with the time at which each was handed over; notes the last in `shared`."""
+    """Writes numbered messages at `rate`, and notes in `shared` how many, and when each was handed over."""
     log, topic = clock_log(path, max_loss=MAX_LOSS, patient=True)
+    handed = shared[1:]
     number, began = 0, time.monotonic()
-    while True:
+    while number < len(handed):
         due = began + number / rate
         if time.monotonic() < due:
             time.sleep(due - time.monotonic())
         now = time.monotonic()
-        log.write(topic, number, int(now * 1e9), STATE.pack(number, now))
+        log.write(topic, number, int(now * 1e9), STATE.pack(number))
+        handed[number] = now
         number += 1
-        STATE.pack_into(shared, 0, number, now)
+        shared[0] = number
 
 
 def kills(share: float, folder: Path) -> Found:
     """Writers killed with -9 at random instants: what was handed over more than `ALLOWED` before is in the log."""
     random, trials = np.random.default_rng(1), part_of(200, share, len(RATES))
     survived = lost = silent = 0
-    worst = 0.0
+    worst = held_up = 0.0
     rates = [RATES[k % len(RATES)] for k in range(trials)]
     for first in range(0, trials, KILLED_TOGETHER):
         together = []
         for k in range(first, min(first + KILLED_TOGETHER, trials)):
-            shared, path = mmap.mmap(-1, STATE.size), folder / f"killed_{k}.mcap"
+            shared, path = np.frombuffer(mmap.mmap(-1, 8 * (1 + MOST_NUMBERS))), folder / f"killed_{k}.mcap"
             child = os.fork()
             if child == 0:
                 try:
@@ -75,23 +79,25 @@ def kills(share: float, folder: Path) -> Found:
                     os._exit(1)
             together.append((child, shared, path, rates[k]))
         for _, shared, _, _ in together:
-            until(lambda shared=shared: STATE.unpack_from(shared)[0] > 0, 60.0)
+            until(lambda shared=shared: shared[0] > 0, 60.0)
         for child, shared, path, rate in together:
             time.sleep(random.uniform(0.02, 0.15))
             killed = time.monotonic()
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             written = _numbers(path, folder)
-            handed, last = STATE.unpack_from(shared)
-            missing = range(len(written), handed)
-            oldest = last - (handed - 1 - missing[0]) / rate if missing else killed
-            worst = max(worst, killed - oldest)
-            late = [number for number in missing if killed - (last - (handed - 1 - number) / rate) > ALLOWED]
-            lost += len(late)
+            missing = shared[1 + len(written) : 1 + int(shared[0])]
+            # A machine with more to do than it can may not let a writer run for a while: no log is written then.
+            alive = min(killed, shared[int(shared[0])] + 1.0 / rate + HELD_UP)
+            held_up = max(held_up, killed - alive)
+            worst = max(worst, alive - missing.min(initial=alive))
+            late = int(np.sum(alive - missing > ALLOWED))
+            lost += late
             survived += not late
             silent += written != list(range(len(written)))
             path.unlink()
-    return Found(trials, survived, lost, silent, f"greatest loss {1e3 * worst:.0f} ms at {MAX_LOSS} s")
+    said = f"max_loss {MAX_LOSS} s, greatest loss {1e3 * worst:.0f} ms"
+    return Found(trials, survived, lost, silent, f"{said} ({1e3 * held_up:.0f} ms held up by the machine)")
 
 
 def _numbers(path: Path, folder: Path) -> list[int]:
@@ -347,7 +353,8 @@ def bombs(share: float, folder: Path) -> Found:
         survived += good
         names += [] if good else [f"{name}: {cost.seconds:.1f} s, {megabytes(cost.memory)}"]
         worst, dearest = max(worst, cost.seconds), max(dearest, cost.memory)
-    said = f"greatest {worst:.2f} s, {megabytes(dearest)} with those of the program"
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
+    said = f"greatest {worst:.2f} s, {megabytes(dearest)}, with up to {megabytes(own)} of the program itself"
     return Found(tried, survived, 0, silent, "; ".join([said, *names]))
 
 

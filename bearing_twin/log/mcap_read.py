@@ -36,6 +36,7 @@ LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a 
 FREE_BYTES = 1 << 26  # unpacked bytes any file may have
 GREATEST_RATIO = 5000  # unpacked / packed bytes beyond that
 FREE_RECORDS = 200_000  # records any file may have
+LZ4_PIECE = 1 << 20  # bytes
 RECORDS_PER_BYTE = 4  # of the file, beyond that
 
 _HEAD = struct.Struct("<BQ")
@@ -265,7 +266,7 @@ class McapReader:
                 if length < _MESSAGE_HEAD.size:
                     raise DamagedLog(self.path, offset, "a message in this chunk is too short")
                 channel, _, log_time, publish_time = _MESSAGE_HEAD.unpack_from(data, start)
-                payload = data[start + _MESSAGE_HEAD.size : position]
+                payload = bytes(data[start + _MESSAGE_HEAD.size : position])
                 yield self._message(offset, channel, log_time, publish_time, payload)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self._learn(offset, self._parse(offset, _PARSERS[opcode], data[start:position]))
@@ -281,7 +282,7 @@ class McapReader:
                 # Bounded by `read`: the size written inside the zstd frame is not to be trusted.
                 data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
             elif chunk.compression == "lz4":
-                data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
+                data = _lz4_unpacked(chunk.data, size)
             elif chunk.compression == "":
                 data = chunk.data
             else:
@@ -322,3 +323,13 @@ class McapReader:
         return Topic(
             channel.topic, schema.name, text, channel.message_encoding, schema.encoding, dict(channel.metadata)
         )
+
+
+def _lz4_unpacked(packed: bytes, size: int) -> bytearray:
+    """What is packed, up to one byte more than `size`, in pieces: in one, lz4 takes twice the memory."""
+    unpacker, data = lz4.frame.LZ4FrameDecompressor(), bytearray()
+    piece = unpacker.decompress(packed, max_length=LZ4_PIECE)
+    while piece and len(data) <= size:
+        data += piece
+        piece = b"" if unpacker.eof else unpacker.decompress(b"", max_length=LZ4_PIECE)
+    return data

@@ -6,6 +6,7 @@ written when the disk is full.
 """
 
 import contextlib
+import errno
 import os
 import struct
 import tempfile
@@ -76,7 +77,8 @@ class McapWriter:
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._channels = 0
         self._described: list[Schema | Channel] = []
-        self._chunks: list[ChunkIndex] = []
+        self._chunks = 0
+        self._index_in_memory: list[bytes] = []  # of chunks for which the file of the index had no room
         self._metadata: list[MetadataIndex] = []
         self.counts: dict[int, int] = {}  # messages on disk for good, by channel
         self.first_ns: int | None = None
@@ -152,7 +154,7 @@ class McapWriter:
             return
         data, index = self._sealed()
         self._append(data)
-        self._chunks.append(index)
+        self._keep_index(_record(index))
         for channel, entries in self._chunk_index.items():
             self.counts[channel] += len(entries) // 2
         first, last = self._chunk_times
@@ -163,10 +165,6 @@ class McapWriter:
         self._used = 0
         self._chunk_index = {}
         self._chunk_messages = 0
-        self._summary_bytes += len(_record(index))
-        if 2 * self._summary_bytes > self._reserved:
-            with contextlib.suppress(OSError):  # the next append will tell
-                self._reserve()
 
     def flush(self) -> None:
         """Puts every message so far on disk for good, also what waited for room; raises LogError if there is none."""
@@ -185,14 +183,14 @@ class McapWriter:
         if self._closed:
             return
         self._closed = True
-        self._release()
+        index = self._release()
         try:
             try:
                 if self._patient or self._failure is None:
                     self.end_chunk()
             finally:
                 self._failure = None
-                self._put(self._tail())
+                self._put(self._tail(index + b"".join(self._index_in_memory)))
                 with contextlib.suppress(OSError):
                     os.fsync(self._file)
         finally:
@@ -266,8 +264,8 @@ class McapWriter:
         )
         return b"".join(parts), index
 
-    def _tail(self) -> bytes:
-        """End of the data section, summary and footer for what is on disk for good."""
+    def _tail(self, index: bytes) -> bytes:
+        """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""
         data_end = _record(DataEnd(self._crc))
         start = self._end + len(data_end)
         channels = [record.id for record in self._described if isinstance(record, Channel)]
@@ -275,7 +273,7 @@ class McapWriter:
             attachment_count=0,
             channel_count=len(channels),
             channel_message_counts={channel: self.counts[channel] for channel in channels},
-            chunk_count=len(self._chunks),
+            chunk_count=self._chunks,
             message_count=sum(self.counts.values()),
             message_end_time=self.last_ns,
             message_start_time=self.first_ns or 0,
@@ -283,7 +281,8 @@ class McapWriter:
             schema_count=len(self._described) - len(channels),
         )
         schemas_first = sorted(self._described, key=lambda record: isinstance(record, Channel))
-        summary = b"".join(_record(each) for each in (*schemas_first, statistics, *self._chunks, *self._metadata))
+        before, after = (b"".join(map(_record, records)) for records in ((*schemas_first, statistics), self._metadata))
+        summary = before + index + after
         crc = zlib.crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, 0), zlib.crc32(summary))
         footer = _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc))
         return data_end + summary + footer + MAGIC
@@ -310,17 +309,37 @@ class McapWriter:
             )
             raise LogError(self._failure) from error
 
+    def _keep_index(self, record: bytes) -> None:
+        """Keeps the index of one more chunk, on the disk: in memory it would grow by tens of megabytes an hour."""
+        self._chunks += 1
+        try:
+            if self._reserve_file is None:
+                raise OSError(errno.EBADF, "closed")
+            if 2 * (self._summary_bytes + len(record)) > self._reserved:
+                self._reserve()
+            self._reserve_file.seek(self._summary_bytes)
+            if self._reserve_file.write(record) != len(record):
+                raise OSError(errno.ENOSPC, "no room")
+            self._summary_bytes += len(record)
+        except OSError:  # the next append will tell
+            self._index_in_memory.append(record)
+
     def _reserve(self) -> None:
-        """Holds back disk space in a file without a name, which vanishes with this process."""
+        """Holds back disk space in a file without a name, which vanishes with this process; the index stands in it."""
         if self._reserve_file is None:
             self._reserve_file = tempfile.TemporaryFile(dir=self.path.resolve().parent, buffering=0)  # noqa: SIM115
-        self._reserve_file.write(bytes(RESERVE_BYTES))
-        self._reserved += RESERVE_BYTES
+        self._reserve_file.seek(self._reserved)
+        self._reserved += self._reserve_file.write(bytes(RESERVE_BYTES))
 
-    def _release(self) -> None:
-        if self._reserve_file is not None:
-            self._reserve_file.close()
-            self._reserve_file = None
+    def _release(self) -> bytes:
+        """Gives the disk space back; returns the index that stood in it."""
+        if self._reserve_file is None:
+            return b""
+        self._reserve_file.seek(0)
+        index = self._reserve_file.read(self._summary_bytes)
+        self._reserve_file.close()
+        self._reserve_file = None
+        return index
 
 
 def _record(record) -> bytes:

@@ -25,23 +25,23 @@ class Health:
 
     def __init__(self, kind: Kind, channels: tuple[Channel, ...]):
         self._kind, self._names = kind, {channel.name for channel in channels}
-        self._bounded = [channel for channel in channels if channel.unit in BOUNDED]
+        self._limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
         self._quaternions = [one for one in channels if one.name == "orientation" and one.shape[-1:] == (4,)]
         self._first: np.ndarray | None = None
 
     def check(self, block: Block) -> None:
         """Raises IntegrationError at the first output that no motion can have."""
-        matrix = block.matrix()
-        if not np.isfinite(matrix).all():
+        if not (np.abs(block.matrix()) <= self._limits).all():  # nor is a NaN
             for channel in block.channels:
-                self._refuse(block, channel, ~np.isfinite(block.values[channel.name]), "not finite", "is not finite")
+                values, limit = block.values[channel.name], _limit(channel)
+                self._refuse(block, channel, ~np.isfinite(values), "not finite", "is not finite")
+                far = f"is beyond {limit:g} {channel.unit}"
+                self._refuse(block, channel, np.abs(values) > limit, "out of bounds", far)
         for channel in self._quaternions:
-            norm = np.linalg.norm(block.values[channel.name], axis=-1)
-            self._refuse(block, channel, np.abs(norm - 1.0) > UNIT_NORM, "not a rotation", "is no unit quaternion")
-        for channel in self._bounded:
-            limit = UNITS[channel.unit].greatest
-            sentence = f"is beyond {limit:g} {channel.unit}"
-            self._refuse(block, channel, np.abs(block.values[channel.name]) > limit, "out of bounds", sentence)
+            square = np.square(block.values[channel.name]).sum(axis=-1)
+            self._refuse(
+                block, channel, np.abs(square - 1.0) > 2.0 * UNIT_NORM, "not a rotation", "is no unit quaternion"
+            )
         if self._names.issuperset(STORED):
             self._check_energy(block)
 
@@ -78,6 +78,10 @@ class Health:
             body,
             contact,
         )
+
+
+def _limit(channel: Channel) -> float:
+    return UNITS[channel.unit].greatest if channel.unit in BOUNDED else float(np.finfo(float).max)
 
 
 def worst_contact(kind: Kind, sample, channels: tuple[Channel, ...], body: str) -> str:
