@@ -363,3 +363,18 @@ def test_equilibria_that_a_command_takes_back_are_not_counted():
     simulation.set_speed(200.0)
     simulation.advance(95)
     assert simulation.report().costs["equilibria"] <= 100
+
+
+def test_spin_and_slip_of_equilibria_are_those_of_balls_against_their_raceways():
+    _, values = whole("bearing_218_thrust", "run.duration=0.002")
+    along_z = values["inner_ring_speed"][:, None, None] * np.array([0.0, 0.0, 1.0])
+    for side, turning in ((0, along_z), (1, 0.0 * along_z)):
+        normal, point = values["normal"][:, :, side], values["point"][:, :, side]
+        centre = values["inner_ring_offset"][:, None] if side == 0 else 0.0
+        spin = -np.einsum("nbi,nbi->nb", values["angular_velocity"] - turning, normal)
+        assert values["spin_rate"][:, :, side] == pytest.approx(spin, rel=1e-9)
+        arm = point - values["position"]
+        across = values["velocity"] + np.cross(values["angular_velocity"], arm) - np.cross(turning, point - centre)
+        slip = across - np.einsum("nbi,nbi->nb", across, normal)[..., None] * normal
+        assert values["slip"][:, :, side] == pytest.approx(slip, rel=1e-6, abs=1e-9)
+    assert np.abs(values["spin_rate"]).max() > 100.0
