@@ -15,7 +15,9 @@ import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
+from bearing_twin.command.outcome import Outcome
 from bearing_twin.command.terminal import progress, said_if_slow, show_result
+from bearing_twin.log import mcap_log
 from bearing_twin.parameters import describe
 from bearing_twin.run.scene import KINDS, load_scene, scene_names
 
@@ -237,6 +239,41 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     report = asked(capsys, "report", path)
     assert report["samples"] > 20
     assert report["missing_outputs"] == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
+def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatch, capsys):
+    def run(arguments):
+        signal.raise_signal(number)
+        return Outcome({}, [])
+
+    def outside(*_):
+        pytest.fail("the signal went past the command line")
+
+    monkeypatch.setitem(COMMANDS, "scenes", COMMANDS["scenes"]._replace(run=run))
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        assert main(["scenes"]) == DONE
+        signal.signal(number, outside)
+        with pytest.raises(SystemExit) as ended:
+            main(["scenes"])
+        assert signal.getsignal(number) is outside
+    finally:
+        signal.signal(number, before)
+    assert ended.value.code == 128 + number
+
+
+def test_a_log_is_flushed_as_often_as_asked_for(tmp_path, monkeypatch):
+    asked_for, write_log = [], mcap_log.write_log
+
+    def noted(run, path, **options):
+        asked_for.append(options["max_loss"])
+        return write_log(run, path, **options)
+
+    monkeypatch.setattr(mcap_log, "write_log", noted)
+    for name, words in (("a.mcap", ["--max-loss", "0.25"]), ("b.mcap", [])):
+        assert main(["simulate", "two_spheres", "--out", str(tmp_path / name), *words]) == DONE
+    assert asked_for == [0.25, 0.0]
 
 
 def test_slow_work_says_how_long_it_has_taken(capsys, monkeypatch):

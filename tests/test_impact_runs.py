@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bearing_twin.command.cli import main
+from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.log.mcap_log import read_log, write_log
@@ -142,15 +142,18 @@ def logged(run, block, path):
     return read_log(write_log(made, path).path)
 
 
-def test_verify_looks_at_what_happened_between_outputs_too(tmp_path):
+def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys):
     """A record that was altered by 1 uN, and one that is not there."""
     run = simulate("two_spheres")
     whole = joined(list(run.blocks()))
     rows = whole.records["contact"]
     altered = rows + 1e-6 * np.array([channel.name == "peak_force" for channel in CONTACT.columns])
     for name, contacts, deviation in (("same", rows, 0.0), ("altered", altered, 1e-6), ("none", rows[:0], np.inf)):
-        log = logged(run, dataclasses.replace(whole, records={"contact": contacts}), tmp_path / f"{name}.mcap")
+        path = tmp_path / f"{name}.mcap"
+        log = logged(run, dataclasses.replace(whole, records={"contact": contacts}), path)
         assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
+        assert main(["verify", str(path), "--strict"]) == (DOUBTFUL if deviation else DONE)
+        assert ("the log deviates by up to" in capsys.readouterr().err) == (deviation > 0.0)
 
 
 def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatch):

@@ -340,3 +340,41 @@ def test_the_greatest_contact_angle_is_the_same_for_a_thrust_the_other_way():
         assert found[-1] == pytest.approx(inner, rel=1e-9)
         assert inner > 1.1 * outer
     assert found[0] == pytest.approx(found[1], rel=1e-6)
+
+
+def test_a_change_lasts_and_a_reset_takes_it_back():
+    """Beyond the chunk it came in; the second run is the first and has cost the same."""
+    change = "drive.change={time: 2.0e-3, speed: 10.0, offset: [0.0, -2.0e-6, 0.0]}"
+    simulation = Simulation(load_scene("bearing_6203", [QUASI_STATIC, "drive.acceleration=1e5", change]))
+    first, costs = simulation.advance(230), simulation.report().costs
+    offset = first.values["inner_ring_offset"][:, 1]
+    assert offset == pytest.approx([0.0] * np.argmax(offset < 0.0) + [-2e-6] * np.sum(offset < 0.0), rel=1e-9)
+    assert 2 <= np.argmax(offset < 0.0) <= 3
+    assert np.diff(first.values["gross_work"]).min() >= 0.0
+    assert np.diff(first.values["drive_work"]).min() < 0.0
+    simulation.reset()
+    assert np.array_equal(simulation.advance(230).matrix(), first.matrix())
+    assert simulation.report().costs == costs
+
+
+def test_equilibria_that_a_command_takes_back_are_not_counted():
+    simulation = Simulation(load_scene("bearing_6203", [QUASI_STATIC]))
+    simulation.advance(5)
+    simulation.set_speed(200.0)
+    simulation.advance(95)
+    assert simulation.report().costs["equilibria"] <= 100
+
+
+def test_spin_and_slip_of_equilibria_are_those_of_balls_against_their_raceways():
+    _, values = whole("bearing_218_thrust", "run.duration=0.002")
+    along_z = values["inner_ring_speed"][:, None, None] * np.array([0.0, 0.0, 1.0])
+    for side, turning in ((0, along_z), (1, 0.0 * along_z)):
+        normal, point = values["normal"][:, :, side], values["point"][:, :, side]
+        centre = values["inner_ring_offset"][:, None] if side == 0 else 0.0
+        spin = -np.einsum("nbi,nbi->nb", values["angular_velocity"] - turning, normal)
+        assert values["spin_rate"][:, :, side] == pytest.approx(spin, rel=1e-9)
+        arm = point - values["position"]
+        across = values["velocity"] + np.cross(values["angular_velocity"], arm) - np.cross(turning, point - centre)
+        slip = across - np.einsum("nbi,nbi->nb", across, normal)[..., None] * normal
+        assert values["slip"][:, :, side] == pytest.approx(slip, rel=1e-6, abs=1e-9)
+    assert np.abs(values["spin_rate"]).max() > 100.0

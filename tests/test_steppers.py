@@ -212,3 +212,16 @@ def test_the_lanes_of_the_kernel_are_vector_instructions():
     function = njit(**OPTIONS)(raceway_rates.py_func)
     function(moving.bearing, np.ones(LANE_ROWS * LANES))
     assert function.inspect_asm(function.signatures[0]).count("divpd") > 8
+
+
+def test_a_step_that_the_end_of_a_chunk_cut_short_does_not_shorten_those_after_it():
+    """20 ms of a fast bearing in one chunk, and in twenty."""
+    costs = []
+    for parts in (1, 20):
+        moving = motion(scene="bearing_6203_fast")
+        moving.advance(np.array([]), 0.01)
+        before = moving.costs()["ball_steps"]
+        for _ in range(parts):
+            moving.advance(np.array([]), 0.02 / parts)
+        costs.append(moving.costs()["ball_steps"] - before)
+    assert costs[1] < 1.2 * costs[0]

@@ -227,3 +227,37 @@ def test_the_pose_of_an_ellipsoid_places_its_contact_point():
         point = table["contacts"].fields(output)["point"][0]
         own = Rotation.from_quat(pose["orientation"]).inv().apply(point - pose["position"])
         assert np.sum((own / axes) ** 2) == pytest.approx(1.0, abs=1e-3)
+
+
+def marked(scene, output):
+    """Corners (n, 3) of each marker of an output, by the name of its namespace."""
+    [row] = [row for row in KINDS[scene.kind].topics(scene.parameters) if row.name == "markers"]
+    array = cdr.deserialise(row.ros_type, encoded(row.ros_type, row.fields(output), 0, row.frame))
+    return {one.ns: np.array([[p.x, p.y, p.z] for p in one.points]) for one in array.markers}
+
+
+def test_pins_and_contact_ellipse_of_an_ellipsoid_lie_along_their_axes():
+    scene, outputs = outputs_of("ellipsoid_rocking", "run.output_rate=100000.0", "start.height=1e-5")
+    output = max(outputs, key=lambda one: one.sample["normal_load"])
+    sample, markers = output.sample, marked(scene, output)
+    assert sample["semi_major"] > 1.02 * sample["semi_minor"] > 0.0
+    own = Rotation.from_quat(sample["orientation"]).apply(np.diag(scene.parameters.body.semi_axes))
+    pins = markers["pins"].reshape(3, 2, 3)
+    assert pins[:, 1] - pins[:, 0] == pytest.approx(2.1 * own, rel=1e-9, abs=1e-12)
+    away = markers["contact_ellipses"] - sample["contact_point"]
+    length = np.linalg.norm(away, axis=-1)
+    assert [length.max(), length.min()] == pytest.approx([10.0 * sample["semi_major"], 10.0 * sample["semi_minor"]])
+    assert abs(away[length.argmax()] @ sample["major_axis"]) == pytest.approx(length.max(), rel=1e-9)
+
+
+def test_a_struck_beam_is_drawn_bent_away_from_the_sphere():
+    scene, outputs = outputs_of("sphere_on_beam", count=200)
+    output = max(outputs, key=lambda one: np.abs(one.sample["shape"]).max())
+    line = marked(scene, output)["beam"]
+    assert line[:, 0] == pytest.approx(np.linspace(0.0, scene.parameters.beam.span, len(line)))
+    assert line[:, 2].min() == pytest.approx(-20.0 * output.sample["shape"].max(), rel=1e-9)
+    assert line[:, 2].min() < 0.0
+    [row] = [row for row in KINDS[scene.kind].topics(scene.parameters) if row.ros_type == CONTACTS]
+    touching = next(one for one in outputs[5:] if one.sample["normal_load"] > 0.0)
+    surfaces = touching.sample["sphere_position"], touching.sample["deflection"][0]
+    assert row.fields(touching)["point"][0][2] == pytest.approx(-0.5 * sum(surfaces), rel=1e-9)

@@ -124,6 +124,8 @@ def _ended_by_signals():
     previous = {}
     with contextlib.suppress(ValueError):  # not in the main thread: signals are somebody else's business
         for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) == signal.SIG_IGN:  # as under nohup
+                continue
             previous[number] = signal.signal(number, leave)
     try:
         yield
