@@ -263,6 +263,11 @@ def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatc
     assert ended.value.code == 128 + number
 
 
+def test_a_duration_counts_more_than_what_is_set(capsys):
+    result = asked(capsys, "simulate", "two_spheres", "--duration", "2e-4", "--set", "run.duration=1e-4")
+    assert result["simulated_s"] == pytest.approx(2e-4)
+
+
 def test_a_log_is_flushed_as_often_as_asked_for(tmp_path, monkeypatch):
     asked_for, write_log = [], mcap_log.write_log
 
