@@ -3,6 +3,7 @@
 import argparse
 import math
 
+import numpy as np
 import pytest
 
 from bearing_twin.command.contact_command import add_arguments, run
@@ -143,3 +144,39 @@ def test_the_differential_law_arrives_at_hertz():
     for small, large in (("3", "3"), ("1", "250"), ("1e-3", "900")):
         result = asked(f"--curvature-small {small} --curvature-large {large} --load 10").result
         assert abs(result["laws"]["hertz_differential"]["error"]) < 1e-9
+
+
+def test_two_bodies_of_a_scene_are_answered_as_they_stand_or_pressed():
+    """The groove of the scene: P, Q, ellipse and loads as the calculator has them for these curvatures."""
+    found = asked("--shapes two_bodies_groove --approach 1e-6").result
+    assert found["approach_m"] == pytest.approx(1e-6, rel=1e-9)
+    assert all(row["error_m"] < 1e-12 for row in found["tracking"].values())
+    apart = np.subtract(found["point_first_m"], found["point_second_m"])
+    assert apart == pytest.approx(1e-6 * np.array(found["normal"]), abs=1e-15)
+    curvatures = found["curvature_small_per_m"], found["curvature_large_per_m"]
+    known = asked(f"--curvature-small {curvatures[0]!r} --curvature-large {curvatures[1]!r} --approach 1e-6").result
+    assert found["semi_major_m"] == pytest.approx(known["semi_major_m"], rel=1e-9)
+    assert found["peak_pressure_pa"] == pytest.approx(known["peak_pressure_pa"], rel=1e-9)
+    for law in ("hertz", "volumetric", "hertz_differential"):
+        assert found["laws"][law]["normal_load_n"] == pytest.approx(known["laws"][law]["normal_load_n"], rel=1e-9)
+    assert found["laws"]["overlap"]["normal_load_n"] == pytest.approx(
+        found["laws"]["volumetric"]["normal_load_n"], 1e-3
+    )
+    volume = math.pi * 1e-12 / (2.0 * math.sqrt(curvatures[0] * curvatures[1]))
+    assert found["overlap"]["volume_m3"] == pytest.approx(volume, rel=2e-2)
+    apart = asked("--shapes two_bodies_superellipsoid").result
+    assert apart["approach_m"] < 0.0
+    assert apart["laws"] == {}
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("--shapes bearing_6203", "is of kind bearing; --shapes wants one of two_bodies"),
+        ("--shapes two_bodies_groove --load 3", "leave out --load"),
+        ("--shapes two_bodies_groove --approach inf", "finite"),
+    ],
+)
+def test_what_shapes_do_not_take_is_said(line, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        asked(line)
