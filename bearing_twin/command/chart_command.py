@@ -11,6 +11,7 @@ HELP = "accuracy against speed of steppers, laws, friction and samplers; the fig
 
 CHARTS = {  # name: module in charts/, what it shows
     "steppers": ("work_precision", "error in load and friction against cost"),
+    "cost": ("cost", "where the time of a run goes, from the contacts to a log"),
     "laws": ("laws", "error and cost of the elastic laws"),
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
@@ -54,6 +55,8 @@ def _chart(chart, arguments, folder) -> Outcome:
 
     if arguments.chart == "steppers":
         points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), say))
+    elif arguments.chart == "cost":
+        points = list(chart.measure(progress=say))
     elif arguments.chart == "samplers":
         with progress("sampling") as update:
             points = chart.measure(update)
