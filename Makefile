@@ -109,6 +109,7 @@ test-environments: setup
 bench: setup
 	@.venv/bin/python bench/speed.py
 	@.venv/bin/python bench/static_solve.py
+	@.venv/bin/python bench/native.py
 
 lint: $(PACKAGES)
 	@.venv/bin/ruff check .
