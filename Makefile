@@ -110,6 +110,7 @@ test-environments: setup
 bench: setup
 	@.venv/bin/python bench/speed.py
 	@.venv/bin/python bench/static_solve.py
+	@.venv/bin/python bench/native.py
 
 torture: setup
 	$(call stage,torture$(,) about 45 min)

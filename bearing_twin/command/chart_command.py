@@ -11,6 +11,7 @@ HELP = "accuracy against speed of steppers, laws, friction and samplers; the fig
 
 CHARTS = {  # name: module in charts/, what it shows
     "steppers": ("work_precision", "error in load and friction against cost"),
+    "cost": ("cost", "where the time of a run goes, from the contacts to a log"),
     "laws": ("laws", "error and cost of the elastic laws"),
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
@@ -22,6 +23,7 @@ CHARTS = {  # name: module in charts/, what it shows
     "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),
     "paper2": ("paper2", "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them"),
 }
+SAYING = ("coverage", "cost")  # charts that say what they measure
 SHARES = {"samplers": "sampling", "dimensions": "running"}  # charts that tell the share done, and of what
 SHEETS = ("studies", "paper2")
 OPTIONS = {"problem": ("steppers",), "only": SHEETS}  # option: the charts it goes with
@@ -60,7 +62,7 @@ def _chart(chart, arguments, folder) -> Outcome:
 
     if arguments.chart == "steppers":
         points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), say))
-    elif arguments.chart == "coverage":
+    elif arguments.chart in SAYING:
         points = list(chart.measure(say=say))
     elif arguments.chart in SHARES:
         with progress(SHARES[arguments.chart]) as update:
