@@ -70,7 +70,7 @@ def _contact_seconds(motion) -> float:
     blocks = new_blocks(len(motion.state), LANE_ROWS)
     into_blocks(motion.state, blocks, AXIS_DISTANCE)
     put_ring_speed(motion.drive, 0.0, blocks[0])
-    return _seconds(lambda: _evaluate(motion.bearing, blocks[0], EVALUATIONS)) / (EVALUATIONS * LANES)
+    return _seconds(lambda: _evaluate(motion.bearing, blocks[0], EVALUATIONS)) / EVALUATIONS / LANES
 
 
 def _seconds(work: Callable[[], object]) -> float:
