@@ -195,6 +195,30 @@ def test_a_speed_at_which_the_load_is_not_carried_is_refused_and_the_run_goes_on
     assert it.channel("inner_ring_force")[:, 2] == pytest.approx(-17800.0)
 
 
+def test_a_speed_is_judged_by_the_load_that_acts():
+    """4000 rad/s are too fast for the scene's thrust, not for a greater one; a reset brings the scene's own back."""
+    it, fast = recorded("bearing_218_thrust"), SimpleNamespace(data=4000.0)
+    for _ in range(2):
+        it.run(0.002)
+        with pytest.raises(BearingTwinError, match="is carried at rest, but not at 4000 rad/s"):
+            it.tell("command/speed", fast)
+        it.tell("command/load", wrench((0.0, 0.0, 1.5e5)))
+        it.tell("command/speed", fast)
+        with pytest.raises(BearingTwinError, match=r"load refused: .* not at 4000 rad/s"):
+            it.tell("command/load", wrench((0.0, 0.0, 17800.0)))
+        it.loop.reset(0)
+
+
+def test_a_motion_goes_back_with_its_load():
+    motion = Simulation(load_scene("bearing_6203_rig_400N"))._motion
+    for force in (-100.0, -900.0):
+        motion.set_load((0.0, force, 0.0), (0.0, 0.0))
+        if force == -100.0:
+            motion.advance(np.array([1e-3]), 1e-3)
+    motion.take_back()
+    assert motion.advance(np.array([1e-3]), 1e-3).inner_ring_force[0, 1] == pytest.approx(100.0)
+
+
 def test_the_operating_point_is_the_equilibrium_of_the_last_output():
     it = recorded(overrides=["gravity=[0,0,0]"])
     for seconds in (0.0, 0.037):
@@ -220,3 +244,10 @@ def test_balls_that_move_by_themselves_have_an_operating_point_too():
     expected = [9.137e7, 9.137e7, 1.6659e6, 172.4, 172.4]
     assert np.diag(point.stiffness) == pytest.approx(expected, rel=1e-3)
     assert point.loads[2] == pytest.approx(-sample["inner_ring_force"][2], rel=1e-4)
+
+
+def test_the_weight_of_the_balls_is_in_the_operating_point():
+    simulation = Simulation(load_scene("bearing_6203_rig_400N", ["gravity=[0,-9806.65,0]"]))
+    simulation.advance(5)
+    _, point = simulation.operating_point()
+    assert point.loads[1] == pytest.approx(-400.0, rel=1e-9)

@@ -28,7 +28,7 @@ CONTROLS = {"shared": (1.0, 1.0), "outer": (0.0, 2.0)}
 """Shares of the gyroscopic moment that friction carries on the inner and on the outer raceway."""
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 STAGES = 12  # a load that is not found at once is approached in so many parts
-HALVINGS = 30  # of the search for the greatest load
+HALVINGS = 16  # of the search for the greatest load
 CARRIES = 1e-6  # share of a load below which the greatest load is none
 UNITS = ("N", "N", "N", "N m", "N m")
 
@@ -170,6 +170,13 @@ class Solver:
         arrays = self.q.copy(), self.load.copy(), self.stiffness.copy(), self.azimuths, self.place[:, :2].copy()
         return Equilibrium(*arrays, contacts, left)
 
+    def carries(self, support: Support) -> bool:
+        """Whether a legal equilibrium is found at the first try, without the reasons and the limits that `solve` finds.
+
+        Those take a minute at speeds beyond which there is none.
+        """
+        return self._cold(support, 1.0)[0] == FOUND and max(self._legal()) <= 1.0
+
     def _refusal(self, support: Support) -> str:
         """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is."""
         low, high, ratios = 0.0, 1.0, (0.0, 0.0)
@@ -182,16 +189,16 @@ class Solver:
                 ratios = self._legal() if legal else ratios
             else:
                 high = middle
-        what = _what_acts(support)
+        what = what_acts(support)
         if low < CARRIES:
             return f"{what} finds no contact that carries it; hold the ring in this direction, or turn the load"
         how = "pushes the ring through the balls: a contact bears no more than 2 % of the ball's diameter"
         if ratios[1] > ratios[0]:
             how = f"tilts the contacts out of the grooves, beyond {math.degrees(GREATEST_ANGLE):.3g} degrees"
-        return f"{what} {how}; the greatest in this direction is {_what_acts(support, low)}"
+        return f"{what} {how}; the greatest in this direction is {what_acts(support, low)}"
 
 
-def _what_acts(support: Support, share: float = 1.0) -> str:
+def what_acts(support: Support, share: float = 1.0) -> str:
     """The loads and held coordinates in words."""
     rows = [
         (f"{words} of {_vector(values[part], share)} {unit}")
