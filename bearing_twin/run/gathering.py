@@ -34,7 +34,9 @@ class Gathering:
         """The report so far; raises LogError without an output."""
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
-        figures = copy.deepcopy(self._figures)
+        # Parameters never change, and copying them took longer than all figures: the copy shares them.
+        shared = getattr(self._figures, "parameters", None)
+        figures = copy.deepcopy(self._figures, {id(shared): shared})
         for piece in self._aligned.rest():
             figures.add(piece)
         return Report(

@@ -74,7 +74,7 @@ def _combine(start, h, weights, count, slopes, out):
 
 @kernel
 def _greatest_error(method, h, balls, scales, k):
-    """Greatest `error_norm` of a ball; zero without an estimate."""
+    """Greatest `error_norm` of a ball."""
     greatest, errors = 0.0, np.empty(MOTION)
     for ball in range(balls):
         block, lane = ball // LANES, ball % LANES
@@ -118,8 +118,11 @@ def _turn_since(span, room, rates, orientation):
 
 
 @inlined
-def _explicit_step(method, bearing, drive, time, h, scales, room):
-    """One step from `room.y`, whose rates are the first slope, to `room.trial`, whose rates are the last; its error."""
+def _explicit_step(method, adaptive, bearing, drive, time, h, scales, room):
+    """One step from `room.y`, whose rates are the first slope, to `room.trial`, whose rates are the last; its error.
+
+    Without an estimate the error is 0: `check_all` finds what is not finite.
+    """
     stages = len(method.nodes)
     for stage in range(1, stages):
         _combine(room.y, h, method.a[stage], stage, room.k, room.trial)
@@ -127,7 +130,7 @@ def _explicit_step(method, bearing, drive, time, h, scales, room):
         block_rates(bearing, drive, room.pairs, moment, room.trial, room.k[stage], room.lanes)
     _combine(room.y, h, method.weights, stages, room.k, room.trial)
     block_rates(bearing, drive, room.pairs, time + h, room.trial, room.k[stages], room.lanes)
-    return _greatest_error(method, h, bearing.balls, scales, room.k)
+    return _greatest_error(method, h, bearing.balls, scales, room.k) if adaptive else 0.0
 
 
 @kernel
@@ -154,12 +157,9 @@ def explicit_chunk(
             if results.stop[0] != 0:
                 return STOPPED
             h = (goal - time) / max(1.0, math.ceil((goal - time) / wanted - 1e-9))
-            error = _explicit_step(method, bearing, drive, time, h, scales, room)
+            error = _explicit_step(method, adaptive, bearing, drive, time, h, scales, room)
             counts[RATES] += stages * balls
             if not error <= 1.0:
-                if not adaptive:
-                    from_blocks(room.trial, AXIS_DISTANCE, state)
-                    return check_all(bearing, time + h, state, results.failure)
                 counts[REJECTIONS] += balls
                 wanted = next_step(h, error, method.order)
                 if wanted < LEAST_STEP:
