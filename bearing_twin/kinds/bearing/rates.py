@@ -43,7 +43,7 @@ def put_ring_speed(drive, time, lanes):
 def block_rates(bearing, drive, pairs, time, values, rates, lanes):
     """Rates of all balls at `time` [s] from `values`, both (blocks, STATE_SPAN or more).
 
-    `lanes` (blocks, LANE_ROWS * LANES) hold what the law carries, and are room to work in.
+    `lanes` (a row a block) hold what the law carries, and are room to work in.
     """
     for block in range(len(values)):
         room = lanes[block]
