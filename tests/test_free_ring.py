@@ -205,7 +205,7 @@ def test_a_load_is_commanded():
     moving.set_load(None, None)
     assert moving.first_outputs().inner_ring_load[0] == pytest.approx([0.0, -1000.0, 0.0])
     simulation = Simulation(load_scene(RIG))
-    with pytest.raises(BearingTwinError, match="acts on a coordinate that rings.inner.free = auto holds"):
+    with pytest.raises(BearingTwinError, match=r"acts on a coordinate that rings\.inner\.free = auto holds"):
         simulation.set_load((0.0, -900.0, 0.0), (1.0, 0.0, 0.0))
 
 

@@ -235,8 +235,8 @@ def test_auto_takes_equilibria_where_loads_are_wanted_and_they_are_enough(scene,
 def test_equilibria_say_what_they_are_not_good_for():
     _, sudden = (choose(load_scene(name, [QUASI_STATIC])) for name in ("bearing_6203", "bearing_6203_sudden"))
     assert [words for words in sudden.warnings if "drive.change.offset shifts the ring at once" in words]
-    assert not choose(load_scene("bearing_6203_rig_400N")).warnings
-    report, _ = whole("bearing_6203_rig_400N", "run.duration=0.02")
+    assert not choose(load_scene("bearing_6203_rig_400N", [QUASI_STATIC])).warnings
+    report, _ = whole("bearing_6203_rig_400N", QUASI_STATIC, "run.duration=0.02")
     assert (report.figures["drive_torque_nm"], report.figures["dissipated_j"]) == (None, None)
     quantity = KINDS["bearing"].quantities_of()["drive_torque"]
     assert math.isnan(quantity.figure(report.figures))
