@@ -11,6 +11,7 @@ from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
     AHEAD_BY_OWN,
     AXIS_DISTANCE,
+    BORDER,
     COLUMNS,
     DISSIPATED,
     GAIN,
@@ -121,10 +122,13 @@ def test_the_block_solver_agrees_with_a_dense_one():
         assert np.ravel(solve_body(linear, factorise_body(linear, g), g, *parts)) == pytest.approx(expected, rel=1e-10)
 
 
-@pytest.mark.parametrize(("bodies", "border"), [(1, 0), (5, 0), (12, 1), (3, 3), (8, 2)])
-def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, border):
+@pytest.mark.parametrize(
+    ("bodies", "border", "linked"),
+    [(1, 0, True), (5, 0, True), (12, 1, True), (3, 3, True), (8, 2, True), (8, 1, False)],
+)
+def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, border, linked):
     rng = np.random.default_rng(5)
-    chain, side, size = chain_solve.new_chain(bodies, border), chain_solve.SIDE, bodies + border
+    chain, side, size = chain_solve.new_chain(bodies, border, linked), chain_solve.SIDE, bodies + border
     dense, right = np.zeros((size * side,) * 2), rng.normal(size=(size, side))
 
     def fill(tile, i, j):
@@ -136,7 +140,7 @@ def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, bord
 
     for i in range(bodies):
         fill(chain_solve.own_tile(i), i, i)
-        if i + 1 < bodies:
+        if linked and i + 1 < bodies:
             fill(chain_solve.ahead_tile(i), i, i + 1)
             fill(chain_solve.behind_tile(i), i + 1, i)
         for b in range(border):
@@ -167,8 +171,8 @@ def touching(count, closed):
 
 def coupled(bearing, state, near, drive):
     """Balls in blocks of lanes with their rates and Jacobians, coupled."""
-    balls = np.arange(len(state))
-    coupling, blocks = new_coupling(near, balls), new_blocks(len(state), ROSENBROCK_ROWS)
+    balls, partners = np.arange(len(state)), motion()._partners()  # of a bearing without cage, its ring held
+    coupling, blocks = new_coupling(near, balls, partners, np.zeros(BORDER)), new_blocks(len(state), ROSENBROCK_ROWS)
     into_blocks(state, blocks, AXIS_DISTANCE)
     for lanes in blocks:
         for k in range(LANES):
@@ -223,7 +227,7 @@ def test_what_touching_balls_answer_is_the_derivative_and_solved_as_a_dense_syst
     for lanes in blocks:
         lanes[GAIN * LANES : (GAIN + 1) * LANES] = g
     factorise_together(coupling, blocks)
-    solve_together(coupling, blocks)
+    solve_together(drive, 0.0, coupling, blocks)
     solved = np.zeros((count, COLUMNS))
     from_blocks(blocks, SOLUTION, solved)
     size, wanted = count * MOTION, right[:, :MOTION].ravel()

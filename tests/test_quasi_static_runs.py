@@ -84,7 +84,7 @@ def test_friction_carries_the_gyroscopic_moment_and_every_ball_is_in_balance():
 
 
 def test_the_rig_under_load_is_in_balance_at_every_output():
-    report, values = whole("bearing_6203_rig_1000N", "run.duration=0.2")
+    report, values = whole("bearing_6203_rig_1000N", QUASI_STATIC, "run.duration=0.2")
     assert report.stepper == "quasi_static"
     assert report.status == "done"
     assert values["inner_ring_force"] == pytest.approx(np.tile([0.0, 1000.0, 0.0], (201, 1)), abs=1e-6)
@@ -139,7 +139,7 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
 
 
 def test_an_output_is_the_static_answer_at_its_place():
-    scene = load_scene("bearing_6203_rig_400N", [NO_GRAVITY, "run.duration=0.01"])
+    scene = load_scene("bearing_6203_rig_400N", [QUASI_STATIC, NO_GRAVITY, "run.duration=0.01"])
     *_, last = simulate(scene)
     solver = statics.solver_of(scene.parameters, "hertz", float(last["orbit_angle"][0]))
     found = solver.solve(statics.support_of(scene.parameters))
@@ -186,7 +186,7 @@ def test_balls_turn_as_fast_as_they_say():
 
 def test_a_log_of_equilibria_verifies_to_zero(tmp_path):
     path = tmp_path / "still.mcap"
-    write_log(simulate(load_scene("bearing_6203_rig_400N", ["run.duration=0.05"])), path)
+    write_log(simulate(load_scene("bearing_6203_rig_400N", [QUASI_STATIC, "run.duration=0.05"])), path)
     log = read_log(path)
     assert verify(log).greatest == 0.0
     assert parse_scene(log.scene.text, "again") == log.scene
@@ -235,8 +235,8 @@ def test_auto_takes_equilibria_where_loads_are_wanted_and_they_are_enough(scene,
 def test_equilibria_say_what_they_are_not_good_for():
     _, sudden = (choose(load_scene(name, [QUASI_STATIC])) for name in ("bearing_6203", "bearing_6203_sudden"))
     assert [words for words in sudden.warnings if "drive.change.offset shifts the ring at once" in words]
-    assert not choose(load_scene("bearing_6203_rig_400N")).warnings
-    report, _ = whole("bearing_6203_rig_400N", "run.duration=0.02")
+    assert not choose(load_scene("bearing_6203_rig_400N", [QUASI_STATIC])).warnings
+    report, _ = whole("bearing_6203_rig_400N", QUASI_STATIC, "run.duration=0.02")
     assert (report.figures["drive_torque_nm"], report.figures["dissipated_j"]) == (None, None)
     quantity = KINDS["bearing"].quantities_of()["drive_torque"]
     assert math.isnan(quantity.figure(report.figures))
@@ -259,13 +259,19 @@ def test_balls_that_leave_a_raceway_are_said_to_need_a_cage():
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        (["rings.inner.load=[0,-10,0]", "model.dimension=prescribed"], "use model.dimension: quasi_static"),
-        (["drive.tilt=[1e-3,0]", "model.dimension=prescribed"], "drive.tilt is taken by model.dimension: quasi_static"),
+        (["rings.inner.load=[0,-10,0]", "model.dimension=prescribed"], "use model.dimension: free"),
         (
             ["rings.inner.load=[0,-10,5]", "rings.inner.free=radial"],
             r"rings.inner.load\[2\] = 5 N acts on a coordinate",
         ),
-        (["model.dimension=free"], "a ring with mass does not move yet; quasi_static takes loads"),
+        (["model.dimension=free"], "frees nothing"),
+        (["model.dimension=free", "rings.inner.load=[0,-10,0]"], "wants rings.inner.mass above 0 kg"),
+        (["model.dimension=free", "rings.inner.free=all", "rings.inner.mass=1"], "wants rings.inner.inertia"),
+        (["rings.inner.unbalance=1e-5"], "act on a ring with mass"),
+        (["cage.kind=even", "solver.stepper=imex"], "solver.stepper = imex does not move a cage; use rodas4"),
+        (["cage.kind=pockets", "cage.mass=0"], "pockets wants cage.mass or cage.inertia"),
+        (["cage.kind=pockets", "cage.pocket_clearance=6e-3"], "reaches into the next pocket; at most 0.005596 m"),
+        (["drive.tilt=[1e-3,0]", "model.dimension=prescribed", "contact.friction=spot"], "is not built for a ring"),
     ],
 )
 def test_contradictions_are_refused(overrides, words):
@@ -299,7 +305,7 @@ def test_a_study_asks_equilibria_like_any_other_model():
     study = parse_study(
         {
             "scene": "bearing_6203_rig_400N",
-            "set": ["run.duration=0.02"],
+            "set": ["run.duration=0.02", "model.dimension=quasi_static"],
             "inputs": {"geometry.radial_clearance": {"distribution": "uniform", "low": 6e-6, "high": 14e-6}},
             "quantities": ["greatest_ball_load"],
             "samples": 12,
@@ -317,7 +323,7 @@ def test_a_study_asks_equilibria_like_any_other_model():
 
 
 def test_a_commanded_speed_is_followed():
-    simulation = Simulation(load_scene("bearing_6203_rig_400N"))
+    simulation = Simulation(load_scene("bearing_6203_rig_400N", [QUASI_STATIC]))
     simulation.advance(11)
     simulation.set_speed(250.0)
     block = simulation.advance(100)

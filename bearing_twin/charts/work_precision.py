@@ -19,7 +19,8 @@ from matplotlib.figure import Figure
 
 from bearing_twin import __version__
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.kinds.bearing.motion import FIXED_STEP, REFERENCE_SHARE, BearingMotion
+from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE
+from bearing_twin.kinds.bearing.motion import FIXED_STEP, BearingMotion
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
 from bearing_twin.run.fidelity import choose

@@ -19,19 +19,23 @@ SIDE = 6  # of a tile, which holds its columns one after the other
 
 
 class Chain(NamedTuple):
-    """Room for so many bodies and blocks of the border: `tiles` (n, SIDE * SIDE), `right` (bodies + border, SIDE)."""
+    """Room for so many bodies and blocks of the border: `tiles` (n, SIDE * SIDE), `right` (bodies + border, SIDE).
+
+    Bodies that are not `linked` answer to the border alone.
+    """
 
     bodies: int
     border: int
+    linked: bool
     tiles: np.ndarray
     right: np.ndarray
 
 
 @kernel
-def new_chain(bodies, border):
+def new_chain(bodies, border, linked):
     """A `Chain` of zeros."""
     count = 3 * bodies + 2 * bodies * border + border * border
-    return Chain(bodies, border, np.zeros((count, SIDE * SIDE)), np.zeros((bodies + border, SIDE)))
+    return Chain(bodies, border, linked, np.zeros((count, SIDE * SIDE)), np.zeros((bodies + border, SIDE)))
 
 
 @inlined
@@ -166,7 +170,7 @@ def _subtract_vector(target, tile, vector):
 @kernel
 def factorise_chain(chain):
     """Replaces the tiles by factors for `solve_chain`; not finite where the matrix is singular."""
-    tiles, last = chain.tiles, chain.bodies - 1
+    tiles, last = chain.tiles, chain.bodies - 1 if chain.linked else 0
     for i in range(chain.bodies):
         own, ahead, behind = tiles[own_tile(i)], tiles[ahead_tile(i)], tiles[behind_tile(i)]
         _invert(own)
@@ -194,9 +198,10 @@ def factorise_chain(chain):
 def solve_chain(chain):
     """Solves for the right-hand side in `chain.right`, in place: bodies first, then the blocks of the border."""
     tiles, right, bodies, border = chain.tiles, chain.right, chain.bodies, chain.border
+    last = bodies - 1 if chain.linked else 0
     for i in range(bodies):
         _multiply_vector(tiles[own_tile(i)], right[i])
-        if i < bodies - 1:
+        if i < last:
             _subtract_vector(right[i + 1], tiles[behind_tile(i)], right[i])
         for b in range(border):
             _subtract_vector(right[bodies + b], tiles[row_tile(chain, b, i)], right[i])
@@ -208,7 +213,7 @@ def solve_chain(chain):
         for b in range(a + 1, border):
             _subtract_vector(right[bodies + a], tiles[corner_tile(chain, a, b)], right[bodies + b])
     for i in range(bodies - 1, -1, -1):
-        if i < bodies - 1:
+        if i < last:
             _subtract_vector(right[i], tiles[ahead_tile(i)], right[i + 1])
         for b in range(border):
             _subtract_vector(right[i], tiles[column_tile(chain, i, b)], right[bodies + b])

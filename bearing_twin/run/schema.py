@@ -38,6 +38,9 @@ def number_schema(limits: Limits = NO_LIMITS, whole: bool = False) -> dict:
 def parameter_schema(row: Parameter) -> dict:
     """The schema of one key; `row` as `describe` gives it."""
     told = {"description": f"{row.help}{with_unit(row.unit) and f' [{row.unit}]'}", "default": _plain(row.default)}
+    if row.type == "table":
+        lines = {"type": "array", "items": {"type": "array", "items": number_schema()}}
+        return told | {"anyOf": [lines, {"type": "string"}]}
     if row.type == "text":
         return told | {"enum": list(row.options)}
     if row.options:

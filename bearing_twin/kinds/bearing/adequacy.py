@@ -73,6 +73,8 @@ def cage_needed(parameters) -> str:
 
     A ball at the far side of a radial offset r is squeezed by hypot(A_0 - r, z) - (f_i + f_o - 1) D.
     """
+    if parameters.cage.kind != "none":
+        return ""
     geometry, drive = operating_geometry(parameters), parameters.drive
     free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
     middle = free - 0.5 * geometry.radial_clearance

@@ -27,6 +27,7 @@ from bearing_twin.contact.friction import friction_factor
 from bearing_twin.kinds.bearing.carried import carried_coefficient, gap_at
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
+    BORDER_PUSH,
     CARRIED_INNER,
     CARRIED_OUTER,
     DISSIPATED,
@@ -47,6 +48,8 @@ from bearing_twin.kinds.bearing.layout import (
     put,
     put_vector,
 )
+from bearing_twin.kinds.bearing.ring_seat import from_ring, ring_in_lane, seat_of, seen_from
+from bearing_twin.numerics.block_solve import combined
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 from bearing_twin.shapes.surfaces import ball_in_groove
 
@@ -64,7 +67,9 @@ class Bearing(NamedTuple):
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
     it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's number, and
-    whether that model is evaluated in lanes (see `spot`).
+    whether that model is evaluated in lanes (see `spot`). `offset` is the place of the inner ring's centre; `ring` is
+    empty where its axis stays z and it only spins, else its motion (`ring_seat.RingMotion`). `pockets`, empty else,
+    are those of a cage that balls bump into (`cage.Pockets`).
     """
 
     balls: int
@@ -82,6 +87,8 @@ class Bearing(NamedTuple):
     pair_coefficient: float
     raceway_friction: float
     spot: tuple
+    ring: tuple
+    pockets: tuple
 
 
 class RingDrive(NamedTuple):
@@ -193,12 +200,55 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
 
 
 @inlined
-def given_coefficient(bearing, raceway, centre, position):
-    """What `raceway_contact` is given for a ball at `position`; where its law needs no look at the gap, its number."""
+def brought_back(axes, contact):
+    """A contact in the axes of a ring, in those of the ball's frame; `axes` are those of the `ring_seat.Seat`."""
+    return RacewayContact(
+        approach=contact.approach,
+        approach_rate=contact.approach_rate,
+        normal_load=contact.normal_load,
+        energy=contact.energy,
+        curvature_small=contact.curvature_small,
+        curvature_large=contact.curvature_large,
+        normal=combined(contact.normal, axes),
+        arm=combined(contact.arm, axes),
+        slip=combined(contact.slip, axes),
+        spin_rate=contact.spin_rate,
+        friction=combined(contact.friction, axes),
+        drilling=contact.drilling,
+        force=combined(contact.force, axes),
+        torque=combined(contact.torque, axes),
+        drive_power=contact.drive_power,
+        dissipation=contact.dissipation,
+    )
+
+
+@inlined
+def ring_contact(ring, bearing, given, place, cosine, sine, ring_speed, position, velocity, spin):
+    """`raceway_contact` of a ball, at the orbit angle of that cosine and sine, with the inner ring at `place`.
+
+    `ring` is the bearing's; the force is on the ball, and `drive_power` that of the ring's spin alone.
+    """
+    if len(ring) == 0:
+        centre = about_z(cosine, -sine, place)
+        return raceway_contact(bearing, bearing.inner, given, centre, ring_speed, position, velocity, spin)
+    seat = seat_of(ring, place, cosine, sine)
+    offset, relative, against = seen_from(seat, position, velocity, spin)
+    return brought_back(
+        seat.axes,
+        raceway_contact(bearing, bearing.inner, given, (0.0, 0.0, 0.0), ring_speed, offset, relative, against),
+    )
+
+
+@inlined
+def given_coefficient(bearing, raceway, offset):
+    """What `raceway_contact` is given for a ball at `offset` from the ring's centre, in its axes.
+
+    Where the law needs no look at the gap, its number.
+    """
     law = raceway.law
     given = law.given
     if looked_up(law):
-        geometry = gap_at(bearing, raceway, minus(position, centre))
+        geometry = gap_at(bearing, raceway, offset)
         given = lane_given(law, geometry.curvature_small, geometry.curvature_large, geometry.approach)
     return given
 
@@ -224,7 +274,7 @@ def ball_vector(state, k, column):
 @kernel
 def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spin):
     """One contact by itself, whatever the law: `raceway_contact` with its coefficient looked up."""
-    given = given_coefficient(bearing, raceway, centre, position)
+    given = given_coefficient(bearing, raceway, minus(position, centre))
     return raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
 
 
@@ -302,6 +352,17 @@ def touchable(bearing, near, k, side):
     return near[(k - 1) % bearing.balls]
 
 
+@inlined
+def _put_push(ring, place, cosine, sine, position, contact, lanes, k):
+    """Writes what a ball does to a ring that may move: force, and moment about its centre, in `bearing_link`."""
+    if len(ring) > 0:
+        offset = from_ring(ring, place, cosine, sine, position)
+        moment = about_z(cosine, sine, add(cross(offset, contact.force), contact.torque))
+        put_vector(lanes, BORDER_PUSH, k, about_z(cosine, sine, scaled(-1.0, contact.force)))
+        put(lanes, BORDER_PUSH + 3, k, -moment[0])
+        put(lanes, BORDER_PUSH + 4, k, -moment[1])
+
+
 @kernel
 def raceway_rates(bearing, lanes):
     """Newton's and Euler's equations of LANES balls side by side, neighbours apart: d(state)/dt into the rates' rows.
@@ -315,10 +376,10 @@ def raceway_rates(bearing, lanes):
         inner_speed = get(lanes, RING_SPEED, k)
         position = lane_position(lanes, k)
         velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
-        inner_centre = about_z(cosine, -sine, bearing.offset)
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
         gravity = about_z(cosine, -sine, bearing.gravity)
         given = get(lanes, GIVEN_INNER, k)
-        inner = raceway_contact(bearing, bearing.inner, given, inner_centre, inner_speed, position, velocity, spin)
+        inner = ring_contact(ring, bearing, given, place, cosine, sine, inner_speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
         outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
         force = add(inner.force, outer.force)
@@ -342,6 +403,7 @@ def raceway_rates(bearing, lanes):
         put(lanes, LANE_RATES + DRIVE_WORK, k, inner.drive_power)
         put(lanes, LANE_RATES + DISSIPATED, k, inner.dissipation + outer.dissipation)
         put(lanes, LANE_RATES + GROSS_WORK, k, abs(inner.drive_power))
+        _put_push(ring, place, cosine, sine, position, inner, lanes, k)
 
 
 @kernel
@@ -352,14 +414,14 @@ def give_coefficients(bearing, lanes):
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         position = lane_position(lanes, k)
-        centre = about_z(cosine, -sine, bearing.offset)
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
+        offset = from_ring(ring, place, cosine, sine, position)
         if carries(bearing.inner.law):
-            offset = minus(position, centre)
             inner, _ = carried_coefficient(bearing, bearing.inner, offset, lanes, CARRIED_INNER, k)
             outer, _ = carried_coefficient(bearing, bearing.outer, position, lanes, CARRIED_OUTER, k)
         else:
-            inner = given_coefficient(bearing, bearing.inner, centre, position)
-            outer = given_coefficient(bearing, bearing.outer, (0.0, 0.0, 0.0), position)
+            inner = given_coefficient(bearing, bearing.inner, offset)
+            outer = given_coefficient(bearing, bearing.outer, position)
         put(lanes, GIVEN_INNER, k, inner)
         put(lanes, GIVEN_OUTER, k, outer)
 
@@ -402,10 +464,11 @@ def time_apart(bearing, state, reach):
 def approaches(bearing, motion):
     """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
     angle, height = motion[ORBIT_ANGLE], motion[HEIGHT]
-    centre = about_z(math.cos(angle), -math.sin(angle), bearing.offset)
-    across = math.sqrt((motion[AXIS_DISTANCE] - centre[0]) ** 2 + centre[1] ** 2)
+    position = (motion[AXIS_DISTANCE], 0.0, height)
+    offset = from_ring(bearing.ring, bearing.offset, math.cos(angle), math.sin(angle), position)
+    across = math.sqrt(offset[0] ** 2 + offset[1] ** 2)
     inner, outer = bearing.inner, bearing.outer
-    low = ball_in_groove(across, height - centre[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius)
+    low = ball_in_groove(across, offset[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius)
     high = ball_in_groove(motion[AXIS_DISTANCE], height, bearing.ball_radius, outer.locus_radius, outer.groove_radius)
     return low.approach, high.approach
 

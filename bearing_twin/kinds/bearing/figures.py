@@ -22,7 +22,7 @@ from bearing_twin.contact.validity import (
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.report import Choice
@@ -63,11 +63,14 @@ MEANINGS = {
         )
         for ring in ("inner", "outer")
     },
+    "cage_slip": f"1 - speed of the cage / that of balls that roll at contact angle 0, {LATE}; 0 without a cage",
+    "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run",
     "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
 }
 RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
+UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
 MERGED = {
-    **dict.fromkeys(("count", "load", "torque", "drive_torque", "roll_rate", "speed", "ring"), np.add),
+    **dict.fromkeys(("count", "load", "torque", "drive_torque", "roll_rate", "speed", "cage_slip", "ring"), np.add),
     "ring_least": np.minimum,
     "ring_greatest": np.maximum,
 }
@@ -86,6 +89,7 @@ class BearingFigures:
         self.at_greatest = {
             name: np.zeros((balls, 2)) for name in ("curvature_small", "curvature_large", "contact_angle", "spin_rate")
         }
+        self.greatest_pocket_force = self.greatest_gap = 0.0
         self.periods: list[dict] = []
 
     def add(self, block: Block) -> None:
@@ -101,6 +105,7 @@ class BearingFigures:
         self.last = self._instant(block, len(block) - 1)
         self.samples += len(block)
         torque, ring = block.values["raceway_torque"], self._ring(block)
+        self._note_spacing(block)
         self.periods.append(
             {
                 "time": self.last["time"],
@@ -111,6 +116,7 @@ class BearingFigures:
                 "drive_torque": -block.values["inner_ring_torque"][:, 2].sum(),
                 "roll_rate": block.values["roll_rate"].mean(axis=1).sum(),
                 "speed": block.values["inner_ring_speed"].sum(),
+                "cage_slip": np.sum(block.values.get("cage_slip", 0.0)),
                 "ring": ring.sum(axis=0),
                 "ring_least": ring.min(axis=0),
                 "ring_greatest": ring.max(axis=0),
@@ -120,6 +126,13 @@ class BearingFigures:
             self.periods = [self._merge(a, b) for a, b in zip(self.periods[::2], self.periods[1::2], strict=False)] + (
                 self.periods[-1:] if len(self.periods) % 2 else []
             )
+
+    def _note_spacing(self, block: Block) -> None:
+        """Takes in how far the balls' spacing leaves even, and the greatest force of a pocket."""
+        off = np.abs(np.diff(block.values["orbit_angle"], axis=1) - 2.0 * math.pi / len(self.greatest_load))
+        self.greatest_gap = float(off.max(initial=self.greatest_gap))
+        force = np.abs(block.values.get("pocket_force", 0.0))
+        self.greatest_pocket_force = float(force.max(initial=self.greatest_pocket_force))
 
     def _note_greatest(self, block: Block, load: np.ndarray, better: np.ndarray) -> None:
         """Takes load and shape of the contacts marked in `better` at their greatest load in this block."""
@@ -222,6 +235,19 @@ class BearingFigures:
         mass = materials.ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
         return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
 
+    def _cage_doubt(self) -> str | None:
+        """Doubt about a bearing without a cage whose balls leave even spacing, or go round as they would not roll."""
+        parameters, found = self.parameters, []
+        if parameters.cage.kind != "none" or dimension_of(parameters) == QUASI_STATIC:
+            return None
+        if self.greatest_gap > UNEVEN:
+            found.append(f"their spacing leaves even by {math.degrees(self.greatest_gap):.2g} degrees")
+        steady, figures = parameters.initial.motion == "rolling" and not parameters.drive.change.time, self.figures()
+        off = figures["cage_speed_rad_s"] / (figures["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
+        if SLOW < abs(off) < 1.0:
+            found.append(f"they go round {100.0 * off:+.2g} % off rolling")
+        return f"nothing keeps the balls apart and {' and '.join(found)}; set cage.kind: even" if found else None
+
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
         peaks = self._peaks()
@@ -235,6 +261,7 @@ class BearingFigures:
             else None,
             width_doubt(width, 0.5 * diameter, WIDEST_IN_GROOVE),
             self._law_doubt(),
+            self._cage_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
             self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
         )
@@ -284,6 +311,8 @@ class BearingFigures:
             "ring_displacement_range_m": moved.tolist(),
             "ring_force_range_n": swing.tolist(),
             **pairs,
+            "cage_slip": float(late["cage_slip"] / late["count"]),
+            "greatest_pocket_force_n": self.greatest_pocket_force,
             "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
         }
 

@@ -13,10 +13,11 @@ RECENT_VALUES = 2_000_000  # numbers kept of the latest outputs, 16 MB
 class LoadHistory:
     """Takes a run output by output and keeps a bounded part: an envelope of all loads, and the latest outputs whole.
 
-    Loads are the channel `normal_load` [N], shape (balls, 2), raceway 0 inner, 1 outer.
+    Loads are the channel `normal_load` [N], shape (balls, 2), raceway 0 inner, 1 outer; or another `channel`.
     """
 
-    def __init__(self):
+    def __init__(self, channel: str = "normal_load"):
+        self.channel = channel
         self.first: Sample | None = None
         self.last: Sample | None = None
         self.outputs = 0
@@ -28,7 +29,7 @@ class LoadHistory:
     def add_block(self, block: Block) -> None:
         """Take all outputs of a block."""
         if len(block):
-            self._add(block.time_ns, block.values["normal_load"], block[0], block[-1])
+            self._add(block.time_ns, block.values[self.channel], block[0], block[-1])
 
     @property
     def turns(self) -> float:

@@ -44,6 +44,7 @@ from bearing_twin.kinds.bearing.layout import (
 )
 from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
+from bearing_twin.kinds.bearing.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, STEPS, check_all, spin_in_frame
 from bearing_twin.numerics.block_solve import factorise_body, solve_body
 from bearing_twin.numerics.rotation import add, scaled, turned
@@ -99,6 +100,7 @@ def _step(bearing, drive, pairs, time, h, blocks):
         lanes = blocks[block]
         _drift(0.5 * h, True, lanes)
         put_ring_speed(drive, time + 0.5 * h, lanes)
+        put_still_ring(bearing.ring, bearing, lanes)
         lane_rates(bearing, lanes)
         lane_jacobian(bearing.spot, bearing, lanes)
     if pairs.touching:

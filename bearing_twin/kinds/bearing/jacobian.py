@@ -41,9 +41,11 @@ from bearing_twin.kinds.bearing.layout import (
     put_jacobian_block,
     put_vector,
 )
+from bearing_twin.kinds.bearing.ring_gradient import inner_gradient
+from bearing_twin.kinds.bearing.ring_seat import from_ring, ring_in_lane
 from bearing_twin.kinds.bearing.spot_jacobian import add_spot_slopes
 from bearing_twin.numerics.block_solve import Linear, plus
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, scaled
 
 
 @inlined
@@ -89,7 +91,8 @@ def _give_slopes(bearing, lanes):
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         position = lane_position(lanes, k)
-        offset = minus(position, about_z(cosine, -sine, bearing.offset))
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
+        offset = from_ring(ring, place, cosine, sine, position)
         if carries(bearing.inner.law):
             _, inner = carried_coefficient(bearing, bearing.inner, offset, lanes, CARRIED_INNER, k)
             _, outer = carried_coefficient(bearing, bearing.outer, position, lanes, CARRIED_OUTER, k)
@@ -117,12 +120,12 @@ def _fill(bearing, lanes):
         speed = get(lanes, RING_SPEED, k)
         position = lane_position(lanes, k)
         velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
-        centre = about_z(cosine, -sine, bearing.offset)
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
         gravity = about_z(cosine, -sine, bearing.gravity)
-        by_angle, still = (-centre[1], centre[0], 0.0), (0.0, 0.0, 0.0)
+        still = (0.0, 0.0, 0.0)
         given, slope = get(lanes, GIVEN_INNER, k), get(lanes, GIVEN_SLOPE_INNER, k)
-        contact, inner = contact_gradient(
-            bearing, bearing.inner, given, slope, centre, by_angle, speed, position, velocity, spin
+        contact, inner = inner_gradient(
+            ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin
         )
         given, slope = get(lanes, GIVEN_OUTER, k), get(lanes, GIVEN_SLOPE_OUTER, k)
         _, outer = contact_gradient(bearing, bearing.outer, given, slope, still, still, 0.0, position, velocity, spin)

@@ -7,6 +7,15 @@ Balls stand in blocks of lanes. Balls alone have a step size each and are solved
 import math
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.border import (
+    border_finish,
+    border_keep,
+    border_rates,
+    border_right,
+    border_stage_state,
+    follow_cage,
+    put_border,
+)
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -45,8 +54,14 @@ from bearing_twin.kinds.bearing.layout import (
     put,
     put_quaternion,
 )
-from bearing_twin.kinds.bearing.linear_system import factorise_alone, factorise_together, solve_alone, solve_together
-from bearing_twin.kinds.bearing.pairs import add_answers, add_pairs
+from bearing_twin.kinds.bearing.linear_system import (
+    couple_jacobians,
+    factorise_alone,
+    factorise_together,
+    solve_alone,
+    solve_together,
+)
+from bearing_twin.kinds.bearing.pairs import add_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.kinds.bearing.steps import spin_in_frame
 from bearing_twin.numerics.rotation import turned
@@ -76,7 +91,9 @@ def _mixed(weights, lanes, i):
 
 @kernel
 def _rates_at(coupling, bearing, drive, source, alpha, blocks):
-    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead."""
+    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead; a border is where it is `now`."""
+    if len(coupling) > 0:
+        put_border(coupling.border, blocks)
     for block in range(len(blocks)):
         lanes = blocks[block]
         for i in range(MOTION_SPAN):
@@ -86,7 +103,30 @@ def _rates_at(coupling, bearing, drive, source, alpha, blocks):
             put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
         lane_rates(bearing, lanes)
     if len(coupling) > 0:
+        _add_coupled(coupling, bearing, drive, alpha, blocks)
+
+
+@kernel
+def _add_coupled(coupling, bearing, drive, alpha, blocks):
+    """Adds what balls do to each other, and finds the rates of the border."""
+    if coupling.pairs.touching:
         add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
+    if coupling.border.partners.active:
+        border_rates(bearing, drive, coupling.border, _moment(alpha, blocks), blocks)
+
+
+@inlined
+def _moment(alpha, blocks):
+    """The time of coupled balls, `alpha` steps ahead."""
+    return get(blocks[0], TIME, 0) + alpha * get(blocks[0], STEP, 0)
+
+
+@kernel
+def _loads_vary(coupling):
+    """Whether what acts on the ring changes with time."""
+    if len(coupling) > 0:
+        return coupling.border.partners.varying
+    return False
 
 
 @kernel
@@ -141,22 +181,29 @@ def _keep_stage(stage, lanes):
 @kernel
 def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
-    stages = len(method.alpha)
+    stages, varies = len(method.alpha), drive.acceleration != 0.0 or _loads_vary(coupling)
     # Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes.
     for block in range(len(blocks)):
         _prepare(method.gamma, blocks[block])
-    if drive.acceleration != 0.0:
-        # Times h, as the method wants it; at constant speed these rows stay zero.
+    if len(coupling) > 0:
+        coupling.border.now[:] = coupling.border.start
+    if varies:
+        # Times h, as the method wants it; at constant speed and load these rows stay zero.
         _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
         for block in range(len(blocks)):
             _keep_rates(blocks[block])
+        if len(coupling) > 0:
+            coupling.border.slope[:] = coupling.border.rates
     _rates_at(coupling, bearing, drive, START, 0.0, blocks)
     for block in range(len(blocks)):
-        if drive.acceleration != 0.0:
+        if varies:
             _take_slope(blocks[block])
         lane_jacobian(bearing.spot, bearing, blocks[block])
     if len(coupling) > 0:
-        add_answers(bearing, coupling.pairs, blocks)
+        border = coupling.border
+        if varies:
+            border.slope[:] = (border.slope - border.rates) / SLOPE_STEP
+        couple_jacobians(bearing.ring, bearing.pockets, bearing, drive, _moment(0.0, blocks), coupling, blocks)
         factorise_together(coupling, blocks)
     else:
         for block in range(len(blocks)):
@@ -164,12 +211,17 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     for stage in range(stages):
         for block in range(len(blocks)):
             _stage_state(method.a[stage], blocks[block])
+        if len(coupling) > 0:
+            border_stage_state(method.a[stage], coupling.border)
+            follow_cage(coupling.border, coupling.border.now, blocks, END)
         if stage > 0:
             _rates_at(coupling, bearing, drive, END, method.alpha[stage], blocks)
         for block in range(len(blocks)):
             _stage_right(method.c[stage], method.d[stage], blocks[block])
         if len(coupling) > 0:
-            solve_together(coupling, blocks)
+            border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), coupling.border)
+            solve_together(drive, _moment(0.0, blocks), coupling, blocks)
+            border_keep(stage, coupling.border)
         else:
             for block in range(len(blocks)):
                 solve_alone(blocks[block])
@@ -177,6 +229,11 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
             _keep_stage(stage, blocks[block])
     for block in range(len(blocks)):
         _finish(scales, blocks[block])
+    if len(coupling) > 0:
+        border_finish(method.dense, coupling.border)
+        follow_cage(coupling.border, coupling.border.end, blocks, END)
+        put(blocks[0], ERROR, 0, max(get(blocks[0], ERROR, 0), coupling.border.error[0]))
+    for block in range(len(blocks)):
         _turn_lanes(method.dense, blocks[block])
 
 

@@ -33,11 +33,19 @@ MOTION = 9  # the columns before this one are the motion; the rest only listen
 COLUMNS = 12
 MOTION_SPAN, STATE_SPAN = MOTION * LANES, COLUMNS * LANES  # numbers in a stretch of rows
 
-# What the rates need besides the motion, what a law carries (see `carried`), and the rates; then what friction over the
-# spots works with, if anything.
-RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(
-    COLUMNS, 1, 1, 1, 4, 4, COLUMNS, 16
+# Bodies that meet all balls, the inner ring and the cage: places (the ring's centre, its tilt about x and y, the cage's
+# angle), the velocities of these, and two integrals that only listen: work of what acts on the ring, and what is lost.
+PLACES = 6
+CAGE, WORK_DONE, LOST = 5, 12, 13
+BORDER = 14
+
+# What the rates need besides the motion: speed of the ring, load coefficients, what a law carries (see `carried`),
+# motion of ring and cage, and the cage's angle to the ball's pocket; what a ball does to ring and cage; the rates; and
+# what friction over the spots works with.
+RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, BORDER_MOTION, POCKET, BORDER_PUSH, _RATES = _rows(
+    COLUMNS, 1, 1, 1, 4, 4, 2 * PLACES, 1, PLACES
 )
+LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(_RATES, COLUMNS, 16)
 CARRIED_COLUMNS = 8
 # The motion in a spot's frame, its semi-axes, and three means over it, each in two rows, inner contacts and outer ones:
 # 16 numbers side by side become vector instructions there, 8 do not.
@@ -73,6 +81,14 @@ SYSTEM = FACTOR_INVERSE  # coupled balls: what is left of 1/g - J without positi
 OWN, AHEAD, MAY_TOUCH, ROUND, OWN_PUSH, AHEAD_PUSH, _ANSWERS = _rows(0, MOTION, MOTION, 1, 1, 8, 6)
 OWN_BY_OWN, OWN_BY_AHEAD, AHEAD_BY_OWN, AHEAD_BY_AHEAD, UPPER, LOWER, PAIR_ROWS = _rows(
     _ANSWERS, *(8 * MOTION,) * 2, *(6 * MOTION,) * 2, 36, 36
+)
+
+# How ball and border (ring and cage) answer to each other, in an array of their own: rates of a ball from VELOCITY on
+# by the border's places and velocities, the border's accelerations by a ball's motion and by its own, all row after
+# row; and three tiles of the linear system without positions, column after column.
+ANSWERING = COLUMNS - VELOCITY
+BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, CORNER_TILE, BORDER_ROWS = _rows(
+    0, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, 36
 )
 
 

@@ -7,14 +7,19 @@ a ring of balls that is closed the last ball is the system's border (`numerics.c
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.border import Border, new_border
+from bearing_twin.kinds.bearing.border_system import (
+    border_follow,
+    border_jacobian,
+    border_known,
+    border_tiles,
+    put_border_tiles,
+    still_balls,
+)
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_linear
 from bearing_twin.kinds.bearing.layout import (
-    AHEAD,
-    AHEAD_BY_OWN,
-    AHEAD_PUSH,
     AXIS_DISTANCE,
     COLUMNS,
-    DISSIPATED,
     FACTOR_BELOW,
     FACTOR_COUPLING,
     FACTOR_INVERSE,
@@ -25,27 +30,23 @@ from bearing_twin.kinds.bearing.layout import (
     LANES,
     LOWER,
     MOTION,
-    OWN,
-    OWN_BY_AHEAD,
-    OWN_PUSH,
+    PLACES,
     RIGHT,
     SOLUTION,
     SPIN,
     SYSTEM,
-    TANGENTIAL_VELOCITY,
     UPPER,
     VELOCITY,
     get,
     get_block,
-    get_part,
     get_vector,
-    increase,
     put,
     put_block,
     put_tile_part,
     put_vector,
 )
-from bearing_twin.kinds.bearing.pairs import LOSS, SECOND_HALF, Pairs, add_pushes, look_ahead, new_pairs
+from bearing_twin.kinds.bearing.pair_system import add_known, add_losses, pair_tiles
+from bearing_twin.kinds.bearing.pairs import Pairs, add_answers, new_pairs
 from bearing_twin.numerics import chain_solve
 from bearing_twin.numerics.block_solve import (
     Factors,
@@ -57,24 +58,31 @@ from bearing_twin.numerics.block_solve import (
     solve_body,
     times,
 )
-from bearing_twin.numerics.rotation import add, dot
+from bearing_twin.numerics.rotation import add
 
 
 class Coupling(NamedTuple):
-    """What couples balls of one step: contacts with each other, and the linear system of all.
+    """What couples balls of one step: contacts with each other, ring and cage, and the linear system of all.
 
-    In a ring of balls that is closed the last ball is the system's border.
+    In a ring of balls that is closed the last ball is the first block of the system's border; ring and cage, where they
+    move, are the last.
     """
 
     pairs: Pairs
     chain: chain_solve.Chain
+    border: Border
 
 
 @kernel
-def new_coupling(near, balls):
-    """The coupling of the balls numbered in `balls`, one after the other; `near` as for `new_pairs`."""
+def new_coupling(near, balls, partners, state):
+    """The coupling of the balls numbered in `balls`, one after the other; `near` as for `new_pairs`.
+
+    `state` (BORDER,) is that of the `partners`, ring and cage.
+    """
     closed = 1 if near[balls[-1]] and len(balls) == len(near) else 0
-    return Coupling(new_pairs(near, balls), chain_solve.new_chain(len(balls) - closed, closed))
+    pairs, blocks = new_pairs(near, balls), closed + (1 if partners.active else 0)
+    chain = chain_solve.new_chain(len(balls) - closed, blocks, pairs.touching)
+    return Coupling(pairs, chain, new_border(partners, len(balls), state))
 
 
 @kernel
@@ -118,70 +126,6 @@ def solve_alone(lanes):
             put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + answer))
 
 
-@inlined
-def _put_tile(lanes, first, source, k, g, turning):
-    """Writes minus the answers from row `source` on as a tile by velocity and spin alone."""
-    for row in range(0, 6, 3):
-        at = source + row * MOTION
-        by_velocity = plus(get_part(lanes, at + VELOCITY, k), behind(get_part(lanes, at, k), g, turning))
-        put_tile_part(lanes, first, row, 0, k, negative(by_velocity))
-        put_tile_part(lanes, first, row, 3, k, negative(get_part(lanes, at + SPIN, k)))
-
-
-@inlined
-def _turning(g, lanes, ball, k):
-    """How the orbit angle of the ball from row `ball` on follows its velocities (`block_solve.Factors`)."""
-    inverse = 1.0 / (get(lanes, ball + AXIS_DISTANCE, k) + 1e-300)
-    return (-g * g * get(lanes, ball + TANGENTIAL_VELOCITY, k) * inverse * inverse, g * inverse)
-
-
-@kernel
-def _pair_tiles(g, lanes):
-    """Fills UPPER and LOWER, how a ball's velocity and spin answer to the next one's, and the other way round."""
-    for k in range(LANES):
-        _put_tile(lanes, UPPER, OWN_BY_AHEAD, k, g, _turning(g, lanes, AHEAD, k))
-        _put_tile(lanes, LOWER, AHEAD_BY_OWN, k, g, _turning(g, lanes, OWN, k))
-
-
-@inlined
-def _by_place(lanes, first, k, ball):
-    """What three rows of answers from `first` on make of the positions of the ball from row `ball` on."""
-    return times(get_part(lanes, first, k), get_vector(lanes, ball + AXIS_DISTANCE, k))
-
-
-@kernel
-def _add_known(pairs, blocks, row):
-    """Adds what known changes of position, in the first rows from `row` on, do to the neighbours' right-hand sides."""
-    look_ahead(pairs, blocks, row)
-    for block in range(len(blocks)):
-        lanes = pairs.blocks[block]
-        for k in range(LANES):
-            put_vector(lanes, OWN_PUSH, k, _by_place(lanes, OWN_BY_AHEAD, k, AHEAD))
-            put_vector(lanes, OWN_PUSH + 3, k, _by_place(lanes, OWN_BY_AHEAD + SECOND_HALF, k, AHEAD))
-            put(lanes, OWN_PUSH + LOSS, k, 0.0)
-            put_vector(lanes, AHEAD_PUSH, k, _by_place(lanes, AHEAD_BY_OWN, k, OWN))
-            put_vector(lanes, AHEAD_PUSH + 3, k, _by_place(lanes, AHEAD_BY_OWN + SECOND_HALF, k, OWN))
-    add_pushes(pairs, blocks, row + VELOCITY)
-
-
-@kernel
-def _add_losses(g, pairs, blocks, row):
-    """Adds g times the loss by the motion of the ball ahead to the row of losses of the motions from `row` on."""
-    look_ahead(pairs, blocks, row)
-    for block in range(len(blocks)):
-        here, there = pairs.blocks[block], blocks[block]
-        for k in range(LANES):
-            first = OWN_BY_AHEAD + LOSS * MOTION
-            loss = (
-                dot(get_vector(here, first, k), get_vector(here, AHEAD + AXIS_DISTANCE, k))
-                + dot(get_vector(here, first + VELOCITY, k), get_vector(here, AHEAD + VELOCITY, k))
-                + dot(get_vector(here, first + SPIN, k), get_vector(here, AHEAD + SPIN, k))
-            )
-            put(here, OWN_PUSH + LOSS, k, g * loss)
-        for k in range(LANES):
-            increase(there, row + DISSIPATED, k, get(here, OWN_PUSH + LOSS, k))
-
-
 @kernel
 def _system(lanes):
     """The tile of every lane's own 1/g - J, without positions, and how its orbit angle follows its velocities."""
@@ -206,14 +150,31 @@ def _fill_tile(lanes, row, k, tile):
 
 
 @kernel
+def couple_jacobians(ring, pockets, bearing, drive, time, coupling, blocks):
+    """Adds to the Jacobians of balls alone what balls, ring and cage are to each other.
+
+    `ring` and `pockets` are the bearing's; after the rates at the same motion.
+    """
+    if coupling.pairs.touching:
+        add_answers(bearing, coupling.pairs, blocks)
+    if coupling.border.partners.active:
+        border_jacobian(ring, pockets, bearing, drive, coupling.border, time, blocks)
+
+
+@kernel
 def factorise_together(coupling, blocks):
-    """Factors of the linear system of all balls."""
-    pairs, chain = coupling.pairs, coupling.chain
-    tiles, bodies = chain.tiles, chain.bodies
+    """Factors of the linear system of all balls, ring and cage."""
+    pairs, chain, border = coupling.pairs, coupling.chain, coupling.border
+    tiles, bodies, g = chain.tiles, chain.bodies, get(blocks[0], GAIN, 0)
+    tiles[:] = 0.0
     for block in range(len(blocks)):
         _system(blocks[block])
-        _pair_tiles(get(blocks[0], GAIN, 0), pairs.blocks[block])
-    tiles[:] = 0.0
+        if pairs.touching:
+            pair_tiles(g, pairs.blocks[block])
+        if border.partners.active:
+            border_tiles(g, blocks[block], border.blocks[block])
+    if border.partners.active:
+        put_border_tiles(g, border, chain)
     for place in range(pairs.count):
         lanes, pair, k = blocks[place // LANES], pairs.blocks[place // LANES], place % LANES
         if place == bodies:
@@ -222,6 +183,8 @@ def factorise_together(coupling, blocks):
             _fill_tile(pair, LOWER, k, tiles[chain_solve.column_tile(chain, 0, 0)])
             continue
         _fill_tile(lanes, SYSTEM, k, tiles[chain_solve.own_tile(place)])
+        if not pairs.touching:
+            continue
         if place + 1 < bodies:
             _fill_tile(pair, UPPER, k, tiles[chain_solve.ahead_tile(place)])
             _fill_tile(pair, LOWER, k, tiles[chain_solve.behind_tile(place)])
@@ -260,12 +223,19 @@ def _follow(lanes):
 
 
 @kernel
-def solve_together(coupling, blocks):
-    """Solves W k = right for one stage of all balls: the motion, then the integrals that only listen."""
-    pairs, right = coupling.pairs, coupling.chain.right
+def solve_together(drive, time, coupling, blocks):
+    """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
+    pairs, right, border = coupling.pairs, coupling.chain.right, coupling.border
+    g, last = get(blocks[0], GAIN, 0), len(coupling.chain.right) - 1
+    still_balls(border, blocks)
     for block in range(len(blocks)):
         _known(blocks[block])
-    _add_known(pairs, blocks, SOLUTION)
+    if pairs.touching:
+        add_known(pairs, blocks, SOLUTION)
+    if border.partners.active:
+        border_known(g, border, blocks)
+        for i in range(chain_solve.SIDE):
+            right[last, i] = border.solution[PLACES + i]
     for place in range(pairs.count):
         for i in range(chain_solve.SIDE):
             right[place, i] = get(blocks[place // LANES], SOLUTION + VELOCITY + i, place % LANES)
@@ -276,4 +246,9 @@ def solve_together(coupling, blocks):
             put(blocks[place // LANES], SOLUTION + VELOCITY + i, place % LANES, solved)
     for block in range(len(blocks)):
         _follow(blocks[block])
-    _add_losses(get(blocks[0], GAIN, 0), pairs, blocks, SOLUTION)
+    if pairs.touching:
+        add_losses(g, pairs, blocks, SOLUTION)
+    if border.partners.active:
+        for i in range(chain_solve.SIDE):
+            border.solution[PLACES + i] = right[last, i]
+        border_follow(g, drive, time, border, blocks)

@@ -9,7 +9,7 @@ from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, share_at_start, still_error
 from bearing_twin.kinds.bearing.parameters import LOADS
-from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
 from bearing_twin.report import Choice
 
@@ -28,6 +28,8 @@ def law_error(law: str, parameters) -> float:
 def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
     """(dimension, why); what it leaves out, or does without, joins the warnings."""
     asked, dimension = parameters.model.dimension != "auto", dimension_of(parameters)
+    if dimension == FREE_RING:
+        return FREE_RING, "free, as the scene asks: the inner ring moves with its mass, in one step with all balls"
     loads_alone = not asked and dimension == PRESCRIBED and parameters.wanted.outputs == LOADS
     if dimension == PRESCRIBED and not loads_alone:
         warnings += filter(None, [cage_needed(parameters)])
@@ -101,5 +103,7 @@ def choose(parameters) -> Choice:
             f"friction over the spot ({friction.name}), as the scene asks: it resists spin, and a step costs several "
             "times more"
         )
+    if parameters.cage.kind != "none":
+        reasons.append(f"the balls of the cage ({parameters.cage.kind}) share one step")
     warnings += roughness(friction)
     return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings))

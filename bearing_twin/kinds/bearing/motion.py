@@ -3,24 +3,19 @@
 import functools
 
 import numpy as np
-from scipy.integrate import DOP853, Radau
 
 from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
-from bearing_twin.kinds.bearing.explicit import explicit_chunk
-from bearing_twin.kinds.bearing.imex import imex_chunk
-from bearing_twin.kinds.bearing.layout import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE
-from bearing_twin.kinds.bearing.linear_system import new_coupling
+from bearing_twin.kinds.bearing.integrate import Chunk, integrated
+from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.partners import Loading, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
-from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
-from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.start import Rates, bearing_of, fastest_rates, stable_step, start_state
-from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
-from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
-from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
+from bearing_twin.kinds.bearing.steps import FAILURES, JACOBIANS, RATES, REJECTIONS, STEPS, Results
+from bearing_twin.numerics.statuses import OK, STOPPED
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
@@ -29,21 +24,11 @@ FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's a
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
-REFERENCE_SHARE = 1e-4  # the same for SciPy's methods, whose only use here is to be right
-FAILURES = {
-    NOT_FINITE: ("not finite", "is not finite any more; shorten solver.step or use solver.stepper: rodas4"),
-    TOO_DEEP: ("too deep", "has run through a raceway; check the loads, or shorten solver.step"),
-    STALLED: (
-        "stalled",
-        "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
-    ),
-}
 FIXED_STEP = ("rk4", "imex")
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
-SCIPY = {"dop853": DOP853, "radau": Radau}
 
 
 def bearing_motion(parameters: BearingScene, choice: Choice):
@@ -62,16 +47,23 @@ class BearingMotion:
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper = choice.stepper
         self.stop = SIGNALLED
-        self._start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
-        self.step = parameters.solver.step
-        if choice.stepper in FIXED_STEP:
-            self.step = self.step or stable_step(self.rates, choice.stepper)
-            self._refuse_long_steps()
+        self.loading = Loading(parameters)
         # A load errs with its approach; friction, over mu N, by at most the error of the slip over this speed.
         speed = parameters.contact.friction_regularisation
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
+        self.partners = partners_of(parameters, self.scales)
+        if self.bearing.ring:
+            start, self._start_border = settled_start(parameters, choice.law, self.partners)
+        else:
+            start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
+            start, self._start_border = caged_start(start, self.partners)
+        self._start = start
+        self.step = parameters.solver.step
+        if choice.stepper in FIXED_STEP:
+            self.step = self.step or stable_step(self.rates, choice.stepper)
+            self._refuse_long_steps()
         self.reset()
 
     @functools.cached_property
@@ -95,7 +87,8 @@ class BearingMotion:
 
     def reset(self) -> None:
         """Back to the start."""
-        self.state = self._start.copy()
+        self.state, self.border = self._start.copy(), self._start_border.copy()
+        self.loading = Loading(self.parameters)
         self.orientation = np.zeros((self.bearing.balls, 4))
         self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
         self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
@@ -106,19 +99,21 @@ class BearingMotion:
         self.carried = np.zeros((self.bearing.balls, CARRIED_COLUMNS))
         self._acceleration = 0.0
         self.elapsed = 0.0
+        self._load = self._load_rate = np.zeros(PLACES)
         self._changed = self.parameters.drive.change.time == 0.0
         self.counts = np.zeros(4, np.int64)
         self._keep()
 
     def _keep(self) -> None:
         """Keeps what `take_back` needs."""
-        arrays = tuple(one.copy() for one in (self.state, self.orientation, self.steps, self.carried, self.counts))
+        moving = self.state, self.orientation, self.steps, self.carried, self.counts, self.border
+        arrays = tuple(one.copy() for one in moving)
         rest = self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed
         self._before = arrays, rest
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        (self.state, self.orientation, self.steps, self.carried, self.counts), rest = self._before
+        (self.state, self.orientation, self.steps, self.carried, self.counts, self.border), rest = self._before
         self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed = rest
         self._keep()
 
@@ -167,8 +162,8 @@ class BearingMotion:
     def first_outputs(self) -> Outputs:
         """The outputs at the present instant."""
         out = empty_outputs(self.parameters, 1)
-        now = np.zeros(1), self.state[None], self.orientation[None]
-        write_outputs(self.parameters, self.bearing, self.drive, *now, out, 0)
+        now = np.zeros(1), self.state[None], self.orientation[None], self.border[None]
+        write_outputs(self.parameters, self.bearing, self._partners(), self.drive, *now, out, 0)
         return outputs_of(self.parameters, out)
 
     def advance(self, times: np.ndarray, duration: float) -> Outputs:
@@ -176,6 +171,9 @@ class BearingMotion:
 
         A new goal speed is approached at the drive's acceleration; the scene's change of the drive comes at its time.
         """
+        if not np.all(np.isfinite(self.border)):
+            sentence = "the state of the inner ring or the cage is not finite; reset, and lower the load"
+            raise IntegrationError(sentence, "not finite", self.elapsed, "inner ring")
         if not np.all(np.isfinite(self.state)):
             ball = int(np.argmin(np.isfinite(self.state).all(axis=1)))
             sentence = f"the state of ball {ball} is not finite; reset, and shorten solver.step"
@@ -196,9 +194,14 @@ class BearingMotion:
     def _until_next(self, duration):
         """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
         missing = self.goal_speed - self.drive.speed
-        apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
-        together = min(duration, LONGEST_TOGETHER)
-        pieces = [duration, 0.99 * apart if apart > TOGETHER * together else together]
+        pieces = [duration]
+        if not self.partners.even:
+            apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
+            together = min(duration, LONGEST_TOGETHER)
+            pieces.append(0.99 * apart if apart > TOGETHER * together else together)
+        jump = self.loading.until_next(self.elapsed)
+        if jump > SHORTEST_PART * duration:
+            pieces.append(jump)
         if missing != 0.0:
             pieces.append(abs(missing) / self.parameters.drive.acceleration)
         if not self._changed:
@@ -217,9 +220,25 @@ class BearingMotion:
         self.goal_speed += change.speed
         before = self.first_outputs().elastic_energy[0]
         self.bearing = self.bearing._replace(offset=tuple(np.add(self.bearing.offset, change.offset).tolist()))
+        self.border[:3] += change.offset
         work = self.first_outputs().elastic_energy[0] - before
         self.state[0, DRIVE_WORK] += work
         self.state[0, GROSS_WORK] += abs(work)
+
+    def set_load(self, force, moment) -> None:
+        """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.
+
+        They are taken as `operating.check_load` let them pass.
+        """
+        self.loading = Loading(self.parameters)
+        if force is not None:
+            self.loading.set(force, moment)
+
+    def _partners(self):
+        """Ring and cage with the loads from now to their next jump."""
+        load, rate = self.loading.at(self.elapsed)
+        varying = self.partners.varying or bool(np.any(rate))
+        return self.partners._replace(load=np.append(load, 0.0), load_rate=np.append(rate, 0.0), varying=varying)
 
     def _part(self, times, duration, out, first):
         """Integrates over a part of constant acceleration and writes its outputs from row `first` on."""
@@ -231,66 +250,46 @@ class BearingMotion:
             # Slip answers within microseconds: a step carried over from before would pass over the bend.
             self.steps = np.minimum(self.steps, FIRST_STEP)
             self._acceleration = drive.acceleration
+        partners = self._partners()
+        load, rate = partners.load, partners.load_rate
+        if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
+            self.steps = np.minimum(self.steps, FIRST_STEP)
+        self._load, self._load_rate = load + duration * rate, rate
         states = np.full((len(times), *self.state.shape), np.nan)
         orientations = np.full((len(times), *self.orientation.shape), np.nan)
-        before = self.state.copy(), self.orientation.copy(), self.steps.copy(), self.carried.copy()
-        near = np.zeros(self.bearing.balls, np.bool_)
-        mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
-        self._integrate(drive, near, times, duration, states, orientations)
-        after = np.zeros_like(near)
-        mark_near(self.bearing, self.state, 0.5 * NEAR * self.bearing.ball_radius, 0.0, after)
+        borders = np.full((len(times), BORDER), np.nan)
+        filled = states, orientations, borders
+        moving = self.state, self.orientation, self.steps, self.carried, self.border
+        before = [one.copy() for one in moving]
+        near, after = np.zeros((2, self.bearing.balls), np.bool_)
+        if not partners.even:
+            mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
+        self._integrate(drive, partners, near, times, duration, filled)
+        if not partners.even:
+            mark_near(self.bearing, self.state, 0.5 * NEAR * self.bearing.ball_radius, 0.0, after)
         if np.any(after & ~near):
             # Balls came together that were integrated apart: once more, all together.
-            self.state[:], self.orientation[:], self.steps[:], self.carried[:] = before
+            for one, kept in zip(moving, before, strict=True):
+                one[:] = kept
             mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
-            self._integrate(drive, near, times, duration, states, orientations)
-        write_outputs(self.parameters, self.bearing, drive, times, states, orientations, out, first)
+            self._integrate(drive, partners, near, times, duration, filled)
+        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out, first)
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
         self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
         self.elapsed += duration
 
-    def _integrate(self, drive, near, times, duration, states, orientations):
-        moving = self.state, self.orientation
+    def _integrate(self, drive, partners, near, times, duration, filled):
         failure = np.zeros(2)
-        results = Results(states, orientations, self.counts, failure, self.stop, self.carried)
-        chunk = self.bearing, drive, near, times, duration
-        if self.stepper in ROSENBROCK:
-            task = ChunkTask(
-                method=ROSENBROCK[self.stepper],
-                bearing=self.bearing,
-                drive=drive,
-                times=times,
-                duration=duration,
-                scales=self.scales,
-            )
-            status = self._rosenbrock(task, near, results)
-        elif self.stepper in EXPLICIT:
-            method = EXPLICIT[self.stepper]
-            status = explicit_chunk(method, *chunk, self.step, self.scales, *moving, self.steps, results)
-        elif self.stepper == "imex":
-            status = imex_chunk(*chunk, self.step, *moving, results)
-        else:
-            scales = REFERENCE_SHARE * self.scales
-            status = scipy_chunk(SCIPY[self.stepper], *chunk, scales, *moving, results)
+        states, orientations, borders = filled
+        borders[:] = self.border
+        results = Results(states, orientations, self.counts, failure, self.stop, self.carried, borders, self.border)
+        chunk = Chunk(self.bearing, drive, partners, near, times, duration, self.step, self.scales)
+        status = integrated(self.stepper, chunk, (self.state, self.orientation, self.steps), results)
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {self.elapsed:.9g} s")
         if status != OK:
             reason, advice = FAILURES[status]
             seconds, body = self.elapsed + failure[0], f"ball {int(failure[1])}"
             raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
-
-    def _rosenbrock(self, task, near, results):
-        """One chunk: balls that touch no other side by side, then each group of balls that may touch.
-
-        The rings' motion is prescribed, so a ball acts on another only where they touch.
-        """
-        moving = self.state, self.orientation, self.steps
-        groups = [np.array(group, np.int64) for group in groups_of(near)]
-        alone = [group for group in groups if len(group) == 1]
-        status = rosenbrock_chunk(task, (), np.concatenate(alone), *moving, results) if alone else OK
-        for group in groups:
-            if status == OK and len(group) > 1:
-                status = rosenbrock_chunk(task, new_coupling(near, group), group, *moving, results)
-        return status

@@ -17,10 +17,12 @@ from bearing_twin.kinds.bearing.equations import (
     neighbour_angle,
     pair_contact,
     raceway_contact,
+    ring_contact,
     touchable,
 )
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
+    BORDER_MOTION,
     DISSIPATED,
     DRIVE_WORK,
     GIVEN_INNER,
@@ -29,6 +31,7 @@ from bearing_twin.kinds.bearing.layout import (
     LANE_ROWS,
     LANES,
     ORBIT_ANGLE,
+    PLACES,
     RING_SPEED,
     SPIN,
     VELOCITY,
@@ -41,6 +44,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_quaternion,
     put_vector,
 )
+from bearing_twin.kinds.bearing.ring_seat import ring_in_lane
 from bearing_twin.kinds.bearing.spot import find_means, lane_answers
 from bearing_twin.numerics.rotation import (
     about_z,
@@ -76,6 +80,7 @@ class Places(NamedTuple):
     shared: int
     neighbours: int
     position: int
+    force: int
 
 
 @inlined
@@ -101,9 +106,9 @@ def _contacts(bearing, lanes):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         position = lane_position(lanes, k)
         velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
-        centre = about_z(cosine, -sine, bearing.offset)
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
         speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
-        inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
+        inner = ring_contact(ring, bearing, given, place, cosine, sine, speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
         outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
         _note(inner, INNER, lanes, k)
@@ -154,7 +159,8 @@ def _turn(bearing, lanes):
         velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
         position = about_z(cosine, sine, local)
         quaternion = quaternion_product((0.0, 0.0, half_sine, half_cosine), get_quaternion(lanes, OWN_ORIENTATION, k))
-        inner, inner_torque, inner_reaction = _turn_contact(INNER, cosine, sine, local, bearing.offset, lanes, k)
+        place, _ = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
+        inner, inner_torque, inner_reaction = _turn_contact(INNER, cosine, sine, local, place, lanes, k)
         outer, outer_torque, outer_reaction = _turn_contact(OUTER, cosine, sine, local, (0.0, 0.0, 0.0), lanes, k)
         motion = bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin)
         put(lanes, ANGLE_OUT, k, angle)
@@ -229,11 +235,29 @@ def _write_pairs(bearing, state, near, elastic, load, row):
                         row[place + 6 * balls] = friction[axis]
 
 
+@inlined
+def _put_ring(ring, border, lanes, k):
+    """Gives a lane the place and motion of a ring that tilts or moves."""
+    if len(ring) > 0:
+        for i in range(2 * PLACES):
+            put(lanes, BORDER_MOTION + i, k, border[i])
+
+
+@inlined
+def _write_ring(ring, border, row, first):
+    """Writes offset, tilt, velocity and rate of the tilt of such a ring from column `first` on."""
+    if len(ring) > 0:
+        for i in range(5):
+            row[first + i] = border[i]
+            row[first + 5 + i] = border[PLACES + i]
+
+
 @kernel
-def write_rows(bearing, drive, times, states, orientations, places, out, first):
+def write_rows(bearing, drive, times, states, orientations, borders, places, out, first):
     """Fills `out` from row `first` on with the states (count, N, columns), orientations (count, N, 4) at `times` [s].
 
-    `times` count from the instant the drive's angle and speed belong to.
+    `borders` (count, BORDER) are those of ring and cage, where the bearing's `ring` is not empty. `times`
+    count from the instant the drive's angle and speed belong to.
     """
     balls = bearing.balls
     lanes, total = new_lanes(OUTPUT_ROWS), len(times) * balls
@@ -244,6 +268,7 @@ def write_rows(bearing, drive, times, states, orientations, places, out, first):
             into_lane(states[sample, ball], lanes, AXIS_DISTANCE, k)
             into_lane(orientations[sample, ball], lanes, OWN_ORIENTATION, k)
             put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * times[sample])
+            _put_ring(bearing.ring, borders[sample], lanes, k)
         give_coefficients(bearing, lanes)
         _contacts(bearing, lanes)
         _add_spots(bearing.spot, bearing, lanes)
@@ -259,7 +284,8 @@ def write_rows(bearing, drive, times, states, orientations, places, out, first):
         for axis in range(3):
             row[places.ring + 2 + axis] = bearing.offset[axis]
         for column in range(places.ring + 5, places.shared):
-            row[column] = 0.0  # the ring's tilt
+            row[column] = 0.0
+        _write_ring(bearing.ring, borders[sample], row, places.ring + 2)
         for column in range(places.neighbours + balls, len(row)):
             row[column] = 0.0
         if _neighbour_gaps(bearing, states[sample], places.position, row, places.neighbours, near):

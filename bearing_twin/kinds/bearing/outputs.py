@@ -8,6 +8,7 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.sample import Channel, Sample
@@ -41,6 +42,13 @@ class Outputs(NamedTuple):
     inner_ring_speed: np.ndarray
     inner_ring_offset: np.ndarray
     inner_ring_tilt: np.ndarray
+    inner_ring_velocity: np.ndarray
+    inner_ring_tilt_rate: np.ndarray
+    inner_ring_load: np.ndarray
+    cage_angle: np.ndarray
+    cage_speed: np.ndarray
+    cage_slip: np.ndarray
+    pocket_force: np.ndarray
     inner_ring_force: np.ndarray
     inner_ring_torque: np.ndarray
     outer_ring_force: np.ndarray
@@ -88,15 +96,22 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
         Channel("inner_ring_speed", "rad/s", (), "about +z"),
         Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
         Channel("inner_ring_tilt", "rad", (2,), "of the inner ring about x and y"),
+        Channel("inner_ring_velocity", "m/s", (3,), "of the inner ring's centre"),
+        Channel("inner_ring_tilt_rate", "rad/s", (2,), "of the inner ring about x and y, its spin left out"),
+        Channel("inner_ring_load", "N", (3,), "on a ring with mass from outside, its weight left out; 0 where held"),
+        Channel("cage_angle", "rad", (), "of the cage, which is 0 where ball 0 is in the middle; 0 without a cage"),
+        Channel("cage_speed", "rad/s", (), "of the cage about +z; 0 without one"),
+        Channel("cage_slip", "1", (), "1 - cage speed / that of balls that roll at contact angle 0; 0 without a cage"),
+        Channel("pocket_force", "N", (n,), "of the cage on each ball along its orbit"),
         Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls"),
         Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre"),
         Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),
         Channel("outer_ring_torque", "N m", (3,), "on the outer ring by the balls, about its centre"),
-        Channel("kinetic_energy", "J", (), "of all balls"),
-        Channel("elastic_energy", "J", (), "of all contacts"),
-        Channel("potential_energy", "J", (), "of gravity, zero at the bearing's centre"),
-        Channel("drive_work", "J", (), "done on the balls by the inner ring since the start"),
-        Channel("dissipated", "J", (), "by friction and contact damping since the start"),
+        Channel("kinetic_energy", "J", (), "of balls, cage and a ring with mass, its spin left out"),
+        Channel("elastic_energy", "J", (), "of all contacts, and the springs of the ring's support"),
+        Channel("potential_energy", "J", (), "of gravity on balls and a ring with mass, zero at the bearing's centre"),
+        Channel("drive_work", "J", (), "of the drive and of the loads on a ring with mass since the start"),
+        Channel("dissipated", "J", (), "by friction and damping since the start"),
         Channel("gross_work", "J", (), "as drive_work, the power at each contact counted by its magnitude"),
         Channel("neighbour_approach", "m", (n,), "of each ball and the next ahead, > 0 in contact; 0 where none is"),
         Channel("neighbour_load", "N", (n,), "normal load between each ball and the next ahead, >= 0"),
@@ -125,8 +140,8 @@ def _places(parameters: BearingScene) -> Places:
     edges = dict(zip(Outputs._fields, np.cumsum([0, *(channel.width for channel in rows[:-1])]).tolist(), strict=True))
     own = [(edges[channel.name] + i, channel.width // n) for channel in rows[:OWN] for i in range(channel.width // n)]
     first, step = np.array(own).T.copy()
-    named = (edges[name] for name in ("inner_ring_angle", "inner_ring_force", "neighbour_approach", "position"))
-    return Places(first, step, *named)
+    named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
+    return Places(first, step, *(edges[name] for name in named))
 
 
 @functools.cache
@@ -150,12 +165,17 @@ def outputs_of(parameters: BearingScene, matrix: np.ndarray) -> Outputs:
     return Outputs(*(matrix[:, columns].reshape(count, *shape) for columns, shape in _columns(parameters)))
 
 
-def write_outputs(parameters, bearing, drive, times, states, orientations, out, first):
+def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
     """Fills `out` from row `first` with the states (count, N, columns) and orientations (count, N, 4) at `times` [s].
 
-    `times` count from the instant the drive's angle and speed belong to. Every column of a row is written.
+    `borders` (count, BORDER) are those of the `partners`, ring and cage. `times`
+    count from the instant the drive's angle and speed belong to. Every column of a row is written.
     """
-    write_rows(bearing, drive, times, states, orientations, _places(parameters), out, first)
+    places = _places(parameters)
+    write_rows(bearing, drive, times, states, orientations, borders, places, out, first)
+    if partners.active:
+        pitch = parameters.geometry.ball_diameter / parameters.geometry.pitch_diameter
+        write_border(bearing, partners, drive, 0.5 * (1.0 - pitch), times, states, borders, places, out, first)
 
 
 @kernel

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import numbers_missing
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
-from bearing_twin.kinds.bearing.rings import Model, Rings, ring_problems
+from bearing_twin.kinds.bearing.rings import Cage, Model, Rings, ring_problems
 from bearing_twin.kinds.sections import (
     Friction,
     PointElastic,
@@ -97,9 +97,7 @@ class Drive:
     speed: float = quantity(183.26, "rad/s", "speed of the inner ring about +z")
     acceleration: float = quantity(2000.0, "rad/s^2", "rate at which a commanded speed is approached", above=0.0)
     offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "displacement of the inner ring's centre")
-    tilt: tuple[float, float] = quantity(
-        (0.0, 0.0), "rad", "misalignment of the inner ring about x and y; quasi_static"
-    )
+    tilt: tuple[float, float] = quantity((0.0, 0.0), "rad", "misalignment of the inner ring about x and y")
     change: Change = section(Change)
 
 
@@ -155,6 +153,7 @@ class BearingScene:
     contact: BearingContact = section(BearingContact, default=CONTACT)
     drive: Drive = section(Drive)
     rings: Rings = section(Rings)
+    cage: Cage = section(Cage)
     gravity: tuple[float, float, float] = quantity(
         (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
     )

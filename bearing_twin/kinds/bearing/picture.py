@@ -12,6 +12,7 @@ from bearing_twin import __version__
 from bearing_twin.errors import LogError
 from bearing_twin.kinds.bearing.history import LoadHistory
 from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.pictures.style import (
     BALL_COLOURS,
@@ -42,10 +43,14 @@ class BearingPicture:
 
     def __init__(self, facts: Facts):
         self._facts, self._history = facts, LoadHistory()
+        moves = facts.scene and dimension_of(facts.scene.parameters) == FREE_RING
+        self._ring = LoadHistory("inner_ring_offset") if moves else None
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
         self._history.add_block(block)
+        if self._ring:
+            self._ring.add_block(block)
 
     def write(self, path) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
@@ -56,9 +61,14 @@ class BearingPicture:
         FigureCanvasAgg(figure)
         edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
-        left = grid[0].subgridspec(2, 1, hspace=0.16)
+        left = grid[0].subgridspec(3 if self._ring else 2, 1, hspace=0.24 if self._ring else 0.16)
         right = grid[1].subgridspec(3, 1, height_ratios=(4.0, 0.95, 0.7), hspace=0.2)
-        _draw_loads(figure, [figure.add_subplot(left[row]) for row in (0, 1)], history)
+        loads = [figure.add_subplot(left[row]) for row in (0, 1)]
+        _draw_loads(figure, loads, history)
+        if self._ring:
+            loads[1].tick_params(labelbottom=False)
+            loads[1].set_xlabel("")
+            _draw_displacement(figure.add_subplot(left[2]), self._ring)
         _draw_bearing(figure.add_subplot(right[0]), history.last, scene)
         _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
         return finish(figure, _title(history, scene), _footer(self._facts, history), path)
@@ -84,6 +94,20 @@ def _draw_loads(figure, axes, history):
         axis.margins(x=0.0 if span else 0.05)
     axes[0].tick_params(labelbottom=False)
     axes[1].set_xlabel(f"time [{unit}]")
+
+
+def _draw_displacement(axis, history):
+    """How far the centre of a ring with mass is from where it started, along each axis."""
+    time, low, high = _shown(history) or history.envelope()
+    (scale, unit), start = scaled(time[-1], "s"), history.first["inner_ring_offset"]
+    frame(axis)
+    for i, name in enumerate("xyz"):
+        path = 1e6 * (np.stack([low[:, i], high[:, i]], axis=1).ravel() - start[i])
+        axis.plot(np.repeat(time * scale, 2), path, linewidth=1.6, label=name, color=BALL_COLOURS[i])
+    heading(axis, "Inner ring's centre, from where it started")
+    axis.set(xlabel=f"time [{unit}]", ylabel="displacement [µm]")
+    axis.margins(x=0.0)
+    axis.legend(ncols=3, frameon=False, fontsize=10, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
 
 
 def _shown(history):
@@ -245,16 +269,8 @@ def _words(axis, sample, scene, greatest, reach):
         start = np.array([1.12 * reach, -0.62 * reach])
         end = start + 0.22 * reach * gravity / np.linalg.norm(gravity)
         axis.add_patch(FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=14, color=STYLE["ink"], lw=1.6))
-        axis.text(
-            start[0] + 0.05 * reach,
-            start[1],
-            "g",
-            ha="left",
-            va="center",
-            style="italic",
-            fontsize=13,
-            color=STYLE["ink"],
-        )
+        look = {"ha": "left", "va": "center", "style": "italic", "fontsize": 13, "color": STYLE["ink"]}
+        axis.text(start[0] + 0.05 * reach, start[1], "g", **look)
 
 
 def _axes_mark(axis, left, reach):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.cage import add_pockets
 from bearing_twin.kinds.bearing.equations import give_coefficients, raceway_rates
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -20,15 +21,17 @@ from bearing_twin.kinds.bearing.layout import (
     put,
 )
 from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
+from bearing_twin.kinds.bearing.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.spot import add_spots
 
 
 @kernel
 def lane_rates(bearing, lanes):
-    """`raceway_rates` by whatever law and friction."""
+    """`raceway_rates` by whatever law and friction, and what the pockets of a cage do."""
     give_coefficients(bearing, lanes)
     raceway_rates(bearing, lanes)
     add_spots(bearing.spot, bearing, lanes)
+    add_pockets(bearing.pockets, bearing, lanes)
 
 
 @inlined
@@ -50,6 +53,7 @@ def block_rates(bearing, drive, pairs, time, values, rates, lanes):
         for i in range(MOTION_SPAN):
             put(room, AXIS_DISTANCE, i, values[block, i])
         put_ring_speed(drive, time, room)
+        put_still_ring(bearing.ring, bearing, room)
         lane_rates(bearing, room)
         for i in range(STATE_SPAN):
             rates[block, i] = get(room, LANE_RATES, i)

@@ -1,10 +1,12 @@
-"""What acts on the inner ring, where it may go, and how much of the bearing moves by itself."""
+"""What acts on the inner ring, where it may go, what keeps the balls apart, and how much moves by itself."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
+import math
 from dataclasses import dataclass
 
-from bearing_twin.parameters import choice, quantity, section
+from bearing_twin.parameters import choice, quantity, section, table
 
+LOAD_COLUMNS = (("time", "s"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
 COORDINATES = ("x", "y", "z", "theta_x", "theta_y")
 FREE = {  # rings.inner.free: which of the coordinates follow the loads
     "none": (False, False, False, False, False),
@@ -13,7 +15,27 @@ FREE = {  # rings.inner.free: which of the coordinates follow the loads
     "displacement": (True, True, True, False, False),
     "all": (True, True, True, True, True),
 }
-QUASI_STATIC, PRESCRIBED = "quasi_static", "prescribed"
+QUASI_STATIC, PRESCRIBED, FREE_RING = "quasi_static", "prescribed", "free"
+EVEN, POCKETS = "even", "pockets"
+
+
+@dataclass(frozen=True)
+class RingSupport:
+    """Springs and dampers between the inner ring and the housing, at rest at the drive's offset and tilt."""
+
+    stiffness: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "N/m", "along x, y, z", at_least=0.0)
+    damping: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "N s/m", "along x, y, z", at_least=0.0)
+    tilt_stiffness: float = quantity(0.0, "N m/rad", "about x and y", at_least=0.0)
+    tilt_damping: float = quantity(0.0, "N m s/rad", "about x and y", at_least=0.0)
+
+
+@dataclass(frozen=True)
+class LoadChange:
+    """One change of the load on the inner ring while it runs, added at once to what it was."""
+
+    time: float = quantity(0.0, "s", "when the load changes; 0 = never", at_least=0.0)
+    load: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "N", "added to rings.inner.load")
+    moment: tuple[float, float] = quantity((0.0, 0.0), "N m", "added to rings.inner.moment")
 
 
 @dataclass(frozen=True)
@@ -25,6 +47,16 @@ class InnerRing:
     free: str = choice(
         "auto", ("auto", *FREE), "coordinates that follow the loads; auto = displacement with a load, all with a moment"
     )
+    mass: float = quantity(0.0, "kg", "of the ring and what turns with it, for model.dimension: free", at_least=0.0)
+    inertia: tuple[float, float] = quantity(
+        (0.0, 0.0), "kg m^2", "of the same about a diameter, and about its axis", at_least=0.0
+    )
+    unbalance: float = quantity(0.0, "kg m", "mass times radius off the axis, at +x when the run starts", at_least=0.0)
+    change: LoadChange = section(LoadChange)
+    table: tuple = table(
+        LOAD_COLUMNS, "loads over time, added to load and moment; straight between rows, then as the last"
+    )
+    support: RingSupport = section(RingSupport)
 
 
 @dataclass(frozen=True)
@@ -35,14 +67,31 @@ class Rings:
 
 
 @dataclass(frozen=True)
+class Cage:
+    """What keeps the balls apart; its angle is the only place it has."""
+
+    kind: str = choice(
+        "none",
+        ("none", EVEN, POCKETS),
+        "even = balls stay evenly spaced, at one orbit speed that follows from their balance; pockets = contacts",
+    )
+    inertia: float = quantity(0.0, "kg m^2", "about its axis; 0 = mass on the pitch circle", at_least=0.0)
+    mass: float = quantity(5.0e-3, "kg", "of the cage, where no inertia is given", at_least=0.0)
+    pocket_clearance: float = quantity(2.0e-4, "m", "free travel of a ball along the pitch circle", at_least=0.0)
+    stiffness: float = quantity(1.0e6, "N/m", "of ball and pocket", above=0.0)
+    relaxation_time: float = quantity(3.0e-5, "s", "viscous over elastic part of ball and pocket", at_least=0.0)
+    friction: float = quantity(0.05, "1", "coefficient between ball and pocket", at_least=0.0, at_most=10.0)
+
+
+@dataclass(frozen=True)
 class Model:
     """How much of the bearing moves by itself."""
 
     dimension: str = choice(
         "auto",
-        ("auto", QUASI_STATIC, PRESCRIBED),
-        "quasi_static = every output is an equilibrium at the balls' places; prescribed = balls move, the ring is held",
-        {"free": "is not built: a ring with mass does not move yet; quasi_static takes loads on the inner ring"},
+        ("auto", QUASI_STATIC, PRESCRIBED, FREE_RING),
+        "quasi_static = every output is an equilibrium at the balls' places; prescribed = balls move, the ring is held "
+        "by the drive; free = balls move, and the ring with its mass",
     )
 
 
@@ -51,8 +100,11 @@ def free_coordinates(parameters) -> tuple[bool, ...]:
     ring = parameters.rings.inner
     if ring.free != "auto":
         return FREE[ring.free]
-    if any(ring.moment):
+    rows = ring.table
+    if any(ring.moment) or any(ring.change.moment) or any(any(row[4:]) for row in rows):
         return FREE["all"]
+    if any(ring.change.load) or ring.unbalance or rows:
+        return FREE["displacement"]
     return FREE["displacement" if any(ring.load) else "none"]
 
 
@@ -84,12 +136,72 @@ def idle_loads(parameters, load, moment, *names: str) -> list[str]:
 def ring_problems(parameters) -> list[str]:
     """What contradicts itself about loads, freedom and dimension, one sentence each."""
     ring, free, problems = parameters.rings.inner, free_coordinates(parameters), []
-    problems += idle_loads(parameters, ring.load, ring.moment, "rings.inner.load", "rings.inner.moment")
-    if dimension_of(parameters) == PRESCRIBED and any(free):
+    for name, load, moment in (
+        ("", ring.load, ring.moment),
+        ("change.", ring.change.load, ring.change.moment),
+        *((f"table[{number}].", row[1:4], row[4:]) for number, row in enumerate(ring.table)),
+    ):
+        names = f"rings.inner.{name}load", f"rings.inner.{name}moment"
+        problems = problems or idle_loads(parameters, load, moment, *names)
+    dimension = dimension_of(parameters)
+    if dimension == PRESCRIBED and any(free):
         problems.append(
             "model.dimension = prescribed holds the inner ring, so that loads do not move it; use "
-            "model.dimension: quasi_static, or rings.inner.free: none without loads"
+            "model.dimension: free with rings.inner.mass, or quasi_static, or rings.inner.free: none without loads"
         )
-    if dimension_of(parameters) == PRESCRIBED and any(parameters.drive.tilt):
-        problems.append("drive.tilt is taken by model.dimension: quasi_static alone; use it, or leave the tilt out")
+    if dimension == FREE_RING:
+        problems += _free_problems(parameters, free)
+    elif any((*ring.change.load, *ring.change.moment, ring.unbalance, ring.table)) or _supported(ring.support):
+        problems.append(
+            "rings.inner.change, table, unbalance and support act on a ring with mass; use model.dimension: free with "
+            "rings.inner.mass"
+        )
+    return problems + _unmet(parameters, dimension)
+
+
+def _supported(support) -> bool:
+    return any((*support.stiffness, *support.damping, support.tilt_stiffness, support.tilt_damping))
+
+
+def _free_problems(parameters, free) -> list[str]:
+    """What a ring with mass lacks."""
+    ring, problems = parameters.rings.inner, []
+    if not any(free):
+        problems.append(
+            "model.dimension = free has no free coordinate; give rings.inner.load, or rings.inner.free: all"
+        )
+    if ring.mass == 0.0:
+        problems.append("model.dimension = free wants rings.inner.mass above 0 kg")
+    if any(free[3:]) and ring.inertia[0] == 0.0:
+        problems.append("a ring free to tilt wants rings.inner.inertia[0], about a diameter, above 0 kg m^2")
+    if any(parameters.drive.change.offset):
+        problems.append(
+            "drive.change.offset moves a ring that is held; use rings.inner.change with model.dimension: free"
+        )
+    return problems
+
+
+def _unmet(parameters, dimension) -> list[str]:
+    """Methods and friction that do not go with a ring that tilts or moves, or with a cage."""
+    cage, stepper, problems = parameters.cage, parameters.solver.stepper, []
+    moving = [words for words, is_so in (
+        ("a ring with mass", dimension == FREE_RING),
+        ("a cage", cage.kind != "none" and dimension != QUASI_STATIC),
+    ) if is_so]  # fmt: skip
+    if moving and stepper not in ("auto", "rodas4", "rodas3"):
+        problems.append(f"solver.stepper = {stepper} does not move {' or '.join(moving)}; use rodas4")
+    tilted = dimension == PRESCRIBED and any(parameters.drive.tilt)
+    if (tilted or dimension == FREE_RING) and parameters.contact.friction != "point":
+        problems.append(
+            f"contact.friction = {parameters.contact.friction} is not built for a ring that tilts or moves; use point"
+        )
+    if cage.kind == POCKETS and dimension != QUASI_STATIC:
+        room = 2.0 * math.pi / parameters.geometry.balls * 0.5 * parameters.geometry.pitch_diameter
+        if cage.mass == 0.0 and cage.inertia == 0.0:
+            problems.append("cage.kind = pockets wants cage.mass or cage.inertia above 0; a cage without is even")
+        if cage.pocket_clearance >= 0.5 * room:
+            problems.append(
+                f"cage.pocket_clearance = {cage.pocket_clearance:g} m reaches into the next pocket; at most "
+                f"{0.5 * room:.4g} m"
+            )
     return problems

@@ -1,8 +1,9 @@
 """The bearing by an adaptive Rosenbrock method: balls side by side in lanes, alone or coupled.
 
-The rings' motion is prescribed, so balls that touch no other do not act on each other: every lane holds one ball with
-its own time and step size, all lanes take one step together, each accepts or repeats its own, and a lane whose ball
-has reached the end of the chunk takes the next ball. Balls that may touch take all their steps together.
+Where the rings' motion is prescribed, balls that touch no other do not act on each other: every lane holds one ball
+with its own time and step size, all lanes take one step together, each accepts or repeats its own, and a lane whose
+ball has reached the end of the chunk takes the next ball. Balls that may touch, or that meet a ring with mass or a
+cage, take all their steps together.
 """
 
 import math
@@ -11,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.border import bearing_at, border_inside, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
@@ -36,6 +38,7 @@ from bearing_twin.kinds.bearing.layout import (
     put,
     put_quaternion,
 )
+from bearing_twin.kinds.bearing.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
     LANDED,
@@ -113,10 +116,62 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
     from_lane(lanes, START, k, state[number])
     from_lane(lanes, ORIENTATION, k, orientation[number])
     from_lane(lanes, CARRIED_INNER, k, results.carried[number])
-    status = check_ball(task.bearing, state, number)
+    return OK, 0
+
+
+@kernel
+def _checked(bearing, number, state, task, results):
+    """Whether the state of a ball at the end of a chunk can be right; `bearing` has its ring where it is then."""
+    status = check_ball(bearing, state, number)
     if status != OK:
         results.failure[0], results.failure[1] = task.duration, number
-    return status, 0
+    return status
+
+
+@kernel
+def _accept_border(task, coupling, cursor, lanes, results):
+    """Moves ring and cage to the end of the step, giving out the instants in it, as `_accept` does for a ball."""
+    border, times = coupling.border, task.times
+    time, step = get(lanes, TIME, 0), get(lanes, STEP, 0)
+    until = math.inf if time + step >= task.duration * (1.0 - NOTHING) else time + step
+    while cursor < len(times) and times[cursor] <= until:
+        border_inside(border, (times[cursor] - time) / step, results.border[cursor])
+        cursor += 1
+    border.start[:] = border.end
+
+
+@kernel
+def _accept_coupled(task, coupling, cursor, lanes, results):
+    """Moves ring and cage on where all balls will accept the step just made."""
+    if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
+        if get(lanes, ERROR, 0) <= 1.0 and get(lanes, SHARE, 0) >= LANDED:
+            _accept_border(task, coupling, cursor, lanes, results)
+
+
+@kernel
+def _begin_border(coupling, task, balls, blocks):
+    """Gives the lanes what they need of ring and cage before the first step."""
+    for block in range(len(blocks)):
+        put_still_ring(task.bearing.ring, task.bearing, blocks[block])
+    if len(coupling) > 0:
+        put_pockets(task.bearing, balls, blocks)
+        follow_cage(coupling.border, coupling.border.start, blocks, START)
+
+
+@kernel
+def _bearing_now(ring, coupling, bearing):
+    """The bearing with its ring where the last accepted step left it; `ring` is the bearing's."""
+    if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
+        if coupling.border.partners.active:
+            return bearing_at(ring, bearing, coupling.border.start)
+    return bearing
+
+
+@kernel
+def _end_border(coupling, results):
+    """Hands the state of ring and cage at the end of the chunk on."""
+    if len(coupling) > 0:
+        results.last_border[:] = coupling.border.start
 
 
 @kernel
@@ -183,12 +238,14 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
         _next_ball(number, state, orientation, results.carried, steps, task.duration, lanes, k)
         ball[place] = number if place < running else IDLE
     _agree(coupling, STEP, True, running, blocks)
+    _begin_border(coupling, task, balls, blocks)
     while running > 0:
         if results.stop[0] != 0:
             return STOPPED
         _cut_steps(task.duration, blocks)
         rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
         _judge(task, coupling, ball, len(balls), dense, counts, blocks)
+        _accept_coupled(task, coupling, cursor[0], blocks[0], results)
         for place in range(places):
             number, lanes, k = ball[place], blocks[place // LANES], place % LANES
             if number == IDLE:
@@ -212,6 +269,8 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
             )
             if status == RUNNING:
                 continue
+            here = _bearing_now(task.bearing.ring, coupling, task.bearing)
+            status = _checked(here, number, state, task, results)
             if status != OK:
                 return status
             if waiting < len(balls):
@@ -221,6 +280,7 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
             else:
                 ball[place] = IDLE
                 running -= 1
+    _end_border(coupling, results)
     return OK
 
 

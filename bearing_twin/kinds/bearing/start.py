@@ -13,6 +13,7 @@ from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.cage import Pockets
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
 from bearing_twin.kinds.bearing.layout import (
@@ -24,6 +25,8 @@ from bearing_twin.kinds.bearing.layout import (
     TANGENTIAL_VELOCITY,
 )
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
+from bearing_twin.kinds.bearing.ring_seat import RingMotion
+from bearing_twin.kinds.bearing.rings import FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.numerics.least_squares import least_squares
 from bearing_twin.numerics.rotation import about_z
 
@@ -80,7 +83,31 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
         raceway_friction=0.0 if friction.over_spot else contact.friction_coefficient,
         spot=spot if friction.over_spot else (),
+        ring=_ring_motion(parameters),
+        pockets=_pockets(parameters),
     )
+
+
+def _ring_motion(parameters: BearingScene) -> RingMotion | tuple:
+    """The ring's tilt and motion at the start, empty where it only spins about z."""
+    tilt, dimension = tuple(map(float, parameters.drive.tilt)), dimension_of(parameters)
+    if dimension == FREE_RING or (dimension == PRESCRIBED and any(tilt)):
+        return RingMotion(tilt, (0.0, 0.0, 0.0), (0.0, 0.0))
+    return ()
+
+
+def cage_inertia(parameters: BearingScene) -> float:
+    """The cage's moment of inertia about its axis [kg m^2]."""
+    cage = parameters.cage
+    return cage.inertia or cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2
+
+
+def _pockets(parameters: BearingScene) -> Pockets | tuple:
+    cage = parameters.cage
+    if cage.kind != POCKETS or dimension_of(parameters) == QUASI_STATIC:
+        return ()
+    radius = 0.5 * parameters.geometry.pitch_diameter
+    return Pockets(radius, 0.5 * cage.pocket_clearance, cage.stiffness, cage.relaxation_time, cage.friction)
 
 
 def too_narrow(geometry: Geometry) -> bool:

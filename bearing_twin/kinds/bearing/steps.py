@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.layout import (
     TANGENTIAL_VELOCITY,
 )
 from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.statuses import NOT_FINITE, OK, TOO_DEEP
+from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import rosenbrock_dense
 
 STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
@@ -33,11 +33,21 @@ TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
 LANDED = 0.95  # share of a step: a contact that changes later in it is as good as at its end
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
 
+FAILURES = {
+    NOT_FINITE: ("not finite", "is not finite any more; shorten solver.step or use solver.stepper: rodas4"),
+    TOO_DEEP: ("too deep", "has run through a raceway; check the loads, or shorten solver.step"),
+    STALLED: (
+        "stalled",
+        "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
+    ),
+}
+
 
 class Results(NamedTuple):
     """What a chunk fills in; `stop` (1,) is looked at before every step, and ends the chunk when it is not 0.
 
     `carried` (N, CARRIED_COLUMNS) is what the law carries at each ball's contacts, at the chunk's start and its end.
+    `border` (len(times), BORDER) and `last_border` (BORDER,) are those of ring and cage, where a method moves them.
     """
 
     states: np.ndarray
@@ -46,6 +56,8 @@ class Results(NamedTuple):
     failure: np.ndarray
     stop: np.ndarray
     carried: np.ndarray
+    border: np.ndarray
+    last_border: np.ndarray
 
 
 class DenseStep(NamedTuple):

@@ -107,6 +107,7 @@ def write_channels(setting, gravity, found, speeds, angles, out):
         for axis in range(3):
             out.inner_ring_offset[row, axis] = centre[axis]
             out.inner_ring_force[row, axis] = -found.load[row, axis]
+        out.cage_angle[row], out.cage_speed[row] = found.azimuth[row], found.orbit[row]
         for axis in range(2):
             out.inner_ring_tilt[row, axis] = found.q[row, 3 + axis]
             out.inner_ring_torque[row, axis] = -found.load[row, 3 + axis]

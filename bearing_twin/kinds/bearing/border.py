@@ -1,0 +1,270 @@
+"""The bodies that meet all balls, inner ring and cage: their state, what moves them, and their part of a step.
+
+They are the border of the linear system. A state holds six places (the ring's centre x, y, z [m] and tilt about x and
+y [rad], the cage's angle [rad]), their velocities, and two integrals that only listen [J]: the work of the loads on
+the ring, and what its support loses. All is in `bearing_link`.
+
+Ring: M dv/dt = load + weight - sum of what the balls do - D v - K (q - rest), and about its axes, with the speed W of
+the drive, I_t d2(theta_x) + I_p W d(theta_y) = M_x, I_t d2(theta_y) - I_p W d(theta_x) = M_y (small tilts).
+
+Even cage: ball j stands at psi_c + 2 pi j / Z and goes round at the cage's speed w, so its tangential velocity is r w.
+What holds it there is eliminated by the balance of angular momentum about the axis,
+(J_c + sum m r^2) dw/dt = sum r (F_t - 2 m v_r w): the orbit speed follows from what acts on the balls.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.equations import Bearing
+from bearing_twin.kinds.bearing.layout import (
+    AXIS_DISTANCE,
+    BORDER,
+    BORDER_MOTION,
+    BORDER_PUSH,
+    BORDER_ROWS,
+    CAGE,
+    LANE_RATES,
+    LANES,
+    LOST,
+    ORBIT_ANGLE,
+    PLACES,
+    POCKET,
+    RADIAL_VELOCITY,
+    TANGENTIAL_VELOCITY,
+    WORK_DONE,
+    get,
+    new_blocks,
+    put,
+)
+from bearing_twin.kinds.bearing.ring_seat import RingMotion
+from bearing_twin.numerics.steppers import MOST_STAGES, rosenbrock_dense
+
+CAGE_SPEED = PLACES + CAGE
+
+
+class Partners(NamedTuple):
+    """What meets all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
+
+    `free` is 1 where a place follows its loads, else 0. `load` grows by `load_rate` a second; `unbalance` [kg m] turns
+    with the ring, `phase` [rad] ahead of it. `scales` (2 PLACES,) are the errors a step may make.
+    """
+
+    active: bool
+    even: bool
+    varying: bool
+    free: np.ndarray
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    rest: np.ndarray
+    weight: np.ndarray
+    load: np.ndarray
+    load_rate: np.ndarray
+    polar_inertia: float
+    unbalance: float
+    phase: float
+    scales: np.ndarray
+
+
+class Border(NamedTuple):
+    """Room for a Rosenbrock step of ring and cage: arrays (BORDER,), `stages` (stages, BORDER).
+
+    `own` (PLACES, 2 PLACES) is their Jacobian by themselves, `inverse` (PLACES,) of their inertia, `error` (1,) that of
+    the step; `blocks` (blocks, BORDER_ROWS * LANES) stands beside the balls'.
+    """
+
+    partners: Partners
+    count: int
+    start: np.ndarray
+    end: np.ndarray
+    now: np.ndarray
+    slope: np.ndarray
+    rates: np.ndarray
+    right: np.ndarray
+    solution: np.ndarray
+    third: np.ndarray
+    fourth: np.ndarray
+    stages: np.ndarray
+    own: np.ndarray
+    inverse: np.ndarray
+    error: np.ndarray
+    blocks: np.ndarray
+
+
+@kernel
+def new_border(partners, count, state):
+    """Room for so many balls, holding `state` (BORDER,)."""
+    rooms = np.zeros((9, BORDER))
+    rooms[0] = state
+    stages, own = np.zeros((MOST_STAGES, BORDER)), np.zeros((PLACES, 2 * PLACES))
+    blocks = new_blocks(count if partners.active else 0, BORDER_ROWS)
+    return Border(
+        partners, count, rooms[0], rooms[1], rooms[2], rooms[3], rooms[4], rooms[5], rooms[6], rooms[7], rooms[8],
+        stages, own, np.zeros(PLACES), np.zeros(1), blocks,
+    )  # fmt: skip
+
+
+@inlined
+def bearing_at(ring, bearing, state):
+    """The bearing with its ring where the `state` (2 PLACES or more,) of the border has it; `ring` is the bearing's."""
+    if len(ring) == 0:
+        return bearing
+    return Bearing(
+        bearing.balls,
+        bearing.ball_radius,
+        bearing.ball_mass,
+        bearing.ball_inertia,
+        bearing.inner,
+        bearing.outer,
+        (state[0], state[1], state[2]),
+        bearing.gravity,
+        bearing.damping,
+        bearing.relaxation_time,
+        bearing.friction_coefficient,
+        bearing.friction_regularisation,
+        bearing.pair_coefficient,
+        bearing.raceway_friction,
+        bearing.spot,
+        RingMotion(
+            (state[3], state[4]),
+            (state[PLACES], state[PLACES + 1], state[PLACES + 2]),
+            (state[PLACES + 3], state[PLACES + 4]),
+        ),
+        bearing.pockets,
+    )
+
+
+@kernel
+def put_pockets(bearing, balls, blocks):
+    """Gives every lane the angle from the cage to the pocket of its ball."""
+    for place in range(len(blocks) * LANES):
+        number = balls[min(place, len(balls) - 1)]
+        put(blocks[place // LANES], POCKET, place % LANES, 2.0 * math.pi * number / bearing.balls)
+
+
+@kernel
+def put_border(border, blocks):
+    """Gives all lanes the motion of ring and cage, as the border has it `now`."""
+    if border.partners.active:
+        for block in range(len(blocks)):
+            for i in range(2 * PLACES):
+                for k in range(LANES):
+                    put(blocks[block], BORDER_MOTION + i, k, border.now[i])
+
+
+@kernel
+def follow_cage(border, state, blocks, row):
+    """Puts balls of an even cage, whose state begins at `row`, where `state` has the cage."""
+    if border.partners.even:
+        for block in range(len(blocks)):
+            lanes = blocks[block]
+            for k in range(LANES):
+                put(lanes, row + ORBIT_ANGLE, k, state[CAGE] + get(lanes, POCKET, k))
+                put(lanes, row + TANGENTIAL_VELOCITY, k, state[CAGE_SPEED] * get(lanes, row + AXIS_DISTANCE, k))
+
+
+@inlined
+def _pull(bearing, lanes, k):
+    """r (F_t - 2 m v_r w) of an even cage's ball [N m]."""
+    radius = get(lanes, AXIS_DISTANCE, k)
+    turning = get(lanes, TANGENTIAL_VELOCITY, k) * get(lanes, RADIAL_VELOCITY, k) / radius
+    return bearing.ball_mass * radius * (get(lanes, LANE_RATES + TANGENTIAL_VELOCITY, k) - turning)
+
+
+@kernel
+def applied_load(partners, drive, time, i):
+    """What acts on the ring from outside along coordinate i at `time` [s] into the part, weight left out [N, N m]."""
+    found = partners.load[i] + time * partners.load_rate[i]
+    if i < 2 and partners.unbalance != 0.0:
+        angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + partners.phase
+        speed = drive.speed + drive.acceleration * time
+        found += partners.unbalance * speed * speed * (math.cos(angle) if i == 0 else math.sin(angle))
+    return found
+
+
+@kernel
+def border_rates(bearing, drive, border, time, blocks):
+    """Fills `border.rates` at the state `border.now`, from the pushes and rates of the balls in `blocks`."""
+    partners, state, rates = border.partners, border.now, border.rates
+    inertia = partners.mass[CAGE]
+    for i in range(PLACES):
+        total = 0.0
+        for place in range(border.count):
+            lanes, k = blocks[place // LANES], place % LANES
+            if i == CAGE and partners.even:
+                total += _pull(bearing, lanes, k)
+                inertia += bearing.ball_mass * get(lanes, AXIS_DISTANCE, k) ** 2
+            else:
+                total += get(lanes, BORDER_PUSH + i, k)
+        border.inverse[i] = partners.free[i] / (inertia if i == CAGE else partners.mass[i])
+        rates[i] = state[PLACES + i]
+        rates[PLACES + i] = total if partners.free[i] > 0.0 else 0.0
+    rates[WORK_DONE] = rates[LOST] = 0.0
+    spin = partners.polar_inertia * (drive.speed + drive.acceleration * time)
+    rates[PLACES + 3] -= spin * state[PLACES + 4]
+    rates[PLACES + 4] += spin * state[PLACES + 3]
+    for i in range(PLACES):
+        if i < CAGE:
+            load, speed = applied_load(partners, drive, time, i), state[PLACES + i]
+            drag = partners.damping[i] * speed
+            rates[PLACES + i] += (
+                load + partners.weight[i] - drag - partners.stiffness[i] * (state[i] - partners.rest[i])
+            )
+            rates[WORK_DONE] += partners.free[i] * load * speed
+            rates[LOST] += partners.free[i] * drag * speed
+        rates[PLACES + i] *= border.inverse[i]
+
+
+@kernel
+def border_stage_state(a, border):
+    """The state at which a stage takes its rates: `now`, and `end` after the last."""
+    for i in range(BORDER):
+        total = border.start[i]
+        for j in range(len(a)):
+            total += a[j] * border.stages[j, i]
+        border.now[i] = border.end[i] = total
+
+
+@kernel
+def border_right(c, d, step, border):
+    """The right-hand side of a stage."""
+    for i in range(BORDER):
+        total = border.rates[i] + d * border.slope[i]
+        for j in range(len(c)):
+            total += c[j] * border.stages[j, i] / step
+        border.right[i] = total
+
+
+@kernel
+def border_keep(stage, border):
+    """Stores the solution as a stage's, as `lanes` does."""
+    for i in range(BORDER):
+        value = border.solution[i]
+        border.stages[stage, i] = value if abs(value) < math.inf else 0.0
+
+
+@kernel
+def border_finish(dense, border):
+    """The end of the step, its error in units of the scales, and the terms of its interpolant."""
+    partners, total, count = border.partners, 0.0, 0.0
+    for i in range(BORDER):
+        border.end[i] += border.solution[i]
+        border.third[i] = border.fourth[i] = 0.0
+        for j in range(dense.shape[1]):
+            border.third[i] += dense[0, j] * border.stages[j, i]
+            border.fourth[i] += dense[1, j] * border.stages[j, i]
+    for i in range(2 * PLACES):
+        ratio, free = border.solution[i] / partners.scales[i], partners.free[i % PLACES]
+        total += free * ratio * ratio
+        count += free
+    border.error[0] = math.sqrt(total / max(count, 1.0))
+
+
+@kernel
+def border_inside(border, fraction, out):
+    """The state (BORDER,) of ring and cage at `fraction` of the step."""
+    for i in range(BORDER):
+        out[i] = rosenbrock_dense(fraction, border.start[i], border.end[i], border.third[i], border.fourth[i])

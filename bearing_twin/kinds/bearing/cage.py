@@ -1,0 +1,192 @@
+"""A cage whose balls stand in pockets: contact of each ball with its pocket, in lanes.
+
+The cage has one angle psi_c. Ball j leaves the middle of its pocket by s = R (psi_j - psi_c - 2 pi j / Z) along the
+pitch circle of radius R; beyond half the pocket clearance c_p the pocket pushes back with N = k (p + T dp/dt) >= 0,
+p = |s| - c_p / 2 (Kelvin and Voigt). Friction acts on the ball's surface where it meets the pocket, a ball radius ahead
+or behind, smoothed as on the raceways. What the ball loses of angular momentum about the axis the cage gains. The cage
+stays centred: forces along the radius and the axis are taken by what guides it.
+"""
+
+import math
+from typing import NamedTuple
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.layout import (
+    AXIAL_SPIN,
+    AXIS_DISTANCE,
+    BALL_BY_BORDER,
+    BORDER_BY_BALL,
+    BORDER_BY_BORDER,
+    BORDER_MOTION,
+    BORDER_PUSH,
+    CAGE,
+    DISSIPATED,
+    LANE_RATES,
+    LANES,
+    MOTION,
+    ORBIT_ANGLE,
+    PLACES,
+    POCKET,
+    RADIAL_SPIN,
+    SPIN,
+    VELOCITY,
+    entry,
+    get,
+    get_vector,
+    increase,
+    put,
+)
+
+
+class Pockets(NamedTuple):
+    """Pockets on a circle of `radius` [m]: half their clearance [m], stiffness [N/m], relaxation time [s], friction."""
+
+    radius: float
+    half_clearance: float
+    stiffness: float
+    relaxation_time: float
+    friction: float
+
+
+class Bump(NamedTuple):
+    """A ball in its pocket: approach [m] and its rate, side (+1: the wall ahead), load [N], slip along radius and axis.
+
+    `friction` (2,) [N] on the ball along radius and axis, `along` [N] the force on it along the orbit, `torque` [N m]
+    on the cage, `energy` [J] and loss [W].
+    """
+
+    approach: float
+    rate: float
+    side: float
+    load: float
+    slip: tuple[float, float]
+    friction: tuple[float, float]
+    along: float
+    torque: float
+    energy: float
+    dissipation: float
+
+
+@inlined
+def bump(pockets, bearing, radius, ahead, velocity, spin, cage_speed):
+    """The contact of a ball at axis distance `radius` with its pocket, whose middle it is `ahead` of [rad]."""
+    side = 1.0 if ahead >= 0.0 else -1.0
+    approach = pockets.radius * abs(ahead) - pockets.half_clearance
+    rate = side * pockets.radius * (velocity[1] / radius - cage_speed)
+    depth, lever = max(approach, 0.0), side * bearing.ball_radius
+    elastic = pockets.stiffness * depth
+    viscous = pockets.stiffness * pockets.relaxation_time * rate if approach > 0.0 else 0.0
+    load = max(elastic + viscous, 0.0)
+    slip = (velocity[0] - lever * (spin[2] - cage_speed), velocity[2] + lever * spin[0])
+    square = slip[0] * slip[0] + slip[1] * slip[1]
+    smoothing = bearing.friction_regularisation
+    resistance = pockets.friction * load / math.sqrt(square + smoothing * smoothing)
+    friction = (-resistance * slip[0], -resistance * slip[1])
+    push = side * pockets.radius * load
+    return Bump(
+        approach=approach,
+        rate=rate,
+        side=side,
+        load=load,
+        slip=slip,
+        friction=friction,
+        along=-push / radius,
+        torque=push + lever * friction[0],
+        energy=0.5 * elastic * depth,
+        dissipation=resistance * square + (load - elastic) * rate,
+    )
+
+
+@inlined
+def _ahead(lanes, k):
+    return get(lanes, ORBIT_ANGLE, k) - get(lanes, BORDER_MOTION + CAGE, k) - get(lanes, POCKET, k)
+
+
+@inlined
+def bump_in_lane(pockets, bearing, lanes, k):
+    """The contact of lane k's ball with its pocket."""
+    speed = get(lanes, BORDER_MOTION + PLACES + CAGE, k)
+    velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
+    return bump(pockets, bearing, get(lanes, AXIS_DISTANCE, k), _ahead(lanes, k), velocity, spin, speed)
+
+
+@kernel
+def add_pockets(pockets, bearing, lanes):
+    """Adds to the rates what pockets do, and says what they do to the cage; nothing where `pockets` is empty."""
+    if len(pockets) > 0:
+        inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+        for k in range(LANES):
+            found = bump_in_lane(pockets, bearing, lanes, k)
+            lever = found.side * bearing.ball_radius
+            increase(lanes, LANE_RATES + VELOCITY, k, inverse_mass * found.friction[0])
+            increase(lanes, LANE_RATES + VELOCITY + 1, k, inverse_mass * found.along)
+            increase(lanes, LANE_RATES + VELOCITY + 2, k, inverse_mass * found.friction[1])
+            increase(lanes, LANE_RATES + RADIAL_SPIN, k, inverse_inertia * lever * found.friction[1])
+            increase(lanes, LANE_RATES + AXIAL_SPIN, k, -inverse_inertia * lever * found.friction[0])
+            increase(lanes, LANE_RATES + DISSIPATED, k, found.dissipation)
+            put(lanes, BORDER_PUSH + CAGE, k, found.torque)
+
+
+@inlined
+def _change(pockets, bearing, found, radius, approach, rate, slip_radial, slip_axial, outwards):
+    """How a bump changes when approach, rate, slip and axis distance change by these.
+
+    Force on the ball (3,), the factor of its torque about radius and axis, torque on the cage, loss.
+    """
+    side, slip = found.side, found.slip
+    lever, smoothing = side * bearing.ball_radius, bearing.friction_regularisation
+    touching = 1.0 if found.approach > 0.0 and found.load > 0.0 else 0.0
+    stiff = pockets.stiffness if found.approach > 0.0 else 0.0
+    load = touching * pockets.stiffness * (approach + pockets.relaxation_time * rate)
+    q = slip[0] * slip[0] + slip[1] * slip[1]
+    inverse = 1.0 / math.sqrt(q + smoothing * smoothing)
+    along = slip[0] * slip_radial + slip[1] * slip_axial
+    grows = pockets.friction * inverse * (load - found.load * along * inverse * inverse)
+    resists = pockets.friction * inverse * found.load
+    radial = -(grows * slip[0] + resists * slip_radial)
+    axial = -(grows * slip[1] + resists * slip_axial)
+    push = side * pockets.radius * load
+    tangential = -push / radius - found.along * outwards / radius
+    elastic = stiff * found.approach
+    loss = grows * q + 2.0 * resists * along + (load - stiff * approach) * found.rate + (found.load - elastic) * rate
+    return (radial, tangential, axial), lever, push + lever * radial, loss
+
+
+@kernel
+def pocket_answers(pockets, bearing, lanes, out):
+    """Adds to the Jacobian in `lanes` and to that by the border in `out` how the pockets answer."""
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    cage = BORDER_BY_BALL + CAGE * MOTION
+    for k in range(LANES):
+        radius = get(lanes, AXIS_DISTANCE, k)
+        orbit = get(lanes, VELOCITY + 1, k) / radius
+        found = bump_in_lane(pockets, bearing, lanes, k)
+        arc, lever = found.side * pockets.radius, found.side * bearing.ball_radius
+        for column, approach, rate, slip_radial, slip_axial, outwards in (
+            (AXIS_DISTANCE, 0.0, -arc * orbit / radius, 0.0, 0.0, 1.0),
+            (ORBIT_ANGLE, arc, 0.0, 0.0, 0.0, 0.0),
+            (VELOCITY, 0.0, 0.0, 1.0, 0.0, 0.0),
+            (VELOCITY + 1, 0.0, arc / radius, 0.0, 0.0, 0.0),
+            (VELOCITY + 2, 0.0, 0.0, 0.0, 1.0, 0.0),
+            (RADIAL_SPIN, 0.0, 0.0, 0.0, lever, 0.0),
+            (AXIAL_SPIN, 0.0, 0.0, -lever, 0.0, 0.0),
+        ):
+            force, arm, torque, loss = _change(
+                pockets, bearing, found, radius, approach, rate, slip_radial, slip_axial, outwards
+            )
+            for axis in range(3):
+                increase(lanes, entry(VELOCITY + axis, column), k, inverse_mass * force[axis])
+            increase(lanes, entry(RADIAL_SPIN, column), k, inverse_inertia * arm * force[2])
+            increase(lanes, entry(AXIAL_SPIN, column), k, -inverse_inertia * arm * force[0])
+            increase(lanes, entry(DISSIPATED, column), k, loss)
+            increase(out, cage + column, k, torque)
+        for column, approach, rate, slip_radial in ((CAGE, -arc, 0.0, 0.0), (PLACES + CAGE, 0.0, -arc, lever)):
+            force, arm, torque, loss = _change(pockets, bearing, found, radius, approach, rate, slip_radial, 0.0, 0.0)
+            stride = 2 * PLACES
+            for axis in range(3):
+                increase(out, BALL_BY_BORDER + axis * stride + column, k, inverse_mass * force[axis])
+            spins = BALL_BY_BORDER + (RADIAL_SPIN - VELOCITY) * stride + column
+            increase(out, spins, k, inverse_inertia * arm * force[2])
+            increase(out, spins + 2 * stride, k, -inverse_inertia * arm * force[0])
+            increase(out, BALL_BY_BORDER + (DISSIPATED - VELOCITY) * stride + column, k, loss)
+            increase(out, BORDER_BY_BORDER + CAGE * stride + column, k, torque)

@@ -1,0 +1,66 @@
+"""One part of a chunk by whichever stepper: balls alone, balls that may touch, or all of them with ring and cage."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import DOP853, Radau
+
+from bearing_twin.kinds.bearing.border import Partners
+from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
+from bearing_twin.kinds.bearing.explicit import explicit_chunk
+from bearing_twin.kinds.bearing.imex import imex_chunk
+from bearing_twin.kinds.bearing.linear_system import new_coupling
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
+from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
+from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
+
+REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
+SCIPY = {"dop853": DOP853, "radau": Radau}
+
+
+class Chunk(NamedTuple):
+    """What is integrated: `near` (N,) says which balls may meet the next, `times` [s] are wanted within `duration`.
+
+    `step` [s] is that of methods with fixed steps, `scales` (MOTION,) are the errors of a step of the others.
+    """
+
+    bearing: Bearing
+    drive: RingDrive
+    partners: Partners
+    near: np.ndarray
+    times: np.ndarray
+    duration: float
+    step: float
+    scales: np.ndarray
+
+
+def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
+    """Moves (state, orientation, steps) on in place and fills `results` (`steps.Results`); returns the status."""
+    what = chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration
+    if stepper in ROSENBROCK:
+        task = ChunkTask(ROSENBROCK[stepper], chunk.bearing, chunk.drive, chunk.times, chunk.duration, chunk.scales)
+        return _by_rosenbrock(task, chunk.partners, chunk.near, moving, results)
+    if stepper in EXPLICIT:
+        return explicit_chunk(EXPLICIT[stepper], *what, chunk.step, chunk.scales, *moving, results)
+    if stepper == "imex":
+        return imex_chunk(*what, chunk.step, *moving[:2], results)
+    return scipy_chunk(SCIPY[stepper], *what, REFERENCE_SHARE * chunk.scales, *moving[:2], results)
+
+
+def _by_rosenbrock(task, partners, near, moving, results) -> int:
+    """Balls that touch no other side by side, then each group of balls that may touch.
+
+    Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
+    """
+    groups, status = [np.array(group, np.int64) for group in groups_of(near)], OK
+    if partners.active:
+        groups = [np.arange(len(near))]
+    alone = [group for group in groups if len(group) == 1 and not partners.active]
+    if alone:
+        status = rosenbrock_chunk(task, (), np.concatenate(alone), *moving, results)
+    for group in groups:
+        if status == OK and (len(group) > 1 or partners.active):
+            coupling = new_coupling(near, group, partners, results.last_border)
+            status = rosenbrock_chunk(task, coupling, group, *moving, results)
+    return status

@@ -1,0 +1,151 @@
+"""Ring and cage of a scene: what acts on them over time, and the equilibrium from which they and the balls start."""
+
+import math
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.border import CAGE_SPEED, Partners
+from bearing_twin.kinds.bearing.layout import (
+    AXIS_DISTANCE,
+    BORDER,
+    CAGE,
+    COLUMNS,
+    HEIGHT,
+    ORBIT_ANGLE,
+    PLACES,
+    SPIN,
+    TANGENTIAL_VELOCITY,
+)
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.quasi_static.contacts import shared
+from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of, support_of
+from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, dimension_of, free_coordinates
+from bearing_twin.kinds.bearing.start import cage_inertia
+
+NEVER = math.inf
+RING_SHARE = 0.1  # of the errors that a ball's motion may make: those of ring and cage
+SAME = 1e-12  # relative: instants nearer than this are one
+
+
+class Loading:
+    """What acts on the inner ring from outside: the scene's loads over time, or what is commanded in their place."""
+
+    def __init__(self, parameters: BearingScene):
+        ring = parameters.rings.inner
+        self.load, self.change = (
+            np.array([*ring.load, *ring.moment]),
+            np.array([*ring.change.load, *ring.change.moment]),
+        )
+        self.change_time = ring.change.time or NEVER
+        self.knots = np.array(ring.table).reshape(-1, 6)
+
+    def set(self, force, moment) -> None:
+        """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
+        self.load = np.array([*force, *moment], float)[:CAGE]
+        self.change_time, self.knots = NEVER, np.empty((0, 6))
+
+    def until_next(self, elapsed: float) -> float:
+        """Seconds until the load jumps, or grows otherwise."""
+        times = np.append(self.knots[:, 0], self.change_time)
+        return float(np.min(times[times > elapsed * (1.0 + SAME)], initial=NEVER)) - elapsed
+
+    def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
+        """Load (5,) at `elapsed` [s] and its rate (5,), which hold until the next jump."""
+        jumped = elapsed >= self.change_time * (1.0 - SAME)
+        load, rate, knots = self.load + self.change if jumped else self.load, np.zeros(5), self.knots
+        if not len(knots):
+            return load, rate
+        row = int(np.searchsorted(knots[:, 0], elapsed * (1.0 + SAME), side="right")) - 1
+        if row < 0 or row + 1 == len(knots):
+            return load + knots[max(row, 0), 1:], rate
+        rate = (knots[row + 1, 1:] - knots[row, 1:]) / (knots[row + 1, 0] - knots[row, 0])
+        return load + knots[row, 1:] + rate * (elapsed - knots[row, 0]), rate
+
+
+def partners_of(parameters: BearingScene, scales: np.ndarray) -> Partners:
+    """Ring and cage without loads; `scales` (MOTION,) are the errors that a step of a ball may make."""
+    ring, cage, support = parameters.rings.inner, parameters.cage, parameters.rings.inner.support
+    moving, caged = dimension_of(parameters) == FREE_RING, cage.kind != "none"
+    free = np.array([*(free_coordinates(parameters) if moving else (False,) * 5), caged], float)
+    pitch = 0.5 * parameters.geometry.pitch_diameter
+    # Little stops a shaft that rings, so that errors of its motion add up for longer than a ball's.
+    place, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
+    about = ring.inertia[0] or 1.0
+    inertia = cage_inertia(parameters) if caged else 1.0
+    return Partners(
+        active=moving or caged,
+        even=cage.kind == EVEN,
+        varying=moving and ring.unbalance != 0.0,
+        free=free,
+        mass=np.array([*(ring.mass or 1.0,) * 3, about, about, inertia]),
+        stiffness=np.array([*support.stiffness, *(support.tilt_stiffness,) * 2, 0.0]),
+        damping=np.array([*support.damping, *(support.tilt_damping,) * 2, 0.0]),
+        rest=np.array([*parameters.drive.offset, *parameters.drive.tilt, 0.0]),
+        weight=np.array([*(ring.mass * np.asarray(parameters.gravity)), 0.0, 0.0, 0.0]),
+        load=np.zeros(PLACES),
+        load_rate=np.zeros(PLACES),
+        polar_inertia=ring.inertia[1],
+        unbalance=ring.unbalance if moving else 0.0,
+        phase=0.0,
+        scales=np.array([*(place,) * 3, *(place / pitch,) * 3, *(speed,) * 3, *(speed / pitch,) * 3]),
+    )
+
+
+def _support(parameters: BearingScene, partners: Partners) -> Support:
+    """The loads at the start, with the ring's weight."""
+    found, (load, _) = support_of(parameters), Loading(parameters).at(0.0)
+    loads = np.where(found.free, load + partners.weight[:CAGE], 0.0)
+    return Support(found.free, tuple(loads.tolist()), found.held)
+
+
+def _settled(solver: Solver, support: Support, partners: Partners):
+    """The equilibrium with the springs of the support, whose force is found by Newton's method."""
+    found = solver.solve(support)
+    stiffness, free = partners.stiffness[:CAGE], np.array(support.free, np.bool_)
+    if not np.any(stiffness * free):
+        return found
+    loads, pull = np.array(support.loads), np.zeros(5)
+    for _ in range(30):
+        off = stiffness * (found.coordinates - partners.rest[:CAGE]) - pull
+        if np.abs(off[free]).max() <= 1e-9 * np.abs(loads).max():
+            return found
+        answer = np.linalg.solve(found.stiffness[np.ix_(free, free)], np.eye(int(free.sum())))
+        matrix = np.eye(len(answer)) + stiffness[free, None] * answer
+        pull[free] += np.linalg.solve(matrix, off[free])
+        found = solver.solve(support._replace(loads=tuple(loads - pull)))
+    return found
+
+
+def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tuple[np.ndarray, np.ndarray]:
+    """State of the balls (N, COLUMNS) and of ring and cage (BORDER,) in balance, the balls rolling unless at rest.
+
+    Balls of a cage share one orbit speed, the mean of what the loaded ones roll with. Raises SceneError where there is
+    no equilibrium.
+    """
+    balls, speed = parameters.geometry.balls, parameters.drive.speed
+    setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
+    gravity = np.asarray(parameters.gravity)
+    radial = gravity[0] * np.cos(azimuths) + gravity[1] * np.sin(azimuths)
+    weights = setting.ball_mass * np.stack([radial, np.full(balls, gravity[2])], axis=1)
+    found = _settled(Solver(setting, azimuths, weights), _support(parameters, partners), partners)
+    state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
+    border[:CAGE] = found.coordinates
+    state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
+    state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, found.places[:, 1]
+    if parameters.initial.motion == "rolling":
+        contacts = found.contacts
+        together = shared(contacts, contacts.orbit)
+        orbit = np.full(balls, together) if partners.free[CAGE] else contacts.orbit
+        state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * orbit
+        state[:, SPIN], state[:, SPIN + 2] = contacts.pitch, orbit - contacts.roll
+        border[CAGE_SPEED] = together if partners.free[CAGE] else 0.0
+    return state, border
+
+
+def caged_start(state: np.ndarray, partners: Partners) -> tuple[np.ndarray, np.ndarray]:
+    """A start of balls round a ring that is held, in a cage that goes round with their mean."""
+    border = np.zeros(BORDER)
+    if partners.free[CAGE]:
+        border[CAGE_SPEED] = np.mean(state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE])
+        state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * border[CAGE_SPEED]
+    return state, border

@@ -1,0 +1,269 @@
+"""How the contact with a ring that is tilted or moves answers to the ball's motion and to the ring's.
+
+The contact depends on what `ring_seat.seen_from` gives, with A the inverse of 1 + theta x: d' = A (p - c),
+A (v - v_c - w x d') and A (s - w). `contact_gradient` differentiates it there; here the ring's displacement, tilt and
+velocities are put in by the chain rule, in the axes of the ball's frame.
+"""
+
+from typing import NamedTuple
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.equations import RacewayContact, brought_back, lane_position
+from bearing_twin.kinds.bearing.gradient import Gradient, contact_gradient
+from bearing_twin.kinds.bearing.layout import (
+    ANSWERING,
+    BALL_BY_BORDER,
+    BORDER_BY_BALL,
+    BORDER_BY_BORDER,
+    GIVEN_INNER,
+    GIVEN_SLOPE_INNER,
+    LANES,
+    MOTION,
+    ORBIT_ANGLE,
+    PLACES,
+    RING_SPEED,
+    SPIN,
+    VELOCITY,
+    get,
+    get_vector,
+    put,
+)
+from bearing_twin.kinds.bearing.ring_seat import Seat, ring_in_lane, seat_of, seen_from
+from bearing_twin.numerics.block_solve import combined, minus_block, negative, plus, product, times
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
+
+UP = (0.0, 0.0, 1.0)
+
+
+class Answer(NamedTuple):
+    """How something answers, axes of the ball's frame: matrices for a vector, rows for a number.
+
+    By the ball's place, velocity and spin, by a turn of the ring about its centre and by the rate of it; by the ring's
+    place and velocity it is the opposite of `place` and `velocity`. `angle` is the answer to the orbit angle.
+    """
+
+    place: tuple
+    velocity: tuple
+    spin: tuple
+    turn: tuple
+    rate: tuple
+    angle: tuple
+
+
+class Seated(NamedTuple):
+    """A contact with a seated ring and the answers of force, torque, power and loss; `offset` is d'."""
+
+    contact: RacewayContact
+    seat: Seat
+    offset: tuple
+    force: Answer
+    torque: Answer
+    power: Answer
+    loss: Answer
+
+
+@inlined
+def skew(a):
+    """The matrix of a x (.)."""
+    return ((0.0, -a[2], a[1]), (a[2], 0.0, -a[0]), (-a[1], a[0], 0.0))
+
+
+@inlined
+def _transposed(a):
+    return ((a[0][0], a[1][0], a[2][0]), (a[0][1], a[1][1], a[2][1]), (a[0][2], a[1][2], a[2][2]))
+
+
+@inlined
+def _vector_answer(seat, d, u, w, value, by_place, by_velocity, by_spin):
+    """The answer of a vector `value` whose derivatives by what is seen from the ring, d, u and w, are given."""
+    axes, back = seat.axes, _transposed(seat.axes)
+    velocity, spin = product(product(back, by_velocity), axes), product(product(back, by_spin), axes)
+    alone = product(product(back, by_place), axes)
+    place = minus_block(alone, product(velocity, product(skew(seat.turning), axes)))
+    levers = plus(product(place, skew(d)), plus(product(velocity, skew(u)), product(spin, skew(w))))
+    turn = minus_block(levers, product(back, skew(value)))
+    rate = minus_block(product(velocity, skew(d)), spin)
+    # A turn of the ball's frame moves the ring in it, the other way round.
+    angle = add(times(place, cross(UP, seat.centre)), times(velocity, cross(UP, seat.velocity)))
+    angle = minus(angle, add(times(turn, cross(UP, seat.tilt)), times(rate, cross(UP, seat.turning))))
+    return Answer(place, velocity, spin, turn, rate, angle)
+
+
+@inlined
+def _number_answer(seat, d, u, w, by_place, by_velocity, by_spin):
+    """The answer of a number."""
+    velocity, spin = combined(by_velocity, seat.axes), combined(by_spin, seat.axes)
+    place = combined(minus(by_place, cross(velocity, seat.turning)), seat.axes)
+    turn = scaled(-1.0, add(cross(d, place), add(cross(u, velocity), cross(w, spin))))
+    rate = minus(cross(velocity, d), spin)
+    ahead = dot(place, cross(UP, seat.centre)) + dot(velocity, cross(UP, seat.velocity))
+    angle = ahead - dot(turn, cross(UP, seat.tilt)) - dot(rate, cross(UP, seat.turning))
+    return Answer(place, velocity, spin, turn, rate, angle)
+
+
+@inlined
+def seated_gradient(ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin):
+    """The contact with the inner ring at `place` in motion `ring`, and how it answers."""
+    seat = seat_of(ring, place, cosine, sine)
+    offset, relative, against = seen_from(seat, position, velocity, spin)
+    middle, across = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    found, by = contact_gradient(bearing, bearing.inner, given, slope, middle, across, speed, offset, relative, against)
+    contact = brought_back(seat.axes, found)
+    return Seated(
+        contact=contact,
+        seat=seat,
+        offset=offset,
+        force=_vector_answer(seat, offset, relative, against, contact.force, by.force_p, by.force_v, by.force_s),
+        torque=_vector_answer(seat, offset, relative, against, contact.torque, by.torque_p, by.torque_v, by.torque_s),
+        power=_number_answer(seat, offset, relative, against, by.power_p, by.power_v, by.power_s),
+        loss=_number_answer(seat, offset, relative, against, by.loss_p, by.loss_v, by.loss_s),
+    )
+
+
+@inlined
+def _by_ball(answer):
+    """The matrix by axis distance, orbit angle and height."""
+    place, angle = answer.place, answer.angle
+    return (
+        (place[0][0], angle[0], place[0][2]),
+        (place[1][0], angle[1], place[1][2]),
+        (place[2][0], angle[2], place[2][2]),
+    )
+
+
+@inlined
+def inner_gradient(ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin):
+    """`contact_gradient` of a ball with the inner ring at `place`; `ring` is the bearing's."""
+    if len(ring) == 0:
+        centre = about_z(cosine, -sine, place)
+        by_angle = (-centre[1], centre[0], 0.0)
+        return contact_gradient(bearing, bearing.inner, given, slope, centre, by_angle, speed, position, velocity, spin)
+    found = seated_gradient(ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin)
+    power, loss = found.power, found.loss
+    return found.contact, Gradient(
+        force_p=_by_ball(found.force),
+        force_v=found.force.velocity,
+        force_s=found.force.spin,
+        torque_p=_by_ball(found.torque),
+        torque_v=found.torque.velocity,
+        torque_s=found.torque.spin,
+        power_p=(power.place[0], power.angle, power.place[2]),
+        power_v=power.velocity,
+        power_s=power.spin,
+        loss_p=(loss.place[0], loss.angle, loss.place[2]),
+        loss_v=loss.velocity,
+        loss_s=loss.spin,
+    )
+
+
+@inlined
+def _put_columns(lanes, row, stride, k, cosine, sine, size, place, turn, velocity, rate):
+    """Writes how three rows from `row` on, in any axes, answer to the ring's places and velocities in fixed axes."""
+    for r in range(3):
+        at = row + r * stride
+        shift, push = about_z(cosine, sine, place[r]), about_z(cosine, sine, velocity[r])
+        tilt, faster = about_z(cosine, sine, turn[r]), about_z(cosine, sine, rate[r])
+        _put_row(lanes, at, k, size, shift, tilt, push, faster)
+
+
+@inlined
+def _put_row(lanes, at, k, size, shift, tilt, push, faster):
+    for axis in range(3):
+        put(lanes, at + axis, k, -size * shift[axis])
+        put(lanes, at + PLACES + axis, k, -size * push[axis])
+    for axis in range(2):
+        put(lanes, at + 3 + axis, k, size * tilt[axis])
+        put(lanes, at + PLACES + 3 + axis, k, size * faster[axis])
+
+
+@inlined
+def _put_number(lanes, at, k, cosine, sine, sign, answer):
+    shift, push = about_z(cosine, sine, answer.place), about_z(cosine, sine, answer.velocity)
+    _put_row(lanes, at, k, sign, shift, about_z(cosine, sine, answer.turn), push, about_z(cosine, sine, answer.rate))
+
+
+@inlined
+def _turned(cosine, sine, block):
+    """A matrix whose answer is turned from the ball's frame into fixed axes."""
+    return (
+        minus(scaled(cosine, block[0]), scaled(sine, block[1])),
+        add(scaled(sine, block[0]), scaled(cosine, block[1])),
+        block[2],
+    )
+
+
+@inlined
+def _put_reaction(lanes, out, first, count, k, cosine, sine, value, answer):
+    """Writes how the first `count` components of a force or moment on the ring, the opposite of `value`, answer.
+
+    From coordinate `first` of the border on; `value` and `answer` are in the ball's frame and on the ball.
+    """
+    place, velocity = _turned(cosine, sine, negative(answer.place)), _turned(cosine, sine, negative(answer.velocity))
+    spin, turn = _turned(cosine, sine, negative(answer.spin)), _turned(cosine, sine, negative(answer.turn))
+    rate = _turned(cosine, sine, negative(answer.rate))
+    angle = about_z(cosine, sine, scaled(-1.0, add(answer.angle, cross(UP, value))))
+    for r in range(count):
+        row = out + BORDER_BY_BALL + (first + r) * MOTION
+        put(lanes, row, k, place[r][0])
+        put(lanes, row + 1, k, angle[r])
+        put(lanes, row + 2, k, place[r][2])
+        for axis in range(3):
+            put(lanes, row + VELOCITY + axis, k, velocity[r][axis])
+            put(lanes, row + SPIN + axis, k, spin[r][axis])
+        shift, push = about_z(cosine, sine, place[r]), about_z(cosine, sine, velocity[r])
+        tilt, faster = about_z(cosine, sine, turn[r]), about_z(cosine, sine, rate[r])
+        _put_row(lanes, out + BORDER_BY_BORDER + (first + r) * 2 * PLACES, k, 1.0, shift, tilt, push, faster)
+
+
+@inlined
+def _moment(found):
+    """The moment on the ball about the ring's centre, and how it answers: N = d' x F + T."""
+    d, force, torque, seat = found.offset, found.force, found.torque, found.seat
+    lever, pull = skew(d), found.contact.force
+    moved = negative(product(skew(pull), seat.axes))  # by a displacement of the ball, what d' x F takes of d'
+    ahead = add(cross(UP, seat.centre), cross(cross(UP, seat.tilt), d))
+    answer = Answer(
+        place=plus(plus(product(lever, force.place), torque.place), moved),
+        velocity=plus(product(lever, force.velocity), torque.velocity),
+        spin=plus(product(lever, force.spin), torque.spin),
+        turn=plus(plus(product(lever, force.turn), torque.turn), product(moved, lever)),
+        rate=plus(product(lever, force.rate), torque.rate),
+        angle=add(add(cross(d, force.angle), torque.angle), times(moved, ahead)),
+    )
+    return add(cross(d, pull), found.contact.torque), answer
+
+
+@kernel
+def ring_answers(ring, bearing, lanes, out):
+    """Fills `out` (BORDER_ROWS) with how the balls in `lanes` and the ring answer to each other's motion.
+
+    Forces and moments on the ring are not yet divided by its inertia. `ring` is the bearing's, not empty; friction
+    acts at a point.
+    """
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    stride = 2 * PLACES
+    for k in range(LANES):
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        place, moving = ring_in_lane(ring, bearing.offset, lanes, k)
+        found = seated_gradient(
+            moving, bearing, get(lanes, GIVEN_INNER, k), get(lanes, GIVEN_SLOPE_INNER, k), place, cosine, sine,
+            get(lanes, RING_SPEED, k), lane_position(lanes, k), get_vector(lanes, VELOCITY, k),
+            get_vector(lanes, SPIN, k),
+        )  # fmt: skip
+        force, torque = found.force, found.torque
+        _put_columns(
+            out, BALL_BY_BORDER, stride, k, cosine, sine, inverse_mass,
+            force.place, force.turn, force.velocity, force.rate,
+        )  # fmt: skip
+        _put_columns(
+            out, BALL_BY_BORDER + 3 * stride, stride, k, cosine, sine, inverse_inertia,
+            torque.place, torque.turn, torque.velocity, torque.rate,
+        )  # fmt: skip
+        work = BALL_BY_BORDER + (ANSWERING - 3) * stride
+        _put_number(out, work, k, cosine, sine, 1.0, found.power)
+        _put_number(out, work + stride, k, cosine, sine, 1.0, found.loss)
+        sign = 1.0 if found.contact.drive_power >= 0.0 else -1.0
+        _put_number(out, work + 2 * stride, k, cosine, sine, sign, found.power)
+        _put_reaction(out, 0, 0, 3, k, cosine, sine, found.contact.force, force)
+        value, answer = _moment(found)
+        _put_reaction(out, 0, 3, 2, k, cosine, sine, value, answer)

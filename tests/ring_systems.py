@@ -1,0 +1,113 @@
+"""Ring, cage and balls as one system, for tests: its rates as functions of the motion, and its Jacobian."""
+
+import numpy as np
+from bearings import motion
+
+from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_border, put_pockets
+from bearing_twin.kinds.bearing.equations import RingDrive
+from bearing_twin.kinds.bearing.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.layout import (
+    ANSWERING,
+    AXIS_DISTANCE,
+    BALL_BY_BORDER,
+    BORDER_BY_BALL,
+    BORDER_BY_BORDER,
+    COLUMNS,
+    JACOBIAN,
+    LANE_RATES,
+    LANES,
+    MOTION,
+    PLACES,
+    RING_SPEED,
+    ROSENBROCK_ROWS,
+    from_blocks,
+    into_blocks,
+    new_blocks,
+    put,
+)
+from bearing_twin.kinds.bearing.linear_system import couple_jacobians, new_coupling
+from bearing_twin.kinds.bearing.rates import lane_rates
+
+AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
+FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")
+SHAFT = (*FREE, "rings.inner.inertia=[1.0e-4,1.0e-4]")
+SUPPORT = "rings.inner.support={stiffness: [1e5,2e5,3e5], damping: [1,2,3], tilt_stiffness: 4, tilt_damping: 0.1}"
+BALL = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])
+RING = np.array([*(1e-6,) * 3, *(1e-4,) * 3, *(1e-2,) * 3, *(1.0,) * 3])
+POCKETS = ("cage.kind=pockets", "cage.pocket_clearance=1.0e-6")
+CASES = {
+    "ring": (*SHAFT, SUPPORT),
+    "ring and pockets": (*SHAFT, *POCKETS),
+    "ring and even cage": (*SHAFT, "cage.kind=even"),
+    "even cage": ("cage.kind=even",),
+    "tilted ring and even cage": ("model.dimension=prescribed", "drive.tilt=[1e-3,-5e-4]", "cage.kind=even"),
+}
+
+
+class System:
+    """Rates of eight balls and their border as functions of their motion, and the Jacobian as the kernels fill it."""
+
+    def __init__(self, moving, state, border):
+        self.bearing, self.partners = moving.bearing, moving._partners()
+        self.drive, self.balls = RingDrive(0.3, 150.0, 0.0), np.arange(len(state))
+        self.state, self.border = state, border
+
+    def evaluated(self, state, border):
+        coupling = new_coupling(np.zeros(len(state), np.bool_), self.balls, self.partners, border)
+        blocks = new_blocks(len(state), ROSENBROCK_ROWS)
+        into_blocks(state, blocks, AXIS_DISTANCE)
+        put_pockets(self.bearing, self.balls, blocks)
+        follow_cage(coupling.border, border, blocks, AXIS_DISTANCE)
+        coupling.border.now[:] = border
+        put_border(coupling.border, blocks)
+        for lanes in blocks:
+            for k in range(LANES):
+                put(lanes, RING_SPEED, k, self.drive.speed)
+            lane_rates(self.bearing, lanes)
+        border_rates(self.bearing, self.drive, coupling.border, 0.0, blocks)
+        return coupling, blocks
+
+    def rates(self, state, border):
+        coupling, blocks = self.evaluated(state, border)
+        found = np.zeros((len(state), COLUMNS))
+        from_blocks(blocks, LANE_RATES, found)
+        return found, coupling.border.rates.copy()
+
+    def linear(self):
+        coupling, blocks = self.evaluated(self.state, self.border)
+        for lanes in blocks:
+            lane_jacobian(self.bearing.spot, self.bearing, lanes)
+        return coupling, blocks
+
+    def jacobian(self):
+        """By balls: (balls, COLUMNS, MOTION); balls by border; accelerations of the border by balls and by itself."""
+        coupling, blocks = self.linear()
+        own, room = coupling.border, coupling.border.blocks
+        bearing = self.bearing
+        couple_jacobians(bearing.ring, bearing.pockets, bearing, self.drive, 0.0, coupling, blocks)
+
+        def read(arrays, row, *shape):
+            rows = int(np.prod(shape))
+            parts = [array[row * LANES : (row + rows) * LANES].reshape(*shape, LANES) for array in arrays]
+            return np.moveaxis(np.concatenate(parts, axis=-1), -1, 0)[: len(self.state)]
+
+        corner = read(room, BORDER_BY_BORDER, PLACES, 2 * PLACES).sum(axis=0) + own.own
+        return (
+            read(blocks, JACOBIAN, COLUMNS, MOTION),
+            read(room, BALL_BY_BORDER, ANSWERING, 2 * PLACES),
+            read(room, BORDER_BY_BALL, PLACES, MOTION),
+            corner,
+        )
+
+
+def disturbed(name, seed=3):
+    """A system in which every ball slides, spins and is pressed differently, in and out of pockets, the ring tilted."""
+    moving, rng = motion(*CASES[name], "gravity=[3.0,-9.8,1.0]", "contact.damping=0.3"), np.random.default_rng(seed)
+    state, border = moving.state.copy(), moving.border.copy()
+    state[:, :MOTION] += BALL * rng.uniform(-1.0, 1.0, (len(state), MOTION))
+    border[: 2 * PLACES] += np.where(np.tile(moving.partners.free, 2) > 0, 1.0, 0.0) * RING * rng.uniform(-1, 1, 12)
+    system = System(moving, state, border)
+    if moving.partners.even:
+        _, blocks = system.evaluated(state, border)
+        from_blocks(blocks, AXIS_DISTANCE, state)
+    return system

@@ -1,0 +1,237 @@
+"""A ring with mass and cages in time: frequencies, balances of force, energy and angular momentum, spacing, starts."""
+
+import math
+
+import numpy as np
+import pytest
+from bearings import motion, stored_energy
+from ring_systems import AXIAL_PRELOAD, FREE, disturbed
+
+from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+
+RIG = "bearing_6203_rig_1000N"
+ROLLING = 0.5 * 157.0796 * (1.0 - 6.75 / 28.55)
+STILL = ("gravity=[0,0,0]", "contact.friction_coefficient=0.0", "drive.speed=0")
+POCKETS = ("cage.kind=pockets", "cage.pocket_clearance=2e-4")
+
+
+def advanced(moving, period, count):
+    times = period * np.arange(1, count + 1)
+    return moving.advance(times, times[-1])
+
+
+def closure(out):
+    """Energy made by the numbers over the work moved."""
+    stored = stored_energy(out)
+    made = np.ptp(stored[[0, -1]]) * np.sign(stored[-1] - stored[0])
+    made += (out.dissipated - out.drive_work)[-1] - (out.dissipated - out.drive_work)[0]
+    return made / (out.gross_work[-1] - out.gross_work[0])
+
+
+def frequency(time, values):
+    """Of an oscillation about its mean, by its crossings upwards [Hz]."""
+    off = values - values.mean()
+    at = np.flatnonzero((off[:-1] < 0.0) & (off[1:] >= 0.0))
+    crossings = time[at] - off[at] * (time[at + 1] - time[at]) / (off[at + 1] - off[at])
+    return (len(crossings) - 1) / (crossings[-1] - crossings[0])
+
+
+@pytest.mark.parametrize(
+    ("step", "channel", "axis", "wanted"),
+    [
+        ("load: [0,0,0.05]", "inner_ring_offset", 2, 289.77),
+        ("moment: [1.0e-5,0]", "inner_ring_tilt", 0, 192.83),
+    ],
+)
+def test_a_shaft_rings_after_a_step_of_load(step, channel, axis, wanted):
+    """0.5 kg and 1e-4 kg m^2 on the preloaded bearing, within 0.5 % of what the stiffness gives [Hz]."""
+    moving = motion(
+        *FREE, *STILL, "rings.inner.inertia=[1.0e-4,0]", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
+        f"rings.inner.change={{time: 1e-4, {step}}}", "wanted.tolerance=1e-5",
+    )  # fmt: skip
+    out = advanced(moving, 2e-5, 2000)
+    found = getattr(out, channel)[10:, axis]
+    assert frequency(2e-5 * np.arange(10, 2000), found) == pytest.approx(wanted, rel=5e-3)
+    if channel == "inner_ring_tilt":
+        assert np.ptp(found) == pytest.approx(2.0 * 1e-5 / 147.4, rel=0.03)  # 172.4 - 4.78e4^2 / 9.137e7 N m/rad
+
+
+@pytest.fixture(scope="module")
+def rig():
+    moving = motion(scene=RIG)
+    return moving, advanced(moving, 1e-3, 60)
+
+
+def test_the_rig_runs_in_balance(rig):
+    """1000 N and the weight of 0.5 kg, within 1e-3 on average; balls evenly spaced, within 0.5 % of rolling."""
+    _, out = rig
+    wanted = [0.0, 1000.0 + 0.5 * 9.80665, 0.0]
+    assert out.inner_ring_force.mean(axis=0) == pytest.approx(wanted, abs=1.0)
+    assert np.diff(out.orbit_angle, axis=1) == pytest.approx(math.pi / 4.0, abs=1e-12)
+    assert (out.orbit_angle[-1] - out.orbit_angle[0]) / 0.059 == pytest.approx(np.full(8, ROLLING), rel=5e-3)
+    assert abs(closure(out)) < 1e-5
+    assert out.cage_angle == pytest.approx(out.orbit_angle[:, 0], abs=1e-12)
+    assert out.cage_slip == pytest.approx(1.0 - out.cage_speed / ROLLING, abs=1e-12)
+    assert out.inner_ring_load[-1] == pytest.approx([0.0, -1000.0, 0.0])
+    down = -out.inner_ring_offset[:, 1]  # by statics 21.853 to 22.118 um under 1000 N, here 1004.9
+    assert 21.85e-6 < down.min() < down.max() < 22.25e-6
+
+
+def test_the_force_of_an_even_cage_is_what_turns_it(rig):
+    """The pocket forces change the angular momentum of the cage, of inertia J_c, and of nothing else."""
+    moving, _ = rig
+    out = advanced(moving, 1e-6, 9)
+    turning = moving.partners.mass[5] * np.gradient(out.cage_speed, 1e-6)[1:-1]
+    torque = (np.hypot(out.position[..., 0], out.position[..., 1]) * out.pocket_force).sum(axis=1)[1:-1]
+    assert np.abs(torque + turning).max() < 0.05 * np.abs(torque).max()
+    assert np.abs(out.pocket_force).max() > 1e-3
+
+
+def test_a_start_is_settled(rig):
+    _, out = rig
+    swing = np.ptp(out.inner_ring_force[:10, 1])
+    assert swing < 0.5  # of 1005 N
+
+
+def test_pockets_keep_balls_within_their_clearance():
+    moving = motion(*POCKETS, scene=RIG)
+    out = advanced(moving, 1e-3, 60)
+    room = 2e-4 / 28.55e-3  # half a clearance on either side, each over the pitch radius
+    ahead = out.orbit_angle - out.cage_angle[:, None] - math.pi / 4.0 * np.arange(8)
+    assert 0.5 * room < np.abs(ahead).max() < 1.05 * room
+    assert np.abs(out.pocket_force).max() > 0.01
+    assert out.inner_ring_force.mean(axis=0) == pytest.approx([0.0, 1004.9, 0.0], abs=1.0)
+    assert (out.cage_angle[-1] - out.cage_angle[0]) / 0.059 == pytest.approx(ROLLING, rel=5e-3)
+    assert abs(closure(out)) < 1e-5
+
+
+def test_pockets_exchange_angular_momentum():
+    """What they take from the balls' orbits and spins is what they give to the cage."""
+    system = disturbed("ring and pockets")
+    found, border = system.rates(system.state, system.border)
+    bearing = system.bearing
+    system.bearing = bearing._replace(pockets=())
+    without, _ = system.rates(system.state, system.border)
+    change = found - without
+    balls = bearing.ball_mass * system.state[:, AXIS_DISTANCE] * change[:, TANGENTIAL_VELOCITY]
+    balls += bearing.ball_inertia * change[:, SPIN + 2]
+    cage = border[11] * system.partners.mass[5]
+    assert np.abs(change).max() > 0.0
+    assert cage == pytest.approx(-balls.sum(), rel=1e-12)
+
+
+def test_pockets_without_clearance_and_mass_are_an_even_cage():
+    tight = ("cage.kind=pockets", "cage.mass=1e-5", "cage.pocket_clearance=0", "cage.friction=0", "cage.stiffness=1e7")
+    found = advanced(motion(*tight, scene=RIG), 1e-3, 20)
+    even = advanced(motion("cage.mass=0", scene=RIG), 1e-3, 20)
+    assert found.inner_ring_offset == pytest.approx(even.inner_ring_offset, abs=1e-8)
+    assert found.cage_speed[-1] == pytest.approx(even.cage_speed[-1], rel=1e-4)
+    assert found.orbit_angle[-1] == pytest.approx(even.orbit_angle[-1], abs=1e-4)
+
+
+def test_a_held_ring_with_a_cage_feels_balls_pass():
+    """Held at -21.853 um without gravity: 974.7 to 1001.6 N, 988.2 N on average over a ball's passing."""
+    held = ("model.dimension=prescribed", "rings.inner.load=[0,0,0]", "drive.offset=[0,-21.853e-6,0]")
+    moving = motion(*held, "gravity=[0,0,0]", scene=RIG)
+    advanced(moving, 5e-3, 4)
+    count = 56
+    force = advanced(moving, 2.0 * math.pi / 8.0 / ROLLING / count * 2.0, count).inner_ring_force[:, 1]
+    assert force.mean() == pytest.approx(988.2, rel=1e-3)
+    assert force.min() == pytest.approx(974.7, rel=1.5e-3)
+    assert force.max() == pytest.approx(1001.6, rel=3e-3)
+
+
+def test_an_even_cage_started_from_rest_lags():
+    """The orbit speed follows from the balls' balance: nothing sets it to that of rolling."""
+    moving = motion("initial.motion=rest", "cage.kind=even")
+    out = advanced(moving, 2e-5, 50)
+    rolling = 0.5 * 183.26 * (1.0 - 6.746 / 28.5)
+    assert out.cage_speed[0] < 0.5 * rolling
+    assert np.all(np.diff(out.cage_speed[:10]) > 0.0)
+    assert abs(closure(out)) < 1e-5
+
+
+def test_a_tilted_ring_squeezes_balls_as_in_equilibrium():
+    """1 mrad: loads that differ by half, those of static balance at the same places."""
+    scene = ("model.dimension=prescribed", "cage.kind=even", "drive.tilt=[1e-3,0]", "gravity=[0,0,0]")
+    moving = motion(*scene)
+    out = advanced(moving, 1e-3, 10)
+    solver = solver_of(moving.parameters, "hertz", float(out.orbit_angle[-1, 0]))
+    found = solver.solve(support_of(moving.parameters)).contacts.load
+    assert found.max() > 1.5 * found.min()
+    assert out.normal_load[-1] == pytest.approx(found, rel=5e-3)
+    assert out.inner_ring_tilt[-1] == pytest.approx([1e-3, 0.0])
+    assert abs(closure(out)) < 1e-5
+
+
+def test_loads_come_from_a_table(tmp_path):
+    path = tmp_path / "loads.csv"
+    path.write_text("time,x,y,z,mx,my\n0,0,-1000,0,0,0\n0.004,0,-1000,0,0,0\n0.006,0,-900,0,0,0\n")
+    moving = motion("rings.inner.load=[0,0,0]", f"rings.inner.table={path}", scene=RIG)
+    out = advanced(moving, 1e-3, 12)
+    assert out.inner_ring_load[:, 1] == pytest.approx([-1000.0] * 4 + [-950.0] + [-900.0] * 7)
+    assert out.inner_ring_force[-4:, 1].mean() == pytest.approx(904.9, rel=5e-3)
+    assert abs(closure(out)) < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("0,0,-1,0,0,0\n0,0,-2,0,0,0\n", "time must grow from row to row; 0 s follows 0 s"),
+        ("0,0,-1,0,0,0\n1,0,,0,0,0\n", r"table\[1\]: y = '' must be a number"),
+        ("0,0,-1,0,0,0\n1,0,nan,0,0,0\n", r"table\[1\]: y = 'nan' must be a number"),
+        ("0,0,-1\n", "6 numbers a row, none left out"),
+    ],
+)
+def test_a_table_that_is_not_one_is_refused(text, words, tmp_path):
+    path = tmp_path / "loads.csv"
+    path.write_text(text)
+    with pytest.raises(SceneError, match=words) as caught:
+        load_scene(RIG, [f"rings.inner.table={path}"])
+    assert "\n" not in str(caught.value)
+
+
+def test_a_load_is_commanded():
+    moving = motion(scene=RIG)
+    advanced(moving, 1e-3, 2)
+    moving.set_load((0.0, -900.0, 0.0), (0.0, 0.0, 0.0))
+    out = advanced(moving, 1e-3, 20)
+    assert out.inner_ring_load[-1] == pytest.approx([0.0, -900.0, 0.0])
+    assert out.inner_ring_force[5:, 1].mean() == pytest.approx(904.9, rel=5e-3)
+    moving.set_load(None, None)
+    assert moving.first_outputs().inner_ring_load[0] == pytest.approx([0.0, -1000.0, 0.0])
+    simulation = Simulation(load_scene(RIG))
+    with pytest.raises(BearingTwinError, match=r"acts on a coordinate that rings\.inner\.free = auto holds"):
+        simulation.set_load((0.0, -900.0, 0.0), (1.0, 0.0, 0.0))
+
+
+def test_an_unbalance_goes_round_with_the_shaft():
+    moving = motion(scene="bearing_6203_unbalance")
+    out = advanced(moving, 1e-3, 30)
+    load = out.inner_ring_load - [0.0, -100.0, 0.0]
+    assert np.hypot(load[:, 0], load[:, 1]) == pytest.approx(5e-5 * 418.879**2, rel=1e-9)
+    assert np.arctan2(load[:, 1], load[:, 0]) == pytest.approx(np.angle(np.exp(1j * out.inner_ring_angle)), abs=1e-9)
+    assert abs(closure(out)) < 1e-5
+
+
+def test_what_was_advanced_is_taken_back():
+    moving = motion(scene=RIG)
+    first = advanced(moving, 1e-3, 3)
+    moving.take_back()
+    again = advanced(moving, 1e-3, 3)
+    assert np.array_equal(first.inner_ring_offset, again.inner_ring_offset)
+    assert np.array_equal(first.cage_angle, again.cage_angle)
+
+
+def test_a_bearing_without_a_cage_says_so():
+    run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.3", "wanted.tolerance=1e-2"]))
+    list(run.blocks())
+    assert any("nothing keeps the balls apart" in flag for flag in run.report.flags)
+    caged = simulate(load_scene("bearing_6203_loose", ["run.duration=0.02", "cage.kind=even"]))
+    list(caged.blocks())
+    assert not any("apart" in flag for flag in caged.report.flags)
+    assert caged.report.figures["greatest_pocket_force_n"] > 0.0
