@@ -4,7 +4,6 @@ A scene file is read into frozen dataclasses whose fields are made by `quantity`
 same declarations give the defaults, the checks, the list of keys and the descriptors of node parameters.
 """
 
-import csv
 import dataclasses
 import difflib
 import functools
@@ -58,15 +57,6 @@ def choice(default, options, help, refused=None):
     late = functools.cache(lambda: tuple(options() if callable(options) else options))
     metadata = {"options": late, "help": help, "refused": refused or {}}
     return dataclasses.field(default=default, metadata=metadata)
-
-
-def table(columns, help):
-    """Rows of numbers over time, one each of `columns` (name, unit), the first of them s, increasing; () where none.
-
-    Given as a list of rows, or as the name of a CSV file of rows, whose first may hold names: it is read at once, and
-    its rows stand in the scene from then on.
-    """
-    return dataclasses.field(default=(), metadata={"columns": tuple(columns), "help": help})
 
 
 def section(cls, default_name=None, names=None, default=None):
@@ -224,7 +214,7 @@ def _read_field(item, given, path, problems, default):
         problems.append(f"{path} = {echo(given)} {reason}")
         return default
     if "columns" in metadata:
-        rows, problem = read_table(given, metadata["columns"])
+        rows, problem = metadata["read"](given, metadata["columns"])
         if problem:
             problems.append(f"{path}{problem}")
         return rows
@@ -235,35 +225,6 @@ def _read_field(item, given, path, problems, default):
         problems.append(f"{path} = {echo(given)} {problem}")
         return default
     return value
-
-
-def read_table(given, columns) -> tuple[tuple, str]:
-    """(rows, "") of a `table`, or ((), the tail of a sentence about the first row that is wrong)."""
-    words = ", ".join(f"{name} [{unit}]" for name, unit in columns)
-    legal = f"must be rows of {words}, or the name of a CSV file of them"
-    if isinstance(given, str):
-        try:
-            with open(given, newline="", encoding="utf-8") as file:
-                given = [row for row in csv.reader(file) if row]
-        except (OSError, UnicodeError, csv.Error) as error:
-            return (), f" = {echo(given)} {legal}: {getattr(error, 'strerror', None) or error}"
-        if given and all(read_number(cell)[1] for cell in given[0]):
-            del given[0]  # names of the columns
-    if not isinstance(given, (list, tuple)):
-        return (), f" = {echo(given)} {legal}"
-    rows = []
-    for number, row in enumerate(given):
-        if not isinstance(row, (list, tuple)) or len(row) != len(columns):
-            return (), f"[{number}] = {echo(row)} {legal}: {len(columns)} numbers a row, none left out"
-        found = [read_number(cell, unit) for cell, (_, unit) in zip(row, columns, strict=True)]
-        wrong = [(name, cell, one[1]) for (name, _), cell, one in zip(columns, row, found, strict=True) if one[1]]
-        if wrong:
-            return (), "[{}]: {} = {!r} {}".format(number, *wrong[0])
-        values = tuple(float(one[0]) for one in found)
-        if rows and values[0] <= rows[-1][0]:
-            return (), f"[{number}]: time must grow from row to row; {values[0]:g} s follows {rows[-1][0]:g} s"
-        rows.append(values)
-    return tuple(rows), ""
 
 
 def _read_named(metadata, given, path, problems, default):

@@ -4,8 +4,7 @@ import contextlib
 import os
 import re
 import stat
-from collections.abc import Iterable, Iterator
-from contextvars import ContextVar
+from collections.abc import Iterator
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
@@ -14,30 +13,14 @@ import yaml
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.paths import share_path
+from bearing_twin.permission import ROOM
 
 GREATEST_FILE = 128_000  # bytes: about a second to read, whatever is in it
 GREATEST_DEPTH = 20
 LONGEST_NAME = 100
 LONGEST_DESCRIPTION = 10_000
 SUFFIXES = (".yaml", ".yml")
-# Where files may be read on behalf of somebody else, and what that is called; None = wherever the user may read.
-_ROOM: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("room", default=None)
 _GROUP = re.compile(r"^[\w.]+:[ \t]*(?:#.*)?$", re.MULTILINE)  # a key whose value follows on lines below
-
-
-@contextlib.contextmanager
-def only_below(folders: Iterable, called: str) -> Iterator[None]:
-    """Within it, files other than those of the package are read only if they lie below one of these folders.
-
-    They must be regular files named *.yaml or *.yml; a relative path counts from each of the folders. What is refused
-    is refused in the same words whether it exists or not: who asks may be anybody on the network. `called` is what
-    the folders are called in these words.
-    """
-    token = _ROOM.set((tuple(Path(os.path.realpath(folder)) for folder in folders), called))
-    try:
-        yield
-    finally:
-        _ROOM.reset(token)
 
 
 class Shelf(NamedTuple):
@@ -68,13 +51,13 @@ class Shelf(NamedTuple):
             return Path(share_path("config", self.folder, f"{text}.yaml"))
         path = Path(text)
         looks_like_a_path = isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith(SUFFIXES)
-        if looks_like_a_path and _ROOM.get() is not None:
+        if looks_like_a_path and ROOM.get() is not None:
             return self._permitted(text)
         known = ", ".join(self.names())
         try:
             if path.is_dir() and looks_like_a_path:
                 raise self.error(f"{echo(text)} is a directory; give a {self.noun} file in it, or a name: {known}")
-            if _ROOM.get() is None and path.exists() and not path.is_dir():
+            if ROOM.get() is None and path.exists() and not path.is_dir():
                 return path
         except (OSError, ValueError):  # too long, or a null byte
             pass
@@ -85,7 +68,7 @@ class Shelf(NamedTuple):
 
     def _permitted(self, text: str) -> Path:
         """The file of that path if it may be read for somebody else; else raises `error`, always in the same words."""
-        folders, called = _ROOM.get()
+        folders, called = ROOM.get()
         for folder in folders:
             with contextlib.suppress(OSError, ValueError):  # not there, too long, or a null byte
                 path = Path(os.path.realpath(folder / text))

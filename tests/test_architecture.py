@@ -22,11 +22,13 @@ GROUND = (
         "units",
         "parameters",
         "paths",
+        "permission",
         "processors",
         "report",
         "sample",
         "shelf",
         "stopping",
+        "tables",
     ),
 )
 ROOMS = (

@@ -10,6 +10,7 @@ from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.permission import only_below
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -193,6 +194,15 @@ def test_a_table_that_is_not_one_is_refused(text, words, tmp_path):
     with pytest.raises(SceneError, match=words) as caught:
         load_scene(RIG, [f"rings.inner.table={path}"])
     assert "\n" not in str(caught.value)
+
+
+def test_tables_are_read_from_regular_files_and_never_for_somebody_else(tmp_path):
+    path = tmp_path / "loads.csv"
+    path.write_text("0,0,-1,0,0,0\n")
+    with only_below([tmp_path], "the folders"), pytest.raises(SceneError, match="not read for this; give the rows"):
+        load_scene(RIG, [f"rings.inner.table={path}"])
+    with pytest.raises(SceneError, match="it is no file of at most"):
+        load_scene(RIG, ["rings.inner.table=/dev/zero"])
 
 
 def test_a_load_is_commanded():

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from bearing_twin.errors import StudyError
-from bearing_twin.shelf import only_below
+from bearing_twin.permission import only_below
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import load_study, parse_study, study_names

@@ -73,7 +73,7 @@ class Border(NamedTuple):
     """Room for a Rosenbrock step of ring and cage: arrays (BORDER,), `stages` (stages, BORDER).
 
     `own` (PLACES, 2 PLACES) is their Jacobian by themselves, `inverse` (PLACES,) of their inertia, `error` (1,) that of
-    the step; `blocks` (blocks, BORDER_ROWS * LANES) stands beside the balls'.
+    the step; `blocks`, of BORDER_ROWS rows each, stands beside the balls'.
     """
 
     partners: Partners

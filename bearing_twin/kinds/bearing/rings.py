@@ -4,7 +4,8 @@
 import math
 from dataclasses import dataclass
 
-from bearing_twin.parameters import choice, quantity, section, table
+from bearing_twin.parameters import choice, quantity, section
+from bearing_twin.tables import table
 
 LOAD_COLUMNS = (("time", "s"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
 COORDINATES = ("x", "y", "z", "theta_x", "theta_y")

@@ -229,8 +229,7 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
     blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
     places = len(blocks) * LANES
     ball, cursor = np.full(places, IDLE), np.zeros(places, np.int64)
-    running = min(places, len(balls))
-    waiting = running
+    running = waiting = min(places, len(balls))
     for place in range(places):
         # A lane without a ball repeats the last one's start, as good as any.
         number = balls[min(place, running - 1)]
@@ -269,8 +268,7 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
             )
             if status == RUNNING:
                 continue
-            here = _bearing_now(task.bearing.ring, coupling, task.bearing)
-            status = _checked(here, number, state, task, results)
+            status = _checked(_bearing_now(task.bearing.ring, coupling, task.bearing), number, state, task, results)
             if status != OK:
                 return status
             if waiting < len(balls):

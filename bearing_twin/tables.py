@@ -1,0 +1,61 @@
+"""Tables of numbers over time, from a scene or from a CSV file."""
+
+import csv
+import dataclasses
+import os
+import stat
+
+from bearing_twin.parameters import echo, read_number
+from bearing_twin.permission import ROOM
+
+GREATEST_FILE = 16_000_000  # bytes
+
+
+def table(columns, help):
+    """Rows of numbers over time, one each of `columns` (name, unit), the first of them s, increasing; () where none.
+
+    Given as a list of rows, or as the name of a CSV file of rows, whose first may hold names: it is read at once, and
+    its rows stand in the scene from then on.
+    """
+    return dataclasses.field(default=(), metadata={"columns": tuple(columns), "help": help, "read": read_table})
+
+
+def read_table(given, columns) -> tuple[tuple, str]:
+    """(rows, "") of a `table`, or ((), the tail of a sentence about the first row that is wrong)."""
+    words = ", ".join(f"{name} [{unit}]" for name, unit in columns)
+    legal = f"must be rows of {words}, or the name of a CSV file of them"
+    if isinstance(given, str):
+        name, (given, problem) = given, _rows_of(given)
+        if problem:
+            return (), f" = {echo(name)} {legal}: {problem}"
+        if given and all(read_number(cell)[1] for cell in given[0]):
+            del given[0]  # names of the columns
+    if not isinstance(given, (list, tuple)):
+        return (), f" = {echo(given)} {legal}"
+    rows = []
+    for number, row in enumerate(given):
+        if not isinstance(row, (list, tuple)) or len(row) != len(columns):
+            return (), f"[{number}] = {echo(row)} {legal}: {len(columns)} numbers a row, none left out"
+        found = [read_number(cell, unit) for cell, (_, unit) in zip(row, columns, strict=True)]
+        wrong = [(name, cell, one[1]) for (name, _), cell, one in zip(columns, row, found, strict=True) if one[1]]
+        if wrong:
+            return (), "[{}]: {} = {!r} {}".format(number, *wrong[0])
+        values = tuple(float(one[0]) for one in found)
+        if rows and values[0] <= rows[-1][0]:
+            return (), f"[{number}]: time must grow from row to row; {values[0]:g} s follows {rows[-1][0]:g} s"
+        rows.append(values)
+    return tuple(rows), ""
+
+
+def _rows_of(name: str) -> tuple[list, str]:
+    """(rows of text of a CSV file, "") or ([], what is wrong); nothing is read on behalf of somebody else."""
+    if ROOM.get() is not None:
+        return [], "files are not read for this; give the rows"
+    try:
+        found = os.stat(name)
+        if not stat.S_ISREG(found.st_mode) or found.st_size > GREATEST_FILE:
+            return [], f"it is no file of at most {GREATEST_FILE} bytes"
+        with open(name, newline="", encoding="utf-8") as file:
+            return [row for row in csv.reader(file) if row], ""
+    except (OSError, ValueError, csv.Error) as error:
+        return [], str(getattr(error, "strerror", None) or error)
