@@ -97,6 +97,14 @@ def test_speed_parts_the_angles_of_an_angular_contact_bearing():
     assert parted[2][1] < parted[1][1] < angle < parted[0][0] < parted[1][0] < parted[2][0]
 
 
+def test_a_speed_that_throws_the_balls_out_is_the_reason():
+    fast = parameters("drive.speed=4000.0", scene="bearing_218_thrust")
+    with pytest.raises(SceneError, match="is carried at rest, but not at 4000 rad/s"):
+        solved(fast, statics.support_of(fast))
+    with pytest.raises(SceneError, match="the greatest in this direction is a load"):
+        solved(fast, pushed((0.0, 0.0, 1e8)))
+
+
 def test_a_contact_angle_is_that_at_which_the_unloaded_balls_touch():
     thrust = parameters("rings.inner.load=[0,0,1e-3]", "drive.speed=0.0", scene="bearing_218_thrust")
     _, found = solved(thrust, statics.support_of(thrust))
@@ -293,7 +301,7 @@ def test_random_loads_are_balanced_or_refused_with_a_reason():
         push = contacts.load * force * np.array([1.0, -1.0]) + contacts.friction * across
         push = push.sum(axis=-1) + np.stack([contacts.centrifugal, np.zeros(8)])
         assert np.abs(push).max() <= 1e-9 * (contacts.load.max() + 1e-3)
-    said = ("the greatest in this direction", "no ball touches", "finds no contact")
+    said = ("the greatest in this direction", "no ball touches", "finds no contact", "is carried at rest, but not at")
     assert all(any(words in reason for words in said) for reason in reasons)
     assert found > 250
     assert len(reasons) > 10

@@ -164,21 +164,27 @@ class Solver:
         if status == NOTHING_CARRIES:
             raise SceneError(_nothing_carries(support))
         if not legal:
-            raise SceneError(self._refusal(support))
+            raise SceneError(self._refusal(support, status))
         contacts = empty_contacts(len(self.azimuths))
         write_contacts(self.setting, self.directions, self.q, self.place, contacts)
         arrays = self.q.copy(), self.load.copy(), self.stiffness.copy(), self.azimuths, self.place[:, :2].copy()
         return Equilibrium(*arrays, contacts, left)
 
-    def carries(self, support: Support) -> bool:
-        """Whether a legal equilibrium is found at the first try, without the reasons and the limits that `solve` finds.
+    def _too_fast(self, support: Support) -> str:
+        """That the speed alone is too much for a load that is carried at rest, "" where it is not."""
+        speed = self.setting.speed
+        still = Solver(self.setting._replace(speed=0.0), self.azimuths, self.weights)
+        if not (speed and still._tried(support, 1.0)[2]):
+            return ""
+        return (
+            f"{_what_acts(support)} is carried at rest, but not at {speed:g} rad/s, which throws the balls outwards; "
+            "lower the speed, or load the bearing more along its axis"
+        )
 
-        Those take a minute at speeds beyond which there is none.
-        """
-        return self._cold(support, 1.0)[0] == FOUND and max(self._legal()) <= 1.0
-
-    def _refusal(self, support: Support) -> str:
+    def _refusal(self, support: Support, status: int) -> str:
         """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is."""
+        if status != FOUND and (sentence := self._too_fast(support)):
+            return sentence  # what is not found at all takes a minute to search
         low, high, ratios = 0.0, 1.0, (0.0, 0.0)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
@@ -189,16 +195,17 @@ class Solver:
                 ratios = self._legal() if legal else ratios
             else:
                 high = middle
-        what = what_acts(support)
+        what = _what_acts(support)
         if low < CARRIES:
-            return f"{what} finds no contact that carries it; hold the ring in this direction, or turn the load"
+            otherwise = f"{what} finds no contact that carries it; hold the ring in this direction, or turn the load"
+            return self._too_fast(support) or otherwise
         how = "pushes the ring through the balls: a contact bears no more than 2 % of the ball's diameter"
         if ratios[1] > ratios[0]:
             how = f"tilts the contacts out of the grooves, beyond {math.degrees(GREATEST_ANGLE):.3g} degrees"
-        return f"{what} {how}; the greatest in this direction is {what_acts(support, low)}"
+        return f"{what} {how}; the greatest in this direction is {_what_acts(support, low)}"
 
 
-def what_acts(support: Support, share: float = 1.0) -> str:
+def _what_acts(support: Support, share: float = 1.0) -> str:
     """The loads and held coordinates in words."""
     rows = [
         (f"{words} of {_vector(values[part], share)} {unit}")
