@@ -395,6 +395,9 @@ def test_flags_say_where_the_theory_ends():
     assert any("outside its curve" in flag for flag in long.flags)
     assert any("wave" in flag for flag in long.flags)
     assert "somewhere on this body" in choose(load_scene("ellipsoid_rocking", ["contact.normal=constant"])).warnings[0]
+    close = choose(load_scene("ellipsoid_rocking", ["contact.normal=volumetric", "wanted.tolerance=1e-9"]))
+    assert "more than wanted.tolerance = 1e-09" in close.warnings[0]
+    assert not choose(load_scene("ellipsoid_rocking", ["contact.normal=hertz", "wanted.tolerance=1e-9"])).warnings
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ class Health:
         self._limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
         self._quaternions = [one for one in channels if one.name == "orientation" and one.shape[-1:] == (4,)]
         self._first: np.ndarray | None = None
+        self._there = 0.0  # J: most that was there or was brought so far
 
     def check(self, block: Block) -> None:
         """Raises IntegrationError at the first output that no motion can have."""
@@ -54,6 +55,9 @@ class Health:
         begin = self._first
         gained = kinetic + elastic + potential - begin[:3].sum()
         there = begin[0] + begin[1] + np.abs(brought - begin[3]) + np.abs(potential - begin[2])
+        # The most so far: a body that falls and comes back up has all of it, though none at the instant it is back.
+        there = np.maximum.accumulate(np.maximum(there, self._there))
+        self._there = float(there[-1])
         limit = (1.0 + GAIN) * there + ROUNDING * (kinetic + elastic + np.abs(potential))
         for row in np.flatnonzero(gained > limit)[:1]:
             seconds = 1e-9 * int(block.time_ns[row])
