@@ -435,7 +435,7 @@ time.sleep(60)
 
 
 def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
-    """One flipped bit each: of the size before packing, of the name of the compression, of the kind of record."""
+    """One flipped bit each: of the size before packing, of the compression, of kinds and lengths of records."""
     with RawLogWriter(tmp_path / "run.mcap") as log:
         number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
         for k in range(40):
@@ -444,13 +444,17 @@ def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
                 log.flush()
     content = (tmp_path / "run.mcap").read_bytes()
     with McapReader(tmp_path / "run.mcap") as reader:
-        start = reader.summary().chunks[1].chunk_start_offset
-    for position, bit in ((start + 9 + 16 + 5, 5), (start + 9 + 24 + 4 + 4, 1), (start, 2)):
+        chunk = reader.summary().chunks[1]
+    start, index = chunk.chunk_start_offset, chunk.chunk_start_offset + chunk.chunk_length
+    for position, bit, saved in (
+        (start + 9 + 16 + 5, 5, 30), (start + 9 + 24 + 4 + 4, 1, 30), (start, 2, 30), (start + 2, 1, 30),
+        (index + 2, 1, 40), (index, 1, 40),
+    ):  # fmt: skip
         data = bytearray(content)
         data[position] ^= 1 << bit
         (tmp_path / "flipped.mcap").write_bytes(data)
         (tmp_path / "saved.mcap").unlink(missing_ok=True)
-        assert recover(tmp_path / "flipped.mcap", tmp_path / "saved.mcap").messages == 30, position
+        assert recover(tmp_path / "flipped.mcap", tmp_path / "saved.mcap").messages == saved, position
         with pytest.raises(LogError):
             list(raw_messages(tmp_path / "flipped.mcap"))
 

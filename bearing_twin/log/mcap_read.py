@@ -4,6 +4,7 @@ What is wrong with a file becomes `DamagedLog`, with the byte at which it shows.
 on size, ratio and number of records, so that a small file cannot fill the memory or keep the reader busy.
 """
 
+import bisect
 import io
 import struct
 import zlib
@@ -103,6 +104,8 @@ class McapReader:
         self._channels: dict[int, Channel] = {}
         self._topics: dict[int, Topic] = {}
         self._packed = self._unpacked = self._records = 0
+        self._starts: list[int] = []  # of chunks, where the index is known
+        self._chunked = False
         try:
             self._stream: BinaryIO = self.path.open("rb")
         except OSError as error:
@@ -150,9 +153,10 @@ class McapReader:
                 yield record
             elif isinstance(record, Schema | Channel):
                 self._learn(offset, record)
-            elif isinstance(record, Message):
+            elif isinstance(record, Message) and not self._chunked:  # else its kind is altered: nobody writes both
                 yield self._message(offset, record.channel_id, record.log_time, record.publish_time, record.data)
             elif isinstance(record, Chunk) and (from_ns is None or record.message_end_time >= from_ns):
+                self._chunked = True
                 yield from self._chunk(offset, record)
             elif isinstance(record, DataEnd):
                 break
@@ -161,6 +165,7 @@ class McapReader:
         """Takes topics from the index, for reading that does not start with the chunk that describes them."""
         self._schemas.update(summary.schemas)
         self._channels.update(summary.channels)
+        self._starts = sorted(index.chunk_start_offset for index in summary.chunks)
 
     def metadata(self, summary: Summary) -> list[Metadata]:
         """The metadata records that the index lists."""
@@ -218,6 +223,8 @@ class McapReader:
                 opcode == Opcode.FOOTER and end != self._size - len(MAGIC)
             ):
                 raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
+            if bisect.bisect_left(self._starts, end) > bisect.bisect_right(self._starts, position):
+                raise DamagedLog(self.path, position, "a record goes on into the next chunk")
             content = self._stream.read(length)
             if check_data and opcode == Opcode.DATA_END:
                 expected = self._parse(position, DataEnd, content).data_section_crc

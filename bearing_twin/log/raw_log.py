@@ -53,7 +53,6 @@ class RawLogWriter:
         self._thinned: dict[int, Thinning] = {}
         self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._write_bag_file()
-        self._flush_due = False
         self._ended = threading.Event()
         if safety.max_loss:
             threading.Thread(target=self._flush_often, name="log flush", daemon=True).start()
@@ -111,9 +110,6 @@ class RawLogWriter:
                     new = self._writer.write(*message)
                     if new or self._stale:
                         self._write_bag_file()
-                    if self._flush_due:
-                        self._flush_due = False
-                        self._writer.flush()
 
     def _kept(self, topic: int, log_time_ns: int, publish_time_ns: int, data: bytes):
         found = self._thinned[topic].kept(log_time_ns, data)
@@ -122,7 +118,6 @@ class RawLogWriter:
     def flush(self) -> None:
         """Puts everything so far on disk."""
         with self._lock, self._patience():
-            self._flush_due = False
             if not self._closed:
                 self._writer.flush()
 
@@ -178,15 +173,8 @@ class RawLogWriter:
     def _flush_often(self) -> None:
         """In a thread of its own: messages may be seldom, and whoever writes them busy."""
         while not self._ended.wait(max(RETRY if self.problem else 0.0, self._safety.max_loss)):
-            self._flush_due = True  # whoever writes without a pause holds the lock, and flushes himself
             with suppress(LogError):  # whoever writes next is told
-                self._flush_if_due()
-
-    def _flush_if_due(self) -> None:
-        with self._lock, self._patience():
-            if self._flush_due and not self._closed:
-                self._flush_due = False
-                self._writer.flush()
+                self.flush()
 
     def _write_bag_file(self) -> None:
         self._stale = False

@@ -104,8 +104,9 @@ def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage |
                 except DamagedLog as error:
                     problems.append(f"{file.name} at byte {error.offset}: {error.what}")
                     later = [start for start in chunk_starts if start > max(error.offset, begin or 0)]
-                    begin = reader.record_after(error.offset) or (later[0] if later else None)
-                    if begin is None or begin <= error.offset:
+                    following = [reader.record_after(error.offset), *later[:1]]
+                    begin = min((one for one in following if one and one > error.offset), default=None)
+                    if begin is None:
                         break
 
 
