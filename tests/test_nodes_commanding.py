@@ -123,8 +123,24 @@ def test_a_moment_that_no_ball_carries_is_refused_with_the_greatest():
 
 def test_a_ring_that_is_held_takes_no_load():
     it = recorded("bearing_6203", ())
-    with pytest.raises(BearingTwinError, match=r"model\.dimension: quasi_static and rings"):
+    with pytest.raises(BearingTwinError, match=r"model\.dimension: quasi_static or free, and"):
         it.tell("command/load", wrench((0.0, -10.0, 0.0)))
+
+
+def test_a_ring_with_mass_obeys_and_refuses_as_well():
+    """The balls carry the load and the ring's weight once it has settled; then the scene's own load again."""
+    it = recorded(overrides=("run.duration=1.0",))
+    weight = 9.80665 * it.loop.simulation.scene.parameters.rings.inner.mass
+    assert weight > 1.0
+    it.run(0.02)
+    it.tell("command/load", wrench((0.0, -900.0, 0.0)))
+    with pytest.raises(BearingTwinError, match="the greatest in this direction"):
+        it.tell("command/load", wrench((0.0, -1e5, 0.0)))
+    it.run(0.2)
+    assert it.channel("inner_ring_force")[-100:, 1].mean() == pytest.approx(900.0 + weight, rel=2e-3)
+    it.loop.reset(0)
+    it.run(0.1)
+    assert it.channel("inner_ring_force")[-80:, 1].mean() == pytest.approx(400.0 + weight, rel=5e-3)
 
 
 def test_a_kind_without_loads_says_so():
@@ -213,7 +229,7 @@ def test_a_speed_is_judged_by_the_load_that_acts():
 
 
 def test_a_motion_goes_back_with_its_load():
-    motion = Simulation(load_scene("bearing_6203_rig_400N"))._motion
+    motion = Simulation(load_scene("bearing_6203_rig_400N", [STILL]))._motion
     for force in (-100.0, -900.0):
         motion.set_load((0.0, force, 0.0), (0.0, 0.0))
         if force == -100.0:
@@ -250,7 +266,7 @@ def test_balls_that_move_by_themselves_have_an_operating_point_too():
 
 
 def test_the_weight_of_the_balls_is_in_the_operating_point():
-    simulation = Simulation(load_scene("bearing_6203_rig_400N", ["gravity=[0,-9806.65,0]"]))
+    simulation = Simulation(load_scene("bearing_6203_rig_400N", [STILL, "gravity=[0,-9806.65,0]"]))
     simulation.advance(5)
     _, point = simulation.operating_point()
     assert point.loads[1] == pytest.approx(-400.0, rel=1e-9)

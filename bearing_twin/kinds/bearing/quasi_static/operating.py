@@ -43,7 +43,7 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
             return
         raise BearingTwinError(
             "model.dimension = prescribed holds the inner ring, so that a load does not move it; run the scene with "
-            "model.dimension: quasi_static and rings.inner.free: displacement"
+            "model.dimension: quasi_static or free, and rings.inner.free: displacement"
         )
     support = support_of(parameters)
     if force is not None:
