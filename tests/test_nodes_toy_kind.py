@@ -26,8 +26,8 @@ def test_it_is_simulated_recorded_and_replayed(tmp_path):
     scene, own, recorded = (tmp_path / name for name in ("swing.yaml", "own.mcap", "recorded.mcap"))
     scene.write_text(SCENE, encoding="utf-8")
     with ros_executor() as executor:
-        recorder = started(executor, RecorderNode, log=str(recorded), topics=["/toy/*"])
-        node = started(executor, SimNode, scene=str(scene), duration=0.3, discovery=30.0, log=str(own))
+        recorder = started(executor, RecorderNode, log=str(recorded), topics=["/toy/*"], full=True)
+        node = started(executor, SimNode, scene=str(scene), duration=0.3, discovery=30.0, log=str(own), full=True)
         spin_until(executor, node.done.is_set, "end of the simulation", patience=90.0)
         spin_for(executor, 0.3)
         assert (node.failure, recorder.failure) == (None, None)

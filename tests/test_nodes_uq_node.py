@@ -40,7 +40,7 @@ QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", 
 # One realisation of it goes on for minutes in a worker process, unless it is ended.
 LONG = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20000.0", "workers=1"]}
 # It goes on in the node itself, for longer than any test takes.
-ENDLESS = QUICK | {"samples": 15_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
+ENDLESS = QUICK | {"samples": 12_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
 STATES = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
     GoalStatus.STATUS_ABORTED: "aborted",

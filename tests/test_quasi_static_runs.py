@@ -264,7 +264,7 @@ def test_balls_that_leave_a_raceway_are_said_to_need_a_cage():
             ["rings.inner.load=[0,-10,5]", "rings.inner.free=radial"],
             r"rings.inner.load\[2\] = 5 N acts on a coordinate",
         ),
-        (["model.dimension=free"], "frees nothing"),
+        (["model.dimension=free"], "has no free coordinate"),
         (["model.dimension=free", "rings.inner.load=[0,-10,0]"], "wants rings.inner.mass above 0 kg"),
         (["model.dimension=free", "rings.inner.free=all", "rings.inner.mass=1"], "wants rings.inner.inertia"),
         (["rings.inner.unbalance=1e-5"], "act on a ring with mass"),

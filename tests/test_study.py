@@ -24,6 +24,7 @@ QUICK_SCENES = {
     "ellipsoid_tumbling": [],
     "soft_discs_mean": ["mesh.divisions=8", "mesh.order=2"],
     "sphere_on_beam": [],
+    "two_bodies_groove": ["run.duration=0.02"],
     "two_discs": [],
     "two_spheres": [],
 }

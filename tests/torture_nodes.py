@@ -23,7 +23,7 @@ from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
 QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
-ENDLESS = QUICK | {"samples": 15_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
+ENDLESS = QUICK | {"samples": 12_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 12.0  # s
 SOAK = 1800.0  # s
@@ -174,6 +174,7 @@ def cancels(share: float, folder: Path) -> Found:
             silent += ended.result().status != GoalStatus.STATUS_CANCELED
             survived += times[-1][0] < ACKNOWLEDGED and times[-1][1] < ENDED
         silent += int(node.poll() is not None)
+    times = times or [(np.nan, np.nan)]
     worst, middle = np.max(times, axis=0), np.median(times, axis=0)
     said = f"acknowledged {1e3 * middle[0]:.0f} ms (greatest {1e3 * worst[0]:.0f}), "
     return Found(tried, survived, 0, silent, f"{said}ended {1e3 * middle[1]:.0f} ms (greatest {1e3 * worst[1]:.0f})")

@@ -154,7 +154,7 @@ def ring_problems(parameters) -> list[str]:
         problems += _free_problems(parameters, free)
     elif any((*ring.change.load, *ring.change.moment, ring.unbalance, ring.table)) or _supported(ring.support):
         problems.append(
-            "rings.inner.change, table, unbalance and support act on a ring with mass; use model.dimension: free with "
+            "rings.inner.change.load, table, unbalance and support act on a ring with mass; use model.dimension: free with "
             "rings.inner.mass"
         )
     return problems + _unmet(parameters, dimension)
@@ -177,7 +177,7 @@ def _free_problems(parameters, free) -> list[str]:
         problems.append("a ring free to tilt wants rings.inner.inertia[0], about a diameter, above 0 kg m^2")
     if any(parameters.drive.change.offset):
         problems.append(
-            "drive.change.offset moves a ring that is held; use rings.inner.change with model.dimension: free"
+            "drive.change.offset moves a ring that is held; use rings.inner.change.load with model.dimension: free"
         )
     return problems
 
