@@ -154,8 +154,8 @@ def ring_problems(parameters) -> list[str]:
         problems += _free_problems(parameters, free)
     elif any((*ring.change.load, *ring.change.moment, ring.unbalance, ring.table)) or _supported(ring.support):
         problems.append(
-            "rings.inner.change.load, table, unbalance and support act on a ring with mass; use model.dimension: free with "
-            "rings.inner.mass"
+            "rings.inner.change.load, table, unbalance and support act on a ring with mass; use model.dimension: free "
+            "with rings.inner.mass"
         )
     return problems + _unmet(parameters, dimension)
 
