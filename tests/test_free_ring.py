@@ -1,5 +1,6 @@
 """A ring with mass and cages in time: frequencies, balances of force, energy and angular momentum, spacing, starts."""
 
+import json
 import math
 
 import numpy as np
@@ -194,6 +195,19 @@ def test_a_table_that_is_not_one_is_refused(text, words, tmp_path):
     with pytest.raises(SceneError, match=words) as caught:
         load_scene(RIG, [f"rings.inner.table={path}"])
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "scene", [{"scene": RIG}, {"law": "hertz_differential"}], ids=["ring and cage", "a law with states"]
+)
+def test_a_motion_goes_on_from_a_snapshot_to_the_bit(scene):
+    moving, other = motion(**scene), motion(**scene)
+    if scene.get("scene") == RIG:
+        moving.set_load((0.0, -900.0, 0.0), (0.0, 0.0))
+    advanced(moving, 1e-3, 2)
+    other.resume(json.loads(json.dumps(moving.snapshot())))
+    for one, same in zip(advanced(moving, 1e-3, 2), advanced(other, 1e-3, 2), strict=True):
+        assert one.tobytes() == same.tobytes()
 
 
 def test_tables_are_read_from_regular_files_and_never_for_somebody_else(tmp_path):

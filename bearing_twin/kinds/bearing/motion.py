@@ -25,6 +25,7 @@ SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 FIXED_STEP = ("rk4", "imex")
+MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
@@ -119,7 +120,8 @@ class BearingMotion:
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        arrays = {name: getattr(self, name).tolist() for name in ("state", "orientation", "steps", "counts")}
+        arrays = {name: getattr(self, name).tolist() for name in (*MOVING, "counts", "_load", "_load_rate")}
+        arrays["commanded"] = self.loading.load.tolist() if self.loading.commanded else []
         rest = {"drive": list(self.drive), "goal_speed": self.goal_speed, "offset": list(self.bearing.offset)}
         fixed = {"fixed_step": self.step} if self.stepper in FIXED_STEP else {}
         moving = {"elapsed": self.elapsed, "changed": self._changed, "acceleration": self._acceleration}
@@ -128,8 +130,11 @@ class BearingMotion:
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another bearing."""
         self.reset()
-        for array, name in ((self.state, "state"), (self.orientation, "orientation"), (self.steps, "steps")):
-            given = np.array(kept[name], float)
+        if kept["commanded"]:
+            self.loading.set(kept["commanded"][:3], kept["commanded"][3:])
+        self._load, self._load_rate = self._load.copy(), self._load_rate.copy()
+        for name in (*MOVING, "_load", "_load_rate"):
+            array, given = getattr(self, name), np.array(kept[name], float)
             if given.shape != array.shape or not np.isfinite(given).all():
                 raise ValueError(name)
             array[...] = given

@@ -37,12 +37,12 @@ class Loading:
             np.array([*ring.change.load, *ring.change.moment]),
         )
         self.change_time = ring.change.time or NEVER
-        self.knots = np.array(ring.table).reshape(-1, 6)
+        self.knots, self.commanded = np.array(ring.table).reshape(-1, 6), False
 
     def set(self, force, moment) -> None:
         """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
         self.load = np.array([*force, *moment], float)[:CAGE]
-        self.change_time, self.knots = NEVER, np.empty((0, 6))
+        self.change_time, self.knots, self.commanded = NEVER, np.empty((0, 6)), True
 
     def until_next(self, elapsed: float) -> float:
         """Seconds until the load jumps, or grows otherwise."""
