@@ -8,7 +8,7 @@ import pytest
 
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError, LogError, StudyError
-from bearing_twin.log.study_log import read_study
+from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.nodes.study_goal import (
     ABORTED,
     CANCELLED,
@@ -280,11 +280,12 @@ def test_whatever_happens_in_a_study_the_next_is_served(error, sentence):
 
 
 def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
-    def full(result, path):
-        raise LogError("the disk is full")
+    class Full(StudyLog):
+        def finish(self, result):
+            raise LogError("the disk is full")
 
     blocked = tmp_path / "file"
-    studies = Studies(str(blocked / "logs"), write=full)
+    studies = Studies(str(blocked / "logs"), open_log=Full)
     blocked.write_text("")
     for sentence in ("Not a directory", "the disk is full"):
         answer = answered(studies)
@@ -391,7 +392,7 @@ def test_a_relative_name_is_not_looked_for_where_the_node_was_started(tmp_path, 
 def test_a_study_ends_at_the_nodes_time_limit_and_is_logged(tmp_path):
     now = [0]
 
-    def run(study, tell, cancelled):
+    def run(study, tell, cancelled, keep=None):
         now[0] += int(6e9)
         return run_study(study, tell, cancelled)
 
@@ -400,6 +401,19 @@ def test_a_study_ends_at_the_nodes_time_limit_and_is_logged(tmp_path):
     assert answer.state == ABORTED
     assert "time_limit = 5 s was reached" in answer.message
     assert answered(Studies(run=run, clock=lambda: now[0], time_limit=7.0)).state == SUCCEEDED
+
+
+@pytest.mark.parametrize(("broken_off", "logs"), [(True, 1), (False, 0)])
+def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, logs):
+    def run(study, tell, cancelled, keep):
+        if broken_off:
+            run_study(study, tell, cancelled, keep=keep)
+        raise RuntimeError("the worker is gone")
+
+    answer = answered(Studies(str(tmp_path), run=run))
+    assert (answer.state, "the worker is gone" in answer.message) == (ABORTED, True)
+    found = list(tmp_path.iterdir())
+    assert [len(read_study(path, unfinished=True).status) for path in found] == [QUICK.samples] * logs
 
 
 def test_a_named_executor_is_allowed():

@@ -63,6 +63,11 @@ class StudyLog:
     def __exit__(self, *exception):
         self._log.__exit__(*exception)
 
+    @property
+    def written(self) -> int:
+        """How many realisations are in it."""
+        return self._written
+
     def add(self, values, quantities, histories, status, doubtful, reasons, doubts) -> None:
         """The next realisations, as columns of a `StudyResult`, and the sentences known so far."""
         self._describe(reasons, doubts)

@@ -5,6 +5,7 @@ any case: of its study, of what makes it no study, or that it was called off. Re
 take, each in a thread of its own; everything else returns at once and may be called from any thread.
 """
 
+import contextlib
 import dataclasses
 import math
 import re
@@ -14,8 +15,8 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError, StudyError
-from bearing_twin.log.study_log import write_study
+from bearing_twin.errors import BearingTwinError, LogError, StudyError
+from bearing_twin.log.study_log import StudyLog
 from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of
 from bearing_twin.parameters import echo
 from bearing_twin.report import json_text
@@ -37,7 +38,7 @@ class Studies:
     `log_folder` gets a log of every study, empty = none. `memory` [B] and `workers` (0 = one a processor) bound what a
     study may use, whatever it says itself, and `time_limit` [s] how long it may run (0 = for ever); `folders` are
     those in which files may be read for a goal, `executors` where a study may run. `ended(answer)` is told of every
-    answer. `run` and `write` are those of the library; `clock` gives monotonic time [ns].
+    answer. `run` and `open_log` are those of the library; `clock` gives monotonic time [ns].
     """
 
     def __init__(
@@ -50,14 +51,14 @@ class Studies:
         folders: Iterable[str] = (),
         executors: Iterable[str] = ("processes",),
         run: Callable = run_study,
-        write: Callable = write_study,
+        open_log: Callable = StudyLog,
         clock: Callable[[], int] = time.monotonic_ns,
     ):
         if log_folder and Path(log_folder).exists() and not Path(log_folder).is_dir():
             raise BearingTwinError(f"log_folder {log_folder} is a file; give a folder, or nothing for no logs")
         self._log_folder, self._memory, self._workers = log_folder, memory, workers or processors()
         self._limit, self._folders, self._executors = time_limit, tuple(folders), tuple(executors)
-        self._ended, self._do, self._write, self._clock = ended, run, write, clock
+        self._ended, self._do, self._open_log, self._clock = ended, run, open_log, clock
         self._lock = threading.RLock()
         self._waiting: deque[Request] = deque()
         self._running: Request | None = None
@@ -194,13 +195,21 @@ class Studies:
         def ends() -> bool:
             return self._closing or request.called_off() or self._clock() > limit
 
+        result, (log, path, no_log) = None, self._new_log(request.study)
         try:
-            request.begin()
-            result = self._do(request.study, tell, ends)
-            return self._answer(request, result, self._clock() > limit)
+            with contextlib.ExitStack() as stack:
+                request.begin()
+                keep = {"keep": stack.enter_context(log).add} if log else {}
+                result = self._do(request.study, tell, ends, **keep)
+                if log:
+                    log.finish(result)
         except Exception as error:  # whatever it is, the next study is served
-            reason = _sentence(error)
-            return Answer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
+            if result is None or not isinstance(error, (LogError, OSError)):
+                _drop_empty(log, path)
+                reason = _sentence(error)
+                return Answer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
+            path, no_log = "", str(error)
+        return self._answer(request, result, self._clock() > limit, (log, path, no_log))
 
     def _tell(self, now: int) -> None:
         """Progress to whoever asked for the study, unless it is known or was told of too short a time ago."""
@@ -211,7 +220,7 @@ class Studies:
             self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
         request.tell(progress, request.study.stop_quantity)
 
-    def _answer(self, request: Request, result: StudyResult, late: bool) -> Answer:
+    def _answer(self, request: Request, result: StudyResult, late: bool, logged: tuple) -> Answer:
         summary = result.as_dict()
         because = summary["stopped_because"]
         state = SUCCEEDED
@@ -223,7 +232,9 @@ class Studies:
             state, because = ABORTED, f"the node's parameter time_limit = {self._limit:g} s was reached"
         elif because.startswith("failed"):
             state = ABORTED
-        log, no_log = self._logged(result) if state == SUCCEEDED or len(result.status) else ("", "")
+        writer, log, no_log = logged
+        if state != SUCCEEDED:
+            log = _drop_empty(writer, log)
         failed = sum(summary["failed"].values())
         message = f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {because}"
         if no_log:
@@ -231,16 +242,16 @@ class Studies:
         problem = message if state == ABORTED else no_log
         return Answer(state, message, json_text(summary | ({"log": log} if log else {})), log, because, problem)
 
-    def _logged(self, result: StudyResult) -> tuple[str, str]:
-        """(path of the log, why there is none)."""
+    def _new_log(self, study: Study) -> tuple[StudyLog | None, str, str]:
+        """(log, its path, why there is none): filled as the study goes, so that what is done outlives the node."""
         if not self._log_folder:
-            return "", ""
+            return None, "", ""
         try:
             Path(self._log_folder).mkdir(parents=True, exist_ok=True)
-            path = free_path(Path(self._log_folder), result.study.name, time.strftime("%Y%m%d_%H%M%S"))
-            return str(self._write(result, path)), ""
+            path = free_path(Path(self._log_folder), study.name, time.strftime("%Y%m%d_%H%M%S"))
+            return self._open_log(study, path), str(path), ""
         except (BearingTwinError, OSError) as error:
-            return "", str(error)
+            return None, "", str(error)
 
     def _finish(self, request: Request, answer: Answer) -> None:
         with self._lock:
@@ -271,6 +282,14 @@ def free_path(folder: Path, study: str, date: str) -> Path:
         number += 1
         path = folder / f"{stem}_{number}.mcap"
     return path
+
+
+def _drop_empty(log: StudyLog | None, path: str) -> str:
+    """Removes a log without realisations; the path of one that has some."""
+    if log is None or log.written:
+        return path
+    Path(path).unlink(missing_ok=True)
+    return ""
 
 
 def _sentence(error: Exception) -> str:
