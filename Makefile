@@ -78,7 +78,7 @@ install/.interfaces: $(PACKAGES) $(shell find cmake msg_schemas -type f)
 
 # Compiled once here, so that nobody waits for it later; a run whose kernels are not there compiles them itself.
 $(STAMPS)/kernels: $(STAMPS)/package $(shell grep -rl --include=*.py bearing_twin.compiled bearing_twin)
-	$(call stage,kernels of the scenes$(,) one to two minutes)
+	$(call stage,kernels of the scenes$(,) about four minutes)
 	@mkdir -p $(LOGS) && .venv/bin/python -m bearing_twin compile > $(LOGS)/kernels.txt
 	@touch $@
 
