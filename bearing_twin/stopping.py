@@ -10,7 +10,7 @@ import mmap
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -41,3 +41,51 @@ def heeding_signals() -> Iterator[None]:
         signal.set_wakeup_fd(previous)
         os.lseek(_FILE, 0, os.SEEK_SET)
         SIGNALLED[:] = 0
+
+
+class Unbroken:
+    """Within it, in the main thread, handlers of signals wait for its end: an exception of theirs splits nothing.
+
+    `watch` takes the handlers over, `release` gives them back; other threads never run any.
+    """
+
+    SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def __init__(self):
+        self._handlers: dict[int, Callable] = {}
+        self._main, self._depth, self._came = threading.main_thread().ident, 0, []
+
+    def watch(self) -> None:
+        """Handlers of this process wait from now on; those of the system, which end it at once, do not."""
+        if threading.get_ident() != self._main:
+            return
+        for number in self.SIGNALS:
+            handler = signal.getsignal(number)
+            if callable(handler):
+                self._handlers[number] = handler
+                signal.signal(number, self._heard)
+
+    def release(self) -> None:
+        """Gives back the handlers that nobody has replaced meanwhile."""
+        if threading.get_ident() != self._main:
+            return
+        while self._handlers:
+            number, handler = self._handlers.popitem()
+            if signal.getsignal(number) == self._heard:
+                signal.signal(number, handler)
+
+    def __enter__(self):
+        if threading.get_ident() == self._main:
+            self._depth += 1
+
+    def __exit__(self, *_):
+        if threading.get_ident() == self._main:
+            self._depth -= 1
+            while self._came and not self._depth:
+                self._heard(self._came.pop(0), None)
+
+    def _heard(self, number, frame) -> None:
+        if self._depth:
+            self._came.append(number)
+        elif number in self._handlers:
+            self._handlers[number](number, frame)

@@ -12,7 +12,10 @@ import numpy as np
 import pytest
 
 from bearing_twin.errors import Stopped
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log import cdr
+from bearing_twin.log.mcap_log import raw_messages, read_log
+from bearing_twin.log.mcap_write import McapWriter
+from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.stopping import SIGNALLED, heeding_signals
@@ -95,3 +98,35 @@ def test_signals_are_noted_within_and_forgotten_after():
         signal.signal(signal.SIGTERM, previous)
     assert (noted, int(SIGNALLED[0]), seen) == (signal.SIGTERM, 0, ["handled"])
     assert signal.set_wakeup_fd(-1) == -1
+
+
+@pytest.mark.parametrize("within", ["_append", "_put", "_keep_index", "_tail"])
+def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
+    """It comes within an append, at any of its parts; its handler runs after, and is the old one in the end."""
+    come = []
+
+    def leave(number, _):
+        come.append(number)
+        raise SystemExit(number)
+
+    previous = signal.signal(signal.SIGTERM, leave)
+    try:
+        with pytest.raises(SystemExit), RawLogWriter(tmp_path / "run.mcap") as log:  # noqa: PT012 - a log and its end
+            topic = log.add_topic("/a", cdr.STRING, cdr.schema_text(cdr.STRING), "", ())
+            log.write(topic, 1, 1, b"\0\1\0\0\2\0\0\0a\0")
+            log.flush()
+            part = getattr(McapWriter, within)
+
+            def interrupted(self, *given):
+                monkeypatch.undo()
+                signal.raise_signal(signal.SIGTERM)
+                return part(self, *given)
+
+            monkeypatch.setattr(McapWriter, within, interrupted)
+            log.write(topic, 2, 2, b"\0\1\0\0\2\0\0\0b\0")
+            log.flush()
+        assert signal.getsignal(signal.SIGTERM) is leave
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+    assert come == [signal.SIGTERM]
+    assert [message.log_time for message in raw_messages(tmp_path / "run.mcap")] == [1, 2]

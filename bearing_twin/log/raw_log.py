@@ -19,6 +19,7 @@ from bearing_twin.log.bag import LoggedTopic, Qos, as_yaml
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
 from bearing_twin.log.thinning import Thinning
+from bearing_twin.stopping import Unbroken
 
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # what a recorder received and what was lost; the last one counts
@@ -45,7 +46,7 @@ class RawLogWriter:
             except OSError as error:
                 raise LogError(f"{path} cannot be made ({error.strerror}); give another place for the log") from error
         self.path = path
-        self._lock = threading.Lock()
+        self._lock, self._unbroken = threading.Lock(), Unbroken()
         self._closed = False
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._safety = safety
@@ -54,6 +55,7 @@ class RawLogWriter:
         self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._write_bag_file()
         self._ended = threading.Event()
+        self._unbroken.watch()
         if safety.max_loss:
             threading.Thread(target=self._flush_often, name="log flush", daemon=True).start()
 
@@ -81,7 +83,7 @@ class RawLogWriter:
         """
         seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
         rate = (0.0 if seldom else self._safety.kept_rate) if kept is None else kept
-        with self._lock:
+        with self._unbroken, self._lock:
             number = self._writer.register(LoggedTopic(name, ros_type, type_hash, tuple(qos), 0, rate), definition)
             if rate and kept is None:
                 self._thinned[number] = Thinning(ros_type, rate)
@@ -99,7 +101,7 @@ class RawLogWriter:
 
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
-        with self._lock:
+        with self._unbroken, self._lock:
             patience = self._patience()
             for message in messages:
                 if message[0] in self._thinned and message[0] not in self._whole:
@@ -117,13 +119,13 @@ class RawLogWriter:
 
     def flush(self) -> None:
         """Puts everything so far on disk."""
-        with self._lock, self._patience():
+        with self._unbroken, self._lock, self._patience():
             if not self._closed:
                 self._writer.flush()
 
     def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
         """Adds a metadata record of texts."""
-        with self._lock, self._patience():
+        with self._unbroken, self._lock, self._patience():
             self._writer.add_metadata(name, {key: str(value) for key, value in values.items()})
 
     def note_run(self, **values) -> None:
@@ -133,19 +135,24 @@ class RawLogWriter:
 
     def close(self) -> None:
         """Completes the log; raises LogError if its index cannot be written."""
-        with self._lock:
-            if self._closed:
-                return
-            self._closed = True
-            self._ended.set()
-            try:
-                with suppress(LogError):  # what cannot be written now is tried once more with the index
-                    self._writer.finish()
-                    if self._run is not None:
-                        self._writer.add_metadata(RUN_RECORD, self._run)
-            finally:
-                self._writer.close()
-                self._write_bag_file()
+        try:
+            with self._unbroken, self._lock:
+                if not self._closed:
+                    self._complete()
+        finally:
+            self._unbroken.release()
+
+    def _complete(self) -> None:
+        self._closed = True
+        self._ended.set()
+        try:
+            with suppress(LogError):  # what cannot be written now is tried once more with the index
+                self._writer.finish()
+                if self._run is not None:
+                    self._writer.add_metadata(RUN_RECORD, self._run)
+        finally:
+            self._writer.close()
+            self._write_bag_file()
 
     @property
     def bytes(self) -> int:
@@ -194,6 +201,7 @@ class RawLogWriter:
     def _discard(self) -> None:
         """Removes a log that never got a message."""
         self._closed = True
+        self._unbroken.release()
         self._writer.discard()
         if self._folder is not None:
             with suppress(OSError):
