@@ -90,6 +90,7 @@ $(STAMPS)/variants: $(STAMPS)/kernels
 	$(call stage,kernels that only tests need$(,) two to three minutes)
 	@for one in $(VARIANTS); do \
 	  .venv/bin/python -m bearing_twin compile bearing_6203 --set $${one/,/ --set } > $(LOGS)/kernels.txt || exit; done
+	@.venv/bin/python -m bearing_twin compile bearing_6203_rig_1000N --set cage.kind=pockets > $(LOGS)/kernels.txt
 	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) > $(LOGS)/kernels.txt
 	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) --set $(SPOT) > $(LOGS)/kernels.txt
 	@touch $@
