@@ -18,7 +18,14 @@ from bearing_twin.kinds.bearing.layout import (
 )
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
-from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of, support_of
+from bearing_twin.kinds.bearing.quasi_static.statics import (
+    Solver,
+    Support,
+    azimuths_of,
+    setting_of,
+    support_of,
+    weights_of,
+)
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, dimension_of, free_coordinates
 from bearing_twin.kinds.bearing.start import cage_inertia
 
@@ -124,10 +131,8 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
-    gravity = np.asarray(parameters.gravity)
-    radial = gravity[0] * np.cos(azimuths) + gravity[1] * np.sin(azimuths)
-    weights = setting.ball_mass * np.stack([radial, np.full(balls, gravity[2])], axis=1)
-    found = _settled(Solver(setting, azimuths, weights), _support(parameters, partners), partners)
+    solver = Solver(setting, azimuths, weights_of(parameters, setting, azimuths))
+    found = _settled(solver, _support(parameters, partners), partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates
     state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
