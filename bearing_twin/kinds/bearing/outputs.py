@@ -66,10 +66,14 @@ class Outputs(NamedTuple):
     neighbour_friction: np.ndarray
 
 
-@functools.cache
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     """The channels of a bearing with N balls; vectors in `bearing_link`, contact rows ball x (inner, outer)."""
-    n = parameters.geometry.balls
+    return _channels(parameters.geometry.balls)
+
+
+# The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.
+@functools.cache
+def _channels(n: int) -> tuple[Channel, ...]:
     rows = (
         Channel("orbit_angle", "rad", (n,), "position of each ball around the axis, not wrapped"),
         Channel("position", "m", (n, 3), "ball centres"),
@@ -134,9 +138,9 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 
 
 @functools.cache
-def _places(parameters: BearingScene) -> Places:
-    """Where the numbers of a bearing with N balls stand in a row of all channels."""
-    rows, n = channels(parameters), parameters.geometry.balls
+def _places(n: int) -> Places:
+    """Where the numbers of a bearing with n balls stand in a row of all channels."""
+    rows = _channels(n)
     edges = dict(zip(Outputs._fields, np.cumsum([0, *(channel.width for channel in rows[:-1])]).tolist(), strict=True))
     own = [(edges[channel.name] + i, channel.width // n) for channel in rows[:OWN] for i in range(channel.width // n)]
     first, step = np.array(own).T.copy()
@@ -145,24 +149,24 @@ def _places(parameters: BearingScene) -> Places:
 
 
 @functools.cache
-def _columns(parameters: BearingScene) -> list[tuple[slice, tuple[int, ...]]]:
+def _columns(n: int) -> list[tuple[slice, tuple[int, ...]]]:
     """The columns of each channel in a row of all channels, and the shape of one sample."""
-    edges = np.cumsum([0, *(channel.width for channel in channels(parameters))]).tolist()
+    edges = np.cumsum([0, *(channel.width for channel in _channels(n))]).tolist()
     return [
         (slice(low, high), channel.shape)
-        for channel, low, high in zip(channels(parameters), edges[:-1], edges[1:], strict=True)
+        for channel, low, high in zip(_channels(n), edges[:-1], edges[1:], strict=True)
     ]
 
 
 def empty_outputs(parameters: BearingScene, count: int) -> np.ndarray:
     """Room for `count` solver outputs: all channels side by side, (count, total width)."""
-    return np.empty((count, _columns(parameters)[-1][0].stop))
+    return np.empty((count, _columns(parameters.geometry.balls)[-1][0].stop))
 
 
 def outputs_of(parameters: BearingScene, matrix: np.ndarray) -> Outputs:
     """The channels that stand side by side in `matrix`, as views of it."""
-    count = len(matrix)
-    return Outputs(*(matrix[:, columns].reshape(count, *shape) for columns, shape in _columns(parameters)))
+    count, found = len(matrix), _columns(parameters.geometry.balls)
+    return Outputs(*(matrix[:, columns].reshape(count, *shape) for columns, shape in found))
 
 
 def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
@@ -171,7 +175,7 @@ def write_outputs(parameters, bearing, partners, drive, times, states, orientati
     `borders` (count, BORDER) are those of the `partners`, ring and cage. `times`
     count from the instant the drive's angle and speed belong to. Every column of a row is written.
     """
-    places = _places(parameters)
+    places = _places(parameters.geometry.balls)
     write_rows(bearing, drive, times, states, orientations, borders, places, out, first)
     if partners.active:
         pitch = parameters.geometry.ball_diameter / parameters.geometry.pitch_diameter
