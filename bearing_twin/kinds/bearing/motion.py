@@ -107,14 +107,14 @@ class BearingMotion:
 
     def _keep(self) -> None:
         """Keeps what `take_back` needs."""
-        moving = self.state, self.orientation, self.steps, self.carried, self.counts, self.border
-        arrays = tuple(one.copy() for one in moving)
+        arrays = {name: getattr(self, name).copy() for name in (*MOVING, "counts")}
         rest = self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed
         self._before = arrays, rest
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        (self.state, self.orientation, self.steps, self.carried, self.counts, self.border), rest = self._before
+        arrays, rest = self._before
+        vars(self).update(arrays)
         self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed = rest
         self._keep()
 
@@ -264,7 +264,7 @@ class BearingMotion:
         orientations = np.full((len(times), *self.orientation.shape), np.nan)
         borders = np.full((len(times), BORDER), np.nan)
         filled = states, orientations, borders
-        moving = self.state, self.orientation, self.steps, self.carried, self.border
+        moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]
         near, after = np.zeros((2, self.bearing.balls), np.bool_)
         if not partners.even:
