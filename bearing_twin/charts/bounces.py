@@ -6,7 +6,6 @@ restitution held fixed it does so, too. With one function d(h) for both, as in t
 speed, its flights become shorter, and Hertz comes late. Points are measured, lines are closed forms.
 """
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bearing_twin.charts.table import write_rows
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
@@ -108,10 +108,8 @@ def measure() -> list[BouncePoint]:
 
 def write_table(points: list[BouncePoint], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(["case", "impact", "hertz_s", "volumetric_s", "hertz_delay_s", "closed_form_s"])
-        table.writerows([p.case, p.impact, p.hertz, p.volumetric, p.delay, p.closed_form] for p in points)
+    header = ["case", "impact", "hertz_s", "volumetric_s", "hertz_delay_s", "closed_form_s"]
+    write_rows(path, header, ([p.case, p.impact, p.hertz, p.volumetric, p.delay, p.closed_form] for p in points))
 
 
 def reading(points: list[BouncePoint]) -> list[str]:

@@ -5,7 +5,6 @@ beside it, to blocks. CPU time of one core, medians of several runs in turn; the
 many evaluations, timed apart.
 """
 
-import csv
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +15,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bearing_twin.charts.table import write_rows
 from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.equations import raceway_rates
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
@@ -145,10 +145,8 @@ def measure(names=tuple(RUNS), say: Callable[[str], None] = lambda _: None) -> I
 
 def write_table(points: list[CostPart], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(["run", "part", "cpu_per_simulated_second", "spread"])
-        table.writerows([p.run, p.part, p.seconds_per_second, p.spread] for p in points)
+    header = ["run", "part", "cpu_per_simulated_second", "spread"]
+    write_rows(path, header, ([p.run, p.part, p.seconds_per_second, p.spread] for p in points))
 
 
 def _to_a_log(points: list[CostPart], name: str) -> dict[str, float]:

@@ -5,7 +5,6 @@ four, and a lognormal one with heavy tails. Every cell is SEEDS studies; the cov
 by 1.3 %.
 """
 
-import csv
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +16,7 @@ from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
+from bearing_twin.charts.table import write_rows
 from bearing_twin.errors import StatisticError
 from bearing_twin.pictures.style import STYLE
 from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
@@ -132,10 +132,7 @@ def _curve(points, statistic, place):
 
 def write_table(points: list[Point], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(Point._fields)
-        table.writerows(points)
+    write_rows(path, Point._fields, points)
 
 
 def reading(points: list[Point]) -> Iterator[str]:

@@ -6,7 +6,6 @@ motion of the balls at a tolerance a thousand times tighter than by default, ear
 settled, which takes about 0.6 s) and settled; equilibria are taken with the balls where that motion has them.
 """
 
-import csv
 import math
 import time
 from collections.abc import Callable
@@ -17,6 +16,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bearing_twin.charts.table import write_rows
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
@@ -152,10 +152,7 @@ def measure(update: Callable[[float], None] = lambda share: None, loads=LOADS, s
 
 def write_table(points: list[DimensionPoint], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow([field.name for field in fields(DimensionPoint)])
-        table.writerows(map(astuple, points))
+    write_rows(path, [field.name for field in fields(DimensionPoint)], map(astuple, points))
 
 
 def worst(points: list[DimensionPoint], dimension: str, error: str, share: float = math.inf) -> float:

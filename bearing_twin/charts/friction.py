@@ -5,7 +5,6 @@ directions of slip, and where a form is furthest off is looked for; of the force
 share of that of pure spin. A cross along the upper edge where a form fails (more than 10 % off).
 """
 
-import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import minimize
 
 from bearing_twin.charts.laws import seconds_each
+from bearing_twin.charts.table import write_rows
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
@@ -125,10 +125,8 @@ def measure(shapes=SHAPES, spins=SPINS, poles=POLES) -> list[FrictionPoint]:
 
 def write_table(points: list[FrictionPoint], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(["form", "axis_ratio", "spin_over_slip", "force_error", "torque_error", "nanoseconds", "failed"])
-        table.writerows([*vars(p).values(), p.failed] for p in points)
+    header = ["form", "axis_ratio", "spin_over_slip", "force_error", "torque_error", "nanoseconds", "failed"]
+    write_rows(path, header, ([*vars(p).values(), p.failed] for p in points))
 
 
 def worst(points: list[FrictionPoint], form: str, shape: float) -> tuple[float, float]:

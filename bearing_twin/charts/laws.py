@@ -4,7 +4,6 @@ Error is against exact Hertz; one line a law, a cross along the upper edge where
 number). Laws with states carry them over swings of the shape, each 16 Runge-Kutta steps long.
 """
 
-import csv
 import math
 import time
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bearing_twin.charts.table import write_rows
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.calculator import COMPARED as CONTESTANTS
 from bearing_twin.contact.differential import Shape, differential_coefficient, follow
@@ -111,10 +111,8 @@ def measure(ratios=RAILS) -> list[LawPoint]:
 
 def write_table(points: list[LawPoint], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(["law", "axis_ratio", "relative_error", "nanoseconds", "failed"])
-        table.writerows([p.law, p.axis_ratio, p.error, p.nanoseconds, p.failed] for p in points)
+    header = ["law", "axis_ratio", "relative_error", "nanoseconds", "failed"]
+    write_rows(path, header, ([p.law, p.axis_ratio, p.error, p.nanoseconds, p.failed] for p in points))
 
 
 def worst(points: list[LawPoint], law: str, low: float, high: float = 1.0) -> float:

@@ -5,7 +5,6 @@ moments of one input each, known to rounding. Random methods run with several se
 band the middle half of the seeds.
 """
 
-import csv
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +16,7 @@ from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Band, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
+from bearing_twin.charts.table import write_rows
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.chaos import GREATEST_DEGREE, VALIDATION, expand
@@ -169,10 +169,7 @@ def _judged(start, found, truth):
 
 def write_table(points: list[SamplerPoint], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(SamplerPoint._fields)
-        table.writerows(points)
+    write_rows(path, SamplerPoint._fields, points)
 
 
 def draw(points: list[SamplerPoint], path: Path) -> None:

@@ -1,6 +1,5 @@
 """Sheets of curves: what is drawn is what is in the table beside it. Values are SI; prefixes come with the drawing."""
 
-import csv
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +11,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from bearing_twin.charts.table import write_rows
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.pictures.style import STYLE, finish, frame, heading, scaled
@@ -187,10 +187,8 @@ def rows_of(sheet: Sheet) -> Iterator[tuple]:
 def write_table(sheet: Sheet, path: Path) -> Path:
     """Everything that is a curve as comma-separated values; raises BearingTwinError where that is impossible."""
     try:
-        with path.open("w", newline="", encoding="utf-8") as stream:
-            table = csv.writer(stream)
-            table.writerow(["panel", "curve", "x_is", "y_is", "x", "y"])
-            table.writerows((*words, f"{x:.10g}", f"{y:.10g}") for *words, x, y in rows_of(sheet))
+        rows = ((*words, f"{x:.10g}", f"{y:.10g}") for *words, x, y in rows_of(sheet))
+        write_rows(path, ["panel", "curve", "x_is", "y_is", "x", "y"], rows)
     except OSError as error:
         raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another folder") from error
     return path

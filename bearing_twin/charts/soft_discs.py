@@ -5,7 +5,6 @@ relative, against 64 divisions of order 4 by the same formulation and Poisson's 
 step on the same mesh. Seconds are those of one core.
 """
 
-import csv
 import time
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -18,6 +17,7 @@ from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
+from bearing_twin.charts.table import write_rows
 from bearing_twin.kinds.soft_discs.derived import fitting
 from bearing_twin.kinds.soft_discs.elements import ORDERS
 from bearing_twin.kinds.soft_discs.solve import solve
@@ -110,10 +110,7 @@ def draw(points: list[Point], path: Path) -> None:
 
 def write_table(points: list[Point], path: Path) -> None:
     """Every point as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(Point._fields)
-        table.writerows(points)
+    write_rows(path, Point._fields, points)
 
 
 def reading(points: list[Point]) -> Iterator[str]:

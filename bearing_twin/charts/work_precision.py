@@ -5,7 +5,6 @@ each failure. The reference is `rodas4` at a tolerance a hundred times tighter t
 settings miss goes on, finer and finer, until one is good or too slow.
 """
 
-import csv
 import platform
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
+from bearing_twin.charts.table import write_rows
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE
 from bearing_twin.kinds.bearing.motion import FIXED_STEP, BearingMotion
@@ -178,15 +178,9 @@ def measure(names=tuple(PROBLEMS), progress: Callable[[str], None] = lambda _: N
 
 def write_table(points: list[StepperPoint], path: Path) -> None:
     """The points as comma-separated values."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(
-            ["problem", "stepper", "setting", "load_error", "friction_error", "cpu_per_simulated_second", "failure"]
-        )
-        for p in points:
-            table.writerow(
-                [p.problem, p.stepper, p.setting, p.load_error, p.friction_error, p.seconds_per_second, p.failure]
-            )
+    header = ["problem", "stepper", "setting", "load_error", "friction_error", "cpu_per_simulated_second", "failure"]
+    numbers = "problem", "stepper", "setting", "load_error", "friction_error", "seconds_per_second", "failure"
+    write_rows(path, header, ([getattr(p, name) for name in numbers] for p in points))
 
 
 def _panel(axis, points: list[StepperPoint], error_of: Callable[[StepperPoint], float], says: bool) -> None:
