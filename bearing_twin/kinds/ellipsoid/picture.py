@@ -1,19 +1,14 @@
 """The picture of an ellipsoid on a plane: its path, its tilt, the load it presses with, and where its energy goes."""
 
 import math
-from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from bearing_twin import __version__
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.numerics.rotation import rotation_matrix
-from bearing_twin.pictures.style import BALL_COLOURS, SIZE, STYLE, finish, frame, heading
-from bearing_twin.pictures.values import ChannelValues, footer
-from bearing_twin.sample import Block
+from bearing_twin.pictures.run import RunPicture
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 
 OUTLINES = 9  # of the body along its path
 STORED = (("kinetic_energy", "kinetic"), ("potential_energy", "of height"), ("elastic_energy", "in the contact"))
@@ -21,24 +16,14 @@ LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lo
 """Channels and words of the energies, in the order in which they are stacked."""
 
 
-class EllipsoidPicture:
+class EllipsoidPicture(RunPicture):
     """The picture of one run of any length."""
 
-    def __init__(self, facts: Facts):
-        self._facts, self._values = facts, ChannelValues()
-
-    def add(self, block: Block) -> None:
-        """Takes a block in."""
-        self._values.add(block)
-
-    def write(self, path) -> Path:
-        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
-        values, scene = self._values.arrays(), self._facts.scene
-        figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        FigureCanvasAgg(figure)
+    def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
+        """Fills the figure with panels."""
         grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.16)
-        _draw_side(figure.add_subplot(grid[0, 0]), values, scene)
-        _draw_plan(figure.add_subplot(grid[1:, 0]), values, scene)
+        _draw_side(figure.add_subplot(grid[0, 0]), values, self._facts.scene)
+        _draw_plan(figure.add_subplot(grid[1:, 0]), values, self._facts.scene)
         time, tilt = values["time"], figure.add_subplot(grid[0, 1])
         _draw_tilt(tilt, time, values)
         load = figure.add_subplot(grid[1, 1], sharex=tilt)
@@ -47,8 +32,6 @@ class EllipsoidPicture:
         draw_energy(energy, time, values)
         for axis in (tilt, load):
             axis.tick_params(labelbottom=False)
-        title = scene.description or scene.name
-        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17)
 
 
 def _draw_side(axis, values, scene):

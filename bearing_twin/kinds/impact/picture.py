@@ -1,43 +1,22 @@
 """The picture of two bodies that meet: force over time and approach, velocities, energies."""
 
-from pathlib import Path
-
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin import __version__
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.impact.collision import peak_of
-from bearing_twin.pictures.style import BALL_COLOURS, SIZE, STYLE, finish, frame, heading
-from bearing_twin.pictures.values import ChannelValues, footer, scaled_time
-from bearing_twin.sample import Block
+from bearing_twin.pictures.run import RunPicture
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.pictures.values import scaled_time
 
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
 
 
-class PairPicture:
+class PairPicture(RunPicture):
     """The picture of one impact, from all its outputs: an impact is short."""
-
-    def __init__(self, facts: Facts):
-        self._facts, self._values = facts, ChannelValues()
-
-    def add(self, block: Block) -> None:
-        """Takes a block in."""
-        self._values.add(block)
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
         """Fills the figure with panels."""
         _draw_pair(figure, values)
-
-    def write(self, path) -> Path:
-        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
-        values, scene = self._values.arrays(), self._facts.scene
-        figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        FigureCanvasAgg(figure)
-        self.draw(figure, values)
-        title = scene.description or scene.name
-        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17)
 
 
 def _draw_pair(figure, values):

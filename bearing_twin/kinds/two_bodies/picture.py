@@ -1,20 +1,15 @@
 """The picture of two bodies: their paths and outlines, gap and load, slip and spin, and where their energy goes."""
 
 import math
-from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin import __version__
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.ellipsoid.picture import draw_energy, draw_load
 from bearing_twin.kinds.two_bodies.derived import ROWS
 from bearing_twin.numerics.rotation import rotation_matrix
-from bearing_twin.pictures.style import BALL_COLOURS, SIZE, STYLE, finish, frame, heading
-from bearing_twin.pictures.values import ChannelValues, footer
-from bearing_twin.sample import Block
+from bearing_twin.pictures.run import RunPicture
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.shapes.implicit import level
 from bearing_twin.shapes.opposing import CONVEX, support
 from bearing_twin.units import prefixed
@@ -23,23 +18,13 @@ OUTLINES, SIDES = 9, 96  # of a body along its path; sides of an outline
 GRID = 160  # points across the section of a body that is drawn by it
 
 
-class PairPicture:
+class PairPicture(RunPicture):
     """The picture of one run of any length."""
 
-    def __init__(self, facts: Facts):
-        self._facts, self._values = facts, ChannelValues()
-
-    def add(self, block: Block) -> None:
-        """Takes a block in."""
-        self._values.add(block)
-
-    def write(self, path) -> Path:
-        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
-        values, scene = self._values.arrays(), self._facts.scene
-        figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        FigureCanvasAgg(figure)
+    def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
+        """Fills the figure with panels."""
         grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.24)
-        _draw_side(figure.add_subplot(grid[:2, 0]), values, scene.parameters)
+        _draw_side(figure.add_subplot(grid[:2, 0]), values, self._facts.scene.parameters)
         time, gap = values["time"], figure.add_subplot(grid[0, 1])
         _draw_slip(figure.add_subplot(grid[2, 0]), time, values)
         _draw_gap(gap, time, values)
@@ -49,8 +34,6 @@ class PairPicture:
         draw_energy(energy, time, values | {"potential_energy": _from_least(values["potential_energy"])})
         for axis in (gap, load):
             axis.tick_params(labelbottom=False)
-        title = scene.description or scene.name
-        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17)
 
 
 def _from_least(energy):
