@@ -127,6 +127,8 @@ class _Watched:
 
 
 def _doubts(result) -> list[str]:
+    from bearing_twin.run.doubt import FAILED
+
     status = str(result.get("status", "done"))
     doubts = [str(flag) for flag in result.get("flags", ())]
     if status == "failed: energy":
@@ -135,7 +137,7 @@ def _doubts(result) -> list[str]:
         doubts.append(
             f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
         )
-    elif status != "done":
+    elif status.startswith(FAILED):
         doubts.append(status)
     return doubts
 
