@@ -6,13 +6,16 @@ from collections.abc import Mapping
 from bearing_twin.errors import LogError
 from bearing_twin.kinds.contract import Figures
 from bearing_twin.report import Choice, Report
-from bearing_twin.sample import Aligned, Block
+from bearing_twin.sample import Aligned, Block, cut
 
 BLOCK_OUTPUTS = 50  # outputs in the blocks that figures are made of
 
 
 class Gathering:
-    """A kind's figures writer, empty at the start, fed in pieces that do not depend on how the stream is cut."""
+    """A kind's figures writer, empty at the start, fed in pieces that do not depend on how the stream is cut.
+
+    A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
+    """
 
     def __init__(self, figures: Figures, choice: Choice):
         self.choice, self.outputs, self.missing = choice, 0, 0
@@ -28,6 +31,14 @@ class Gathering:
         self.outputs += len(block)
         self._last_ns = int(block.time_ns[-1])
         for piece in self._aligned.add(block):
+            self._take(piece)
+
+    def _take(self, piece: Block) -> None:
+        """Hands whole pieces on, one by one to a writer that wants them so."""
+        if getattr(self._figures, "in_stretches", True):
+            for one in cut(piece, BLOCK_OUTPUTS):
+                self._figures.add(one)
+        else:
             self._figures.add(piece)
 
     def report(self, scene: str, compute_seconds: float = 0.0, costs: Mapping[str, int] | None = None) -> Report:
