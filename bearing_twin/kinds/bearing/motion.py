@@ -65,8 +65,9 @@ class BearingMotion:
         self._start = start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
-            self.step = self.step or stable_step(self.rates, choice.stepper)
-            if problem := too_long(self.step, self.rates, choice.stepper):
+            what = self.rates, choice.stepper, parameters.initial.motion == "rest"
+            self.step = self.step or stable_step(*what)
+            if problem := too_long(self.step, *what):
                 raise SceneError(problem)
         self._start_step = self.step
         self.reset()
