@@ -205,13 +205,8 @@ def one_model(parameters) -> Choice:
     return Choice("-", "-", 0.0, "this kind has one model", ())
 
 
-def no_records(parameters) -> tuple[Table, ...]:
-    """The tables of a kind whose outputs say all."""
-    return ()
-
-
-def no_topics(parameters) -> tuple[Topic, ...]:
-    """The topics of a kind beside its samples, records and scene."""
+def nothing(parameters) -> tuple:
+    """The tables of a kind whose outputs say all, and the topics of one beside its samples, records and scene."""
     return ()
 
 
@@ -234,8 +229,9 @@ class Kind:
     `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`:
     its picture writes a .gif that moves.
     `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
-    data of a scene in a log of an earlier version. `place_of(channel, index)` names the body and the contact that a
-    number of a channel belongs to, empty for none.
+    data of a scene in a log of an earlier version. `catalogue()` maps names, such as designations, to the plain data of
+    scenes; `completed(scene)` fills in what names in it stand for, and says what it cannot.
+    `place_of(channel, index)` names the body and the contact that a number of a channel belongs to, empty for none.
     """
 
     name: str
@@ -247,7 +243,7 @@ class Kind:
     check: Callable[[Any], list[str]] = no_problems
     resolve: Callable[[Any], Any] = as_given
     choose: Callable[[Any], Choice] = one_model
-    records: Callable[[Any], tuple[Table, ...]] = no_records
+    records: Callable[[Any], tuple[Table, ...]] = nothing
     figures: Callable[[Any, Choice], Figures] | None = None
     meanings: Callable[[], Mapping[str, str]] | None = None
     quantities: Callable[[], dict[str, Quantity]] | None = None
@@ -258,11 +254,13 @@ class Kind:
     check_load: Callable[..., None] | None = None
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"
-    topics: Callable[[Any], tuple[Topic, ...]] = no_topics
+    topics: Callable[[Any], tuple[Topic, ...]] = nothing
     picture: Callable[[Facts], Picture] = plain_picture
     animated: bool = False
     moved: Mapping[str, str] = field(default_factory=dict)
     upgraded: Callable[[dict], dict] = as_given
+    catalogue: Callable[[], Mapping[str, dict]] = dict
+    completed: Callable[[dict], tuple[dict, list[str]]] = lambda scene: (scene, [])
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")
 
     @property
