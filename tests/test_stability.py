@@ -8,7 +8,7 @@ from bearings import TURNED_REST, motion, run, stored_energy
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.layout import MOTION, VELOCITY
-from bearing_twin.kinds.bearing.start import stable_step
+from bearing_twin.kinds.bearing.step_limits import stable_step
 
 
 def errors_of(reference, out):
@@ -40,7 +40,7 @@ def test_imex_rings_where_slip_ought_to_die_within_a_step():
 
 
 def test_imex_at_eight_microseconds_is_refused_and_would_fail():
-    with pytest.raises(SceneError, match="at least 8 steps"):
+    with pytest.raises(SceneError, match="rings between its contacts"):
         motion(*TURNED_REST, "solver.step=8e-6", stepper="imex")
     moving = motion(*TURNED_REST, stepper="imex")
     good = moving.advance(np.array([2e-3]), 2e-3)
