@@ -31,12 +31,13 @@ class Channel(NamedTuple):
 class Table(NamedTuple):
     """Something that happens between outputs: `columns` of one record of it, the first of them its time [s].
 
-    A record belongs to the first output at or after its time.
+    A record belongs to the first output at or after its time. `needed`: figures cannot do without.
     """
 
     name: str
     columns: tuple[Channel, ...]
     meaning: str
+    needed: bool = True
 
 
 class Wrench(NamedTuple):

@@ -19,6 +19,7 @@ GROUND = (
         "code_cache",
         "compiled",
         "errors",
+        "spelling",
         "units",
         "parameters",
         "paths",
@@ -52,13 +53,14 @@ APART = {
     ("command", "nodes"),
     *((room, "reference") for room in ("pictures", "kinds", "run", "uq", "log", "nodes", "command", "__main__")),
 }
+REACH_ROS = {"command/node_verbs.py"}  # of the command line, inside functions: ROS is imported when one of them runs
 PHYSICS = ("numerics", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "knowledge", "inputs", "sampling", "tails", "change_of_variable", "chaos"),
     *("statistics", "modality", "histories", "sensitivity", "convergence"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
-LATE_ROOMS = {"charts", "log", "run", "uq"}  # what the command line may only import inside functions
+LATE_ROOMS = {"charts", "log", "nodes", "run", "uq"}  # what the command line may only import inside functions
 
 FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
 REQUIRED = (
@@ -115,7 +117,8 @@ def test_imports_point_one_way():
         for line, room in own_rooms(tree, path):
             here = room_of(path)
             allowed = here != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(here)
-            if not allowed or (here, room) in APART:
+            reaches = path.relative_to(PACKAGE).as_posix() in REACH_ROS and room == "nodes"
+            if not allowed or ((here, room) in APART and not reaches):
                 wrong.append(f"{path.relative_to(ROOT)}:{line} imports {room}")
     assert wrong == []
 

@@ -63,7 +63,8 @@ def blocks_of(name) -> tuple:
 
 def gathered(scene, choice, blocks):
     """What is made of these blocks."""
-    gathering = Gathering(KINDS[scene.kind].figures_of(scene.parameters, choice), choice)
+    kind, made_of = KINDS[scene.kind], (scene.parameters, choice)
+    gathering = Gathering(kind.figures_of(*made_of), choice, kind.doubt(*made_of))
     for block in blocks:
         gathering.add(block)
     return gathering

@@ -86,7 +86,8 @@ class Simulation:
         self._given: Block | None = None
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._commanded_until = 0  # number of an output: those before it follow a command closely
-        self._gathering = Gathering(self.kind.figures_of(self.scene.parameters, self.choice), self.choice)
+        made_of = self.scene.parameters, self.choice
+        self._gathering = Gathering(self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of))
         self._compute_seconds = self._solved_seconds
         self._health, self._good = Health(self.kind, self.channels), None
 

@@ -13,7 +13,8 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
-from bearing_twin.kinds.bearing.start import Rates, bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.kinds.bearing.start import bearing_of, start_state
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
 from bearing_twin.kinds.bearing.steps import FAILURES, JACOBIANS, RATES, REJECTIONS, STEPS, Results
 from bearing_twin.numerics.statuses import OK, STOPPED
 from bearing_twin.report import Choice
@@ -24,7 +25,6 @@ FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's a
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
-FIXED_STEP = ("rk4", "imex")
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
@@ -65,28 +65,17 @@ class BearingMotion:
         self._start = start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
-            self.step = self.step or stable_step(self.rates, choice.stepper)
-            self._refuse_long_steps()
+            what = self.rates, choice.stepper, parameters.initial.motion == "rest"
+            self.step = self.step or stable_step(*what)
+            if problem := too_long(self.step, *what):
+                raise SceneError(problem)
+        self._start_step = self.step
         self.reset()
 
     @functools.cached_property
     def rates(self) -> Rates:
         """The fastest rates to be expected from the start."""
         return fastest_rates(self._bearing, self._start)
-
-    def _refuse_long_steps(self):
-        if self.step > self.rates.shortest_contact / 8.0:
-            raise SceneError(
-                f"solver.step = {self.step:g} s is too long: a contact can be as short as "
-                f"{self.rates.shortest_contact:.2g} s and needs at least 8 steps; "
-                f"use {self.rates.shortest_contact / 16.0:.2g} s or less, or solver.stepper: rodas4"
-            )
-        if self.stepper == "rk4" and self.step * self.rates.friction > 2.78:
-            raise SceneError(
-                f"solver.step = {self.step:g} s is unstable: friction answers at {self.rates.friction:.2g} /s and the "
-                f"classical Runge-Kutta method holds to {2.78 / self.rates.friction:.2g} s; use a shorter step, "
-                f"or solver.stepper: rodas4"
-            )
 
     def reset(self) -> None:
         """Back to the start."""
@@ -95,7 +84,7 @@ class BearingMotion:
         self.orientation = np.zeros((self.bearing.balls, 4))
         self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
         self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
-        self.drive = RingDrive(0.0, float(self.parameters.drive.speed), 0.0)
+        self.drive, self.step = RingDrive(0.0, float(self.parameters.drive.speed), 0.0), self._start_step
         self.goal_speed = float(self.parameters.drive.speed)
         self.bearing = self._bearing
         self.steps = np.full(self.bearing.balls, FIRST_STEP)
@@ -227,6 +216,16 @@ class BearingMotion:
         work = self.first_outputs().elastic_energy[0] - before
         self.state[0, DRIVE_WORK] += work
         self.state[0, GROSS_WORK] += abs(work)
+        if self.stepper in FIXED_STEP:
+            self._follow()
+
+    def _follow(self):
+        """After a jump: a step that was chosen is chosen anew where contacts have grown stiffer, a given one judged."""
+        rates = fastest_rates(self.bearing, self.state)
+        if not self.parameters.solver.step:
+            self.step = min(self.step, stable_step(rates, self.stepper))
+        if problem := too_long(self.step, rates, self.stepper):
+            raise IntegrationError(f"at {self.elapsed:.9g} s {problem}", "step too long", self.elapsed)
 
     def set_load(self, force, moment) -> None:
         """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.
