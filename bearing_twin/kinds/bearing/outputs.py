@@ -169,6 +169,21 @@ def outputs_of(parameters: BearingScene, matrix: np.ndarray) -> Outputs:
     return Outputs(*(matrix[:, columns].reshape(count, *shape) for columns, shape in found))
 
 
+def outputs_alone(bearing, drive, times, states, orientations, borders) -> Outputs:
+    """Outputs (count, n, ...) of n balls that know nothing of each other, from states (count, n, columns) at `times`.
+
+    `borders` (n, BORDER) are ring and cage, which are held. Sums over the balls are those of each.
+    """
+    count, balls = states.shape[:2]
+    total, widest = count * balls, _columns(1)[-1][0].stop
+    rows = np.empty((total, widest))
+    alone = states.reshape(total, 1, -1), orientations.reshape(total, 1, 4), np.tile(borders, (count, 1))
+    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, _places(1), rows, 0)
+    many = (rows[:, columns].reshape(count, balls, *shape) for columns, shape in _columns(1))
+    # A channel of each ball has one ball here.
+    return Outputs(*(one[:, :, 0] if place < OWN else one for place, one in enumerate(many)))
+
+
 def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
     """Fills `out` from row `first` with the states (count, N, columns) and orientations (count, N, 4) at `times` [s].
 
