@@ -15,9 +15,9 @@ RING_WIDTH = sum(RING.values())
 AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
 _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
-    "pocket_force", *AT_GREATEST, *RING,
+    "pocket_force", "drive_work", "inner_ring_angle", *AT_GREATEST, *RING,
 )  # fmt: skip
-MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0
+MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0, work unknown
 
 
 class Greatest(NamedTuple):
@@ -35,13 +35,16 @@ class Greatest(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
+    """Sums over stretches of outputs, one row each; what LAST names is that of their last outputs.
 
+    These are times [s], orbit angles (N,) [rad], the drive's work [J] and the ring's angle [rad].
     Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side.
     """
 
     time: np.ndarray
     orbit_angle: np.ndarray
+    drive_work: np.ndarray
+    ring_angle: np.ndarray
     count: np.ndarray
     load: np.ndarray
     torque: np.ndarray
@@ -54,7 +57,7 @@ class Stretches(NamedTuple):
     ring_greatest: np.ndarray
 
 
-LAST = "time", "orbit_angle"
+LAST = "time", "orbit_angle", "drive_work", "ring_angle"
 TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
 
 
@@ -85,7 +88,8 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
     Returns how many outputs found room and the row after the last; every call begins a stretch.
     """
     load_at, torque_at, drive_at, roll_at = columns[0], columns[1], columns[2], columns[3]
-    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 8
+    speed_at, slip_at, angle_at, pocket_at, work_at = columns[4], columns[5], columns[6], columns[7], columns[8]
+    there_at = 10
     ring_at = there_at + len(greatest.there)
     balls = sums.orbit_angle.shape[1]
     even = 2.0 * math.pi / balls
@@ -95,6 +99,8 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
         if stretch == len(sums.time):
             return number, stretch
         sums.time[stretch] = 1e-9 * time_ns[number]
+        sums.drive_work[stretch] = row[work_at] if work_at != MISSING else math.nan
+        sums.ring_angle[stretch] = row[columns[9]]
         sums.count[stretch] += 1.0
         for contact in range(2 * balls):
             load = row[load_at + contact]
@@ -181,6 +187,10 @@ class Sums:
             found[name] = rows[-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows, axis=0)
         return found
 
-    def ends(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times [s] (n,) and orbit angles [rad] (n, N) at the ends of all stretches."""
-        return self._kept.time[: self.stretches], self._kept.orbit_angle[: self.stretches]
+    def times(self) -> np.ndarray:
+        """Times [s] (n,) at the ends of all stretches."""
+        return self._kept.time[: self.stretches]
+
+    def end_of(self, stretch: int) -> dict:
+        """What LAST names at the end of a stretch."""
+        return {name: getattr(self._kept, name)[stretch] for name in LAST}
