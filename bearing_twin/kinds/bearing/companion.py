@@ -16,7 +16,7 @@ import numpy as np
 from bearing_twin.kinds.bearing.deviations import LEAST_LOAD, Found, Part, deviations, left_over
 from bearing_twin.kinds.bearing.integrate import Chunk, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, COLUMNS
-from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_alone, outputs_of, write_outputs
+from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_alone, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
@@ -119,12 +119,12 @@ class Companion:
 
     def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
         """What points to errors of force [N] and of torque over mu N R, and steps, each (balls or 1, cells)."""
-        load = part.out.normal_load.sum(axis=2).T
-        self.greatest_load = max(self.greatest_load, float(part.out.normal_load.max()))
+        load = part.out["normal_load"].sum(axis=2).T
+        self.greatest_load = max(self.greatest_load, float(part.out["normal_load"].max()))
         if len(part.pointer):
             force, torque, steps = (part.pointer[:, :, place] for place in (OF_FORCE, OF_TORQUE, STEPS_IN))
         else:
-            force, torque = (bend(array) for array in (part.out.raceway_force, part.out.raceway_torque))
+            force, torque = (bend(array) for array in (part.out["raceway_force"], part.out["raceway_torque"]))
             steps = np.full(force.shape, float(LEAST_STEPS))
         torque = torque / np.maximum(load, LEAST_LOAD * self.greatest_load)
         grids = force, torque
@@ -227,8 +227,8 @@ class Companion:
             return None
         out = empty_outputs(self.parameters, length)
         filled = results.states, results.orientations, results.border
-        write_outputs(self.parameters, part.bearing, partners, drive, times, *filled, out, 0)
-        return Found(outputs_of(self.parameters, out), results.states, moving, int(results.counts[STEPS]))
+        write_outputs(self.parameters, part.bearing, partners, drive, times, *filled, out.numbers, 0)
+        return Found(out, results.states, moving, int(results.counts[STEPS]))
 
 
 def _nowhere(part: Part, window: Window, tolerance: float) -> list[float]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
-from bearing_twin.errors import IntegrationError, SceneError, Stopped
+from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.border import Partners
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
@@ -13,7 +13,6 @@ from bearing_twin.kinds.bearing.imex import imex_chunk
 from bearing_twin.kinds.bearing.linear_system import new_coupling
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
-from bearing_twin.kinds.bearing.start import Rates
 from bearing_twin.kinds.bearing.steps import FAILURES
 from bearing_twin.numerics.statuses import OK, STOPPED
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
@@ -59,22 +58,6 @@ def check(status: int, elapsed: float, failure: np.ndarray) -> None:
         reason, advice = FAILURES[status]
         seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
         raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
-
-
-def refuse_long_steps(stepper: str, step: float, rates: Rates) -> None:
-    """Raises SceneError for a fixed step [s] that cannot follow contacts or friction of these rates."""
-    if step > rates.shortest_contact / 8.0:
-        raise SceneError(
-            f"solver.step = {step:g} s is too long: a contact can be as short as "
-            f"{rates.shortest_contact:.2g} s and needs at least 8 steps; "
-            f"use {rates.shortest_contact / 16.0:.2g} s or less, or solver.stepper: rodas4"
-        )
-    if stepper == "rk4" and step * rates.friction > 2.78:
-        raise SceneError(
-            f"solver.step = {step:g} s is unstable: friction answers at {rates.friction:.2g} /s and the "
-            f"classical Runge-Kutta method holds to {2.78 / rates.friction:.2g} s; use a shorter step, "
-            f"or solver.stepper: rodas4"
-        )
 
 
 def _by_rosenbrock(task, partners, near, moving, results) -> int:

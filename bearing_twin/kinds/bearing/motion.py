@@ -4,16 +4,18 @@ import functools
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError
+from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
-from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated, refuse_long_steps
+from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
-from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of, write_outputs
+from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, caged_start, partners_of, settled_start
-from bearing_twin.kinds.bearing.start import Rates, bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.kinds.bearing.start import bearing_of, start_state
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
 from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
+from bearing_twin.kinds.contract import late
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
@@ -22,19 +24,15 @@ FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's a
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
-FIXED_STEP = ("rk4", "imex")
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
+LONGEST_ALONE = 0.4  # s that is asked for in one go where no ring and no cage couple the balls
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
 
-def bearing_motion(parameters: BearingScene, choice: Choice):
-    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion."""
-    from bearing_twin.kinds.bearing.watched import moving_by
-
-    return moving_by(parameters, choice)
+bearing_motion = late("bearing_twin.kinds.bearing.watched:moving_by")  # see there
 
 
 class BearingMotion:
@@ -55,6 +53,7 @@ class BearingMotion:
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
         self.partners = partners_of(parameters, self.scales)
+        self.longest_chunk = None if self.partners.active else LONGEST_ALONE
         if self.bearing.ring:
             start, self._start_border = settled_start(parameters, choice.law, self.partners)
         else:
@@ -63,8 +62,11 @@ class BearingMotion:
         self._start = start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
-            self.step = self.step or stable_step(self.rates, choice.stepper)
-            refuse_long_steps(self.stepper, self.step, self.rates)
+            what = self.rates, choice.stepper, parameters.initial.motion == "rest"
+            self.step = self.step or stable_step(*what)
+            if problem := too_long(self.step, *what):
+                raise SceneError(problem)
+        self._start_step = self.step
         self.reset()
 
     @functools.cached_property
@@ -79,7 +81,7 @@ class BearingMotion:
         self.orientation = np.zeros((self.bearing.balls, 4))
         self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
         self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
-        self.drive = RingDrive(0.0, float(self.parameters.drive.speed), 0.0)
+        self.drive, self.step = RingDrive(0.0, float(self.parameters.drive.speed), 0.0), self._start_step
         self.goal_speed = float(self.parameters.drive.speed)
         self.bearing = self._bearing
         self.steps = np.full(self.bearing.balls, FIRST_STEP)
@@ -128,12 +130,8 @@ class BearingMotion:
             raise ValueError("steps")
         self.counts[:] = kept["counts"]
         self.drive = RingDrive(*map(float, kept["drive"]))
-        self.goal_speed, self.elapsed, self._changed = (
-            float(kept["goal_speed"]),
-            float(kept["elapsed"]),
-            kept["changed"],
-        )
-        self._acceleration = float(kept["acceleration"])
+        self.goal_speed, self.elapsed = float(kept["goal_speed"]), float(kept["elapsed"])
+        self._changed, self._acceleration = kept["changed"], float(kept["acceleration"])
         self.bearing = self._bearing._replace(offset=tuple(map(float, kept["offset"])))
         self._keep()
 
@@ -150,14 +148,14 @@ class BearingMotion:
             "ball_jacobians": int(self.counts[JACOBIANS]),
         }
 
-    def first_outputs(self) -> Outputs:
+    def first_outputs(self) -> Rows:
         """The outputs at the present instant."""
         out = empty_outputs(self.parameters, 1)
         now = np.zeros(1), self.state[None], self.orientation[None], self.border[None]
-        write_outputs(self.parameters, self.bearing, self._partners(), self.drive, *now, out, 0)
-        return outputs_of(self.parameters, out)
+        write_outputs(self.parameters, self.bearing, self._partners(), self.drive, *now, out.numbers, 0)
+        return out
 
-    def advance(self, times: np.ndarray, duration: float) -> Outputs:
+    def advance(self, times: np.ndarray, duration: float) -> Rows:
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError.
 
         A new goal speed is approached at the drive's acceleration; the scene's change of the drive comes at its time.
@@ -180,7 +178,7 @@ class BearingMotion:
             until = len(times) if last else int(np.searchsorted(times, end, side="right"))
             self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
             begin, cursor = end, until
-        return outputs_of(self.parameters, out)
+        return out
 
     def _until_next(self, duration):
         """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
@@ -190,7 +188,7 @@ class BearingMotion:
             apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
             together = min(duration, LONGEST_TOGETHER)
             pieces.append(0.99 * apart if apart > TOGETHER * together else together)
-        jump = self.loading.until_next(self.elapsed)
+        jump = self.loading.until_next(self.elapsed) if self.partners.active else 0.0
         if jump > SHORTEST_PART * duration:
             pieces.append(jump)
         if missing != 0.0:
@@ -215,6 +213,16 @@ class BearingMotion:
         work = self.first_outputs().elastic_energy[0] - before
         self.state[0, DRIVE_WORK] += work
         self.state[0, GROSS_WORK] += abs(work)
+        if self.stepper in FIXED_STEP:
+            self._follow()
+
+    def _follow(self):
+        """After a jump: a step that was chosen is chosen anew where contacts have grown stiffer, a given one judged."""
+        rates = fastest_rates(self.bearing, self.state)
+        if not self.parameters.solver.step:
+            self.step = min(self.step, stable_step(rates, self.stepper))
+        if problem := too_long(self.step, rates, self.stepper):
+            raise IntegrationError(f"at {self.elapsed:.9g} s {problem}", "step too long", self.elapsed)
 
     def set_load(self, force, moment) -> None:
         """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.
@@ -227,6 +235,8 @@ class BearingMotion:
 
     def _partners(self):
         """Ring and cage with the loads from now to their next jump."""
+        if not self.partners.active:
+            return self.partners
         load, rate = self.loading.at(self.elapsed)
         varying = self.partners.varying or bool(np.any(rate))
         return self.partners._replace(load=np.append(load, 0.0), load_rate=np.append(rate, 0.0), varying=varying)
@@ -243,13 +253,12 @@ class BearingMotion:
             self._acceleration = drive.acceleration
         partners = self._partners()
         load, rate = partners.load, partners.load_rate
-        if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
-            self.steps = np.minimum(self.steps, FIRST_STEP)
-        self._load, self._load_rate = load + duration * rate, rate
-        states = np.full((len(times), *self.state.shape), np.nan)
-        orientations = np.full((len(times), *self.orientation.shape), np.nan)
-        borders = np.full((len(times), BORDER), np.nan)
-        filled = states, orientations, borders
+        if partners.active:
+            if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
+                self.steps = np.minimum(self.steps, FIRST_STEP)
+            self._load, self._load_rate = load + duration * rate, rate
+        shapes = self.state.shape, self.orientation.shape, (BORDER,)
+        filled = tuple(np.full((len(times), *shape), np.nan) for shape in shapes)
         moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]
         near, after = np.zeros((2, self.bearing.balls), np.bool_)
@@ -264,10 +273,9 @@ class BearingMotion:
                 one[:] = kept
             mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
             pointer = self._integrate(drive, partners, near, times, duration, filled)
-        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out, first)
-        given = outputs_of(self.parameters, out[first : first + len(times)])
-        found = before, filled, given, pointer, self.elapsed, int(self.counts[STEPS])
-        self._look(Part(self.bearing, drive, partners, near, times, duration, *found))
+        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
+        given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])
+        self._look(Part(self.bearing, drive, partners, near, times, duration, before, filled, *given))
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
@@ -275,8 +283,7 @@ class BearingMotion:
         self.elapsed += duration
 
     def _pointer(self, instants: int) -> np.ndarray:
-        """Room (N, instants, POINTED) for what `pointing` notes; empty: nothing is noted."""
-        return np.zeros((0, 0, 0))
+        return np.zeros((0, 0, 0))  # room (N, instants, POINTED) for what `pointing` notes; empty: nothing is noted
 
     def _look(self, part: Part) -> None:
         """What is done with a part once it is integrated: nothing."""
