@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
+    BORDERED_ROWS,
     CARRIED_INNER,
     COLUMNS,
     END,
@@ -220,7 +221,9 @@ def _judge(task, coupling, ball, count, dense, results, blocks):
 @kernel
 def _blocks_of(coupling, balls):
     """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
-    return new_blocks(balls if len(coupling) > 0 else 1, ROSENBROCK_ROWS)
+    if len(coupling) > 0:
+        return new_blocks(balls, BORDERED_ROWS)
+    return new_blocks(1, ROSENBROCK_ROWS)
 
 
 @kernel
@@ -284,16 +287,3 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
                 running -= 1
     _end_border(coupling, results)
     return OK
-
-
-def groups_of(near) -> list[list[int]]:
-    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
-    balls = len(near)
-    first = next((k for k in range(balls) if not near[k - 1]), 0)
-    groups = [[first]]
-    for k in range(first + 1, first + balls):
-        if near[(k - 1) % balls]:
-            groups[-1].append(k % balls)
-        else:
-            groups.append([k % balls])
-    return groups

@@ -9,7 +9,8 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.companion import Companion
 from bearing_twin.kinds.bearing.deviations import Part
-from bearing_twin.kinds.bearing.motion import MOVING, STEP_SHARE, BearingMotion
+from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
+from bearing_twin.kinds.bearing.motion import MOVING, BearingMotion
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, BearingScene
 from bearing_twin.kinds.bearing.pointing import POINTED
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
