@@ -17,16 +17,17 @@ from bearing_twin.charts.table import write_rows
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.outputs import Outputs
+from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, stamp
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Run, simulate
 
 EXACT = 1e-8
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 KNOWABLE = 1e-8  # true errors below this are not compared with estimates: the reference is no better
 NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
 OUTPUTS = ("loads", "friction")
+ALONE = "solver.companion=off"
 CASES = {  # name: scene, what differs; those after the seventh are variants that nothing was tuned to
     "settled": ("bearing_6203", ("run.duration=0.2",)),
     "6205": ("bearing_6205", ("run.duration=0.2",)),
@@ -94,36 +95,30 @@ class TolerancePoint:
         return [found / true for found, true in pairs if true > KNOWABLE]
 
 
-def _plain(scene, choice) -> tuple[Outputs, int, BearingMotion]:
-    """Outputs and steps of a run without a companion."""
-    motion, run = BearingMotion(scene.parameters, choice), scene.parameters.run
-    total, parts = round(run.duration * run.output_rate), []
-    for first in range(0, total, 100):
-        times = np.arange(1, min(100, total - first) + 1) / run.output_rate
-        parts.append(motion.advance(times, times[-1]))
-    outputs = Outputs(*(np.concatenate([part[name] for part in parts]) for name in Outputs._fields))
-    return outputs, motion.costs()["ball_steps"], motion
+def _run(case: str, *overrides: str) -> tuple[Run, Rows]:
+    """A run of a case to its end, and all its outputs but the first."""
+    name, differs = CASES[case]
+    run = simulate(load_scene(name, (*differs, *overrides)))
+    blocks = list(run.blocks())
+    return run, Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
 
 
-def _point(case: str, tolerance: float, exact: Outputs) -> TolerancePoint:
-    name, overrides = CASES[case]
-    scene = load_scene(name, (*overrides, f"wanted.tolerance={tolerance!r}"))
+def _point(case: str, tolerance: float, exact: Rows) -> TolerancePoint:
+    asked = f"wanted.tolerance={tolerance!r}"
     try:
-        run = simulate(scene)
-        blocks = list(run.blocks())
-        _, steps, motion = _plain(scene, run.choice)
+        run, found = _run(case, asked)
+        plain, _ = _run(case, asked, ALONE)
     except BearingTwinError as error:
         return TolerancePoint(case, tolerance, problem=str(error))
-    channels = (np.concatenate([block.values[name] for block in blocks])[1:] for name in Outputs._fields)
     wanted, costs = run.report.errors["wanted_errors"], run.report.costs
     estimates = (wanted[name]["error"] for name in OUTPUTS)
     return TolerancePoint(
         case,
         tolerance,
-        *errors(motion, Outputs(*channels), exact),
+        *errors(BearingMotion(run.scene.parameters, run.choice), found, exact),
         *(np.nan if one is None else one for one in estimates),
         run.report.status,
-        steps,
+        plain.report.costs["ball_steps"],
         costs["ball_steps"],
         costs["companion_ball_steps"],
     )
@@ -133,9 +128,7 @@ def measure(update: Callable[[float], None] = lambda share: None, cases=tuple(CA
     """Every case at every tolerance."""
     points = []
     for row, case in enumerate(cases):
-        name, overrides = CASES[case]
-        scene = load_scene(name, (*overrides, f"wanted.tolerance={EXACT!r}"))
-        exact, _, _ = _plain(scene, simulate(scene).choice)
+        _, exact = _run(case, f"wanted.tolerance={EXACT!r}", ALONE)
         for column, tolerance in enumerate(tolerances):
             points.append(_point(case, tolerance, exact))
             update((row + (column + 1) / len(tolerances)) / len(cases))

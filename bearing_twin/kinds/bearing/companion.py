@@ -119,12 +119,12 @@ class Companion:
 
     def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
         """What points to errors of force [N] and of torque over mu N R, and steps, each (balls or 1, cells)."""
-        load = part.out.normal_load.sum(axis=2).T
-        self.greatest_load = max(self.greatest_load, float(part.out.normal_load.max()))
+        load = part.out["normal_load"].sum(axis=2).T
+        self.greatest_load = max(self.greatest_load, float(part.out["normal_load"].max()))
         if len(part.pointer):
             force, torque, steps = (part.pointer[:, :, place] for place in (OF_FORCE, OF_TORQUE, STEPS_IN))
         else:
-            force, torque = (bend(array) for array in (part.out.raceway_force, part.out.raceway_torque))
+            force, torque = (bend(array) for array in (part.out["raceway_force"], part.out["raceway_torque"]))
             steps = np.full(force.shape, float(LEAST_STEPS))
         torque = torque / np.maximum(load, LEAST_LOAD * self.greatest_load)
         grids = force, torque

@@ -1,5 +1,6 @@
 """How far a stretch of a bearing run is from what a companion found for it."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,6 @@ from bearing_twin.kinds.bearing.layout import (
     ORBIT_ANGLE,
     TANGENTIAL_VELOCITY,
 )
-from bearing_twin.kinds.bearing.outputs import Outputs, Rows
 from bearing_twin.kinds.bearing.windows import Window
 
 LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
@@ -36,7 +36,7 @@ class Part(NamedTuple):
     duration: float
     begun: list
     filled: tuple
-    out: Rows
+    out: Mapping[str, np.ndarray]
     pointer: np.ndarray
     elapsed: float
     taken: int
@@ -64,7 +64,7 @@ class Found(NamedTuple):
     `last` are state, orientation, step sizes and what laws carry at the end, one row a ball, then ring and cage.
     """
 
-    out: Rows | Outputs
+    out: Mapping[str, np.ndarray]
     states: np.ndarray
     last: tuple[np.ndarray, ...]
     steps: int
@@ -81,11 +81,11 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
     own = slice(own, own + 1) if isinstance(own, int) else own
 
     def off(name: str) -> np.ndarray:
-        return getattr(part.out, name)[rows, balls] - getattr(exact, name)[:, own]
+        return part.out[name][rows, balls] - exact[name][:, own]
 
     bearing, least = part.bearing, LEAST_LOAD * greatest_load
     coefficient = bearing.friction_coefficient
-    load = exact.normal_load[:, own]
+    load = exact["normal_load"][:, own]
     torque = np.linalg.norm(off("raceway_torque"), axis=-1)
     friction = 0.0
     if coefficient > 0.0 and least > 0.0:
@@ -101,7 +101,7 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
     ring = [0.0, 0.0]
     if place is None:
         names = "inner_ring_offset", "inner_ring_force"
-        ring = [float(np.abs(getattr(part.out, one)[rows] - getattr(exact, one)).max()) for one in names]
+        ring = [float(np.abs(part.out[one][rows] - exact[one]).max()) for one in names]
     return [
         float(np.abs(off("normal_load")).max()),
         friction,

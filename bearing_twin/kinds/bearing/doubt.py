@@ -12,10 +12,10 @@ from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
-from bearing_twin.kinds.bearing.motion import FIXED_STEP
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.windows import ALL, PLACE, WINDOW
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice

@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, columns_of
+from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, columns_of, mean_torque
 from bearing_twin.kinds.bearing.windows import WINDOW, is_watched
 from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.report import Choice
@@ -129,24 +129,19 @@ class BearingFigures:
 
     def _second_half(self) -> tuple[dict, dict]:
         """The merged second half of the run, and the instant it starts from."""
-        times = self._sums.times()
+        times, angles, turned = self._sums.ends()
         middle = 0.5 * (self.first["time"] + times[-1])
         first = min(int(np.searchsorted(times, middle, side="right")), len(times) - 1)
-        before = self._sums.end_of(first - 1) if first else self.first
+        before = self.first
+        if first:
+            before = {"time": times[first - 1], "orbit_angle": angles[first - 1], "turned": turned[first - 1]}
         return self._sums.from_row(first), before
 
-    def _drive_torque(self, late: dict, before: dict) -> float:
-        """The mean torque [N m] on a ring that is held: work over angle, which keeps no noise of single outputs.
-
-        The mean of the outputs where loads move the ring, too, or a shift of it did work, or it did not turn.
-        """
+    def _held(self, late: dict) -> bool:
+        """Whether the ring was held without a shift over this part of the run, so that all work is that of turning."""
         change = self.parameters.drive.change
         shifted = change.time and any(change.offset) and late["time"] >= change.time
-        work, turned = (late[name] - before[name] for name in ("drive_work", "ring_angle"))
-        held = dimension_of(self.parameters) == PRESCRIBED and not shifted
-        if not held or turned == 0.0 or math.isnan(work):
-            return float(late["drive_torque"] / late["count"])
-        return float(work / turned)
+        return dimension_of(self.parameters) == PRESCRIBED and not shifted
 
     @property
     def energy_closure(self) -> float:
@@ -281,7 +276,7 @@ class BearingFigures:
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": None if self.still else self.last["dissipated"],
-            "drive_torque_nm": None if self.still else self._drive_torque(late, before),
+            "drive_torque_nm": None if self.still else mean_torque(late, before, self._held(late)),
             "ring_displacement_m": place.tolist(),
             "misalignment_rad": tilt.tolist(),
             "ring_force_n": force.tolist(),

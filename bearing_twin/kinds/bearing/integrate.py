@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
 from bearing_twin.kinds.bearing.linear_system import new_coupling
-from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.steps import FAILURES
 from bearing_twin.numerics.statuses import OK, STOPPED
@@ -58,6 +58,19 @@ def check(status: int, elapsed: float, failure: np.ndarray) -> None:
         reason, advice = FAILURES[status]
         seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
         raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
+
+
+def groups_of(near) -> list[list[int]]:
+    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
+    balls = len(near)
+    first = next((k for k in range(balls) if not near[k - 1]), 0)
+    groups = [[first]]
+    for k in range(first + 1, first + balls):
+        if near[(k - 1) % balls]:
+            groups[-1].append(k % balls)
+        else:
+            groups.append([k % balls])
+    return groups
 
 
 def _by_rosenbrock(task, partners, near, moving, results) -> int:

@@ -16,6 +16,7 @@ from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_st
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
 from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
+from bearing_twin.kinds.contract import late
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
@@ -30,11 +31,7 @@ EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
 
-def bearing_motion(parameters: BearingScene, choice: Choice):
-    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion."""
-    from bearing_twin.kinds.bearing.watched import moving_by
-
-    return moving_by(parameters, choice)
+bearing_motion = late("bearing_twin.kinds.bearing.watched:moving_by")  # see there
 
 
 class BearingMotion:
@@ -175,7 +172,7 @@ class BearingMotion:
             last = end >= duration * (1.0 - SHORTEST_PART)
             end = duration if last else end
             until = len(times) if last else int(np.searchsorted(times, end, side="right"))
-            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out.numbers, cursor)
+            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
             begin, cursor = end, until
         return out
 
@@ -272,10 +269,9 @@ class BearingMotion:
                 one[:] = kept
             mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
             pointer = self._integrate(drive, partners, near, times, duration, filled)
-        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out, first)
-        given = rows_of(self.parameters, out[first : first + len(times)])
-        found = before, filled, given, pointer, self.elapsed, int(self.counts[STEPS])
-        self._look(Part(self.bearing, drive, partners, near, times, duration, *found))
+        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
+        given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])
+        self._look(Part(self.bearing, drive, partners, near, times, duration, before, filled, *given))
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
@@ -283,8 +279,7 @@ class BearingMotion:
         self.elapsed += duration
 
     def _pointer(self, instants: int) -> np.ndarray:
-        """Room (N, instants, POINTED) for what `pointing` notes; empty: nothing is noted."""
-        return np.zeros((0, 0, 0))
+        return np.zeros((0, 0, 0))  # room (N, instants, POINTED) for what `pointing` notes; empty: nothing is noted
 
     def _look(self, part: Part) -> None:
         """What is done with a part once it is integrated: nothing."""

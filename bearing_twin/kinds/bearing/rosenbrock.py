@@ -287,16 +287,3 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
                 running -= 1
     _end_border(coupling, results)
     return OK
-
-
-def groups_of(near) -> list[list[int]]:
-    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
-    balls = len(near)
-    first = next((k for k in range(balls) if not near[k - 1]), 0)
-    groups = [[first]]
-    for k in range(first + 1, first + balls):
-        if near[(k - 1) % balls]:
-            groups[-1].append(k % balls)
-        else:
-            groups.append([k % balls])
-    return groups

@@ -37,14 +37,14 @@ class Greatest(NamedTuple):
 class Stretches(NamedTuple):
     """Sums over stretches of outputs, one row each; what LAST names is that of their last outputs.
 
-    These are times [s], orbit angles (N,) [rad], the drive's work [J] and the ring's angle [rad].
+    So are `turned` (2,), the drive's work [J] and the inner ring's angle [rad].
+
     Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side.
     """
 
     time: np.ndarray
     orbit_angle: np.ndarray
-    drive_work: np.ndarray
-    ring_angle: np.ndarray
+    turned: np.ndarray
     count: np.ndarray
     load: np.ndarray
     torque: np.ndarray
@@ -57,7 +57,7 @@ class Stretches(NamedTuple):
     ring_greatest: np.ndarray
 
 
-LAST = "time", "orbit_angle", "drive_work", "ring_angle"
+LAST = "time", "orbit_angle", "turned"
 TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
 
 
@@ -70,7 +70,7 @@ def new_greatest(balls: int) -> Greatest:
 
 def new_stretches(count: int, balls: int) -> Stretches:
     """Sums over `count` stretches without an output."""
-    widths = {"orbit_angle": balls, "load": 2 * balls, "torque": balls}
+    widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls}
     found = {name: np.zeros((count, widths[name]) if name in widths else count) for name in Stretches._fields}
     ring = {name: np.zeros((count, RING_WIDTH)) for name in ("ring", "ring_least", "ring_greatest")}
     return Stretches(**(found | ring))
@@ -88,8 +88,7 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
     Returns how many outputs found room and the row after the last; every call begins a stretch.
     """
     load_at, torque_at, drive_at, roll_at = columns[0], columns[1], columns[2], columns[3]
-    speed_at, slip_at, angle_at, pocket_at, work_at = columns[4], columns[5], columns[6], columns[7], columns[8]
-    there_at = 10
+    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 10
     ring_at = there_at + len(greatest.there)
     balls = sums.orbit_angle.shape[1]
     even = 2.0 * math.pi / balls
@@ -123,6 +122,9 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
                 greatest.pocket_force[0] = max(greatest.pocket_force[0], abs(row[pocket_at + k]))
         sums.roll_rate[stretch] += mean / balls
         sums.drive_torque[stretch] -= row[drive_at + 2]
+        for k in range(2):
+            column = columns[8 + k]
+            sums.turned[stretch, k] = row[column] if column != MISSING else math.nan
         sums.speed[stretch] += row[speed_at]
         sums.cage_slip[stretch] += row[slip_at] if slip_at != MISSING else 0.0
         place = 0
@@ -187,10 +189,19 @@ class Sums:
             found[name] = rows[-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows, axis=0)
         return found
 
-    def times(self) -> np.ndarray:
-        """Times [s] (n,) at the ends of all stretches."""
-        return self._kept.time[: self.stretches]
+    def ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times [s] (n,), orbit angles [rad] (n, N) and `turned` (n, 2) at the ends of all stretches."""
+        rows = slice(self.stretches)
+        return self._kept.time[rows], self._kept.orbit_angle[rows], self._kept.turned[rows]
 
-    def end_of(self, stretch: int) -> dict:
-        """What LAST names at the end of a stretch."""
-        return {name: getattr(self._kept, name)[stretch] for name in LAST}
+
+def mean_torque(late: dict, before: dict, held: bool) -> float:
+    """The mean torque of the drive [N m] over `late`, which follows the instant `before`.
+
+    Of a ring that is `held` it is work over angle, which keeps no noise of single outputs; else, or where the ring did
+    not turn, the mean of the outputs.
+    """
+    (work, angle), (work_before, angle_before) = late["turned"], before["turned"]
+    if not held or angle == angle_before or math.isnan(work):
+        return float(late["drive_torque"] / late["count"])
+    return float((work - work_before) / (angle - angle_before))
