@@ -19,7 +19,7 @@ from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE, SCIPY
 from bearing_twin.kinds.bearing.layout import BORDER
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_of, write_outputs
+from bearing_twin.kinds.bearing.outputs import empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.steps import RATES, Results
@@ -149,8 +149,8 @@ def _given_out(motion, case, states):
     borders = np.tile(motion.border, (case.count, 1))
     filled = np.ascontiguousarray(states), orientations, borders
     partners = motion._partners()
-    write_outputs(motion.parameters, motion.bearing, partners, motion.drive, times, *filled, out, 0)
-    return outputs_of(motion.parameters, out)
+    write_outputs(motion.parameters, motion.bearing, partners, motion.drive, times, *filled, out.numbers, 0)
+    return out
 
 
 def _by_solve_ivp(solver, motion, case, setting):

@@ -10,6 +10,7 @@ from bearing_twin.charts.contest import DONE, Row
 from bearing_twin.pictures.style import STYLE
 
 COLOURS, LEAST, GREATEST = "viridis_r", 1e-8, 1.0
+FEW = 30.0  # of an axis that spans less, 2 and 5 are labelled too
 PREDICTED, FOUND, BROKEN = "#D55E00", "#000000", "#c8ced4"
 
 
@@ -62,7 +63,10 @@ def draw_map(axis, rows: list[Row], curves: Curves, flags=None):
         axis.plot(curves.across, curves.found, "o", color=FOUND, markersize=7, mfc="white", mew=2)
     axis.set(xscale="log", yscale="log", xlim=edges_of(across)[[0, -1]], ylim=(edges_of(settings)[0], top))
     for along in (axis.xaxis, axis.yaxis):
-        along.set_major_locator(LogLocator(subs=(1.0,)))
+        low, high = along.get_view_interval()
+        along.set_major_locator(LogLocator(subs=(1.0,) if high > FEW * low else (1.0, 2.0, 5.0)))
+        if high <= FEW * low:
+            along.set_major_formatter("{x:g}")
         along.set_minor_locator(NullLocator())
     axis.tick_params(length=0, labelsize=15, labelcolor=STYLE["ink"])
     for spine in axis.spines.values():

@@ -15,6 +15,7 @@ import numpy as np
 
 from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
 from bearing_twin.charts.contest import LIMIT, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, fastest_rates, stability_limits
 from bearing_twin.numerics.steppers import STEPPER_FACTS
@@ -74,7 +75,7 @@ REGULARISATIONS = _spread(1e-4, 1e-1, 7)
 FIXED = tuple(name for name in FIXED_STEP if name in STEPPER_FACTS)
 ADAPTIVE = ("rodas4", "rodas4_landing", "rodas3", "dopri5")
 TOLERANCE = "tolerance"
-MAPS = (*AXES, TOLERANCE)
+MAPS = (*AXES, TOLERANCE, *MODELS)
 
 
 class Limit(NamedTuple):
@@ -133,6 +134,9 @@ def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> t
     """The cells and the limits of these maps; with `every` above 1 only every so many-th of the second numbers."""
     cells, limits = [], []
     for name in names:
+        if name in MODELS:
+            cells += model_tasks(name, limit)
+            continue
         for method in ADAPTIVE if name == TOLERANCE else FIXED:
             for across in REGULARISATIONS[::every] if name == TOLERANCE else AXES[name].values[::every]:
                 settings = TOLERANCES if name == TOLERANCE else steps
@@ -163,8 +167,8 @@ def one_cell(words: str, limit: float = LIMIT) -> Row:
         raise BearingTwinError(f"{echo(words)} is no cell; give four words: map, method, setting, second number")
     name, method = parts[:2]
     if name not in MAPS:
-        raise BearingTwinError(f"{echo(name)} is not a map of steps; {unknown(name, MAPS)}")
-    legal = ADAPTIVE if name == TOLERANCE else FIXED
+        raise BearingTwinError(f"{echo(name)} is not a map; {unknown(name, MAPS)}")
+    legal = MODELS[name].methods if name in MODELS else ADAPTIVE if name == TOLERANCE else FIXED
     if method not in legal:
         raise BearingTwinError(f"{echo(method)} is not on the map {name}; {unknown(method, legal)}")
     try:
@@ -173,4 +177,4 @@ def one_cell(words: str, limit: float = LIMIT) -> Row:
         numbers = [math.nan]
     if not all(0.0 < number < math.inf for number in numbers):
         raise BearingTwinError(f"{echo(words)} ends with two numbers above zero: setting and second number")
-    return cell(name, method, *numbers, limit)
+    return (model_cell if name in MODELS else cell)(name, method, *numbers, limit)

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 from bearing_twin.charts.contest import DONE, Made, Row, Wanted
 from bearing_twin.charts.contest_picture import read_table, write_table
 from bearing_twin.charts.map_picture import Curves, add_bar, add_legend, draw_map
+from bearing_twin.charts.model_maps import MODELS, sentences_of
+from bearing_twin.charts.model_picture import of_models
 from bearing_twin.charts.stability import ADAPTIVE, AXES, FAILS, FIXED, MAPS, TOLERANCE, Limit, measure, one_cell
 from bearing_twin.charts.table import write_rows
 from bearing_twin.pictures.style import STYLE, stamp
@@ -33,6 +35,9 @@ def make(folder: Path, name: str, wanted: Wanted) -> Made:
     if TOLERANCE in wanted.problems:
         pictures.append(folder / f"{name}_{TOLERANCE}.png")
         of_tolerances(rows, pictures[-1])
+    if any(row.problem in MODELS for row in rows):
+        pictures.append(folder / f"{name}_models.png")
+        of_models(rows, pictures[-1])
     write_table(rows, tables[0])
     return Made(reading(rows, limits), list(map(str, pictures)), list(map(str, tables)), rows)
 
@@ -121,4 +126,4 @@ def reading(rows: list[Row], limits: list[Limit]) -> list[str]:
             f"{method}: {kept} of {len(mine)} cells keep their tolerance; the worst error is "
             f"{worst.error / worst.setting:.2g} times it, at {worst.setting:g} and {worst.across:g} m/s."
         )
-    return sentences
+    return sentences + sentences_of(rows)
