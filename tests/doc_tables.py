@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
+from failure_rows import FAILURES
+
 from bearing_twin.charts.work_precision import LADDERS, PROBLEMS, StepperPoint, cheapest
 from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.contact.friction import FRICTIONS
@@ -138,6 +140,15 @@ def _reading(name: str) -> str:
     return "".join(f"* {sentence}\n" for sentence in sentences)
 
 
+def _failures() -> str:
+    """Ways to fail with the command that provokes each, as `failure_rows` has them and a test runs them."""
+    rows = (
+        (row.fails, row.does, f"`bearing_twin {row.command}`" if row.command else "", f"`{row.chart}`")
+        for row in FAILURES
+    )
+    return _table(("what fails", "what the software does", "command that provokes it", "chart"), rows)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "scenes": _scenes,
     "studies": _studies,
@@ -149,6 +160,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "speeds": _speeds,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
+    "failures": _failures,
     **{f"reading_{name}": partial(_reading, name) for name in made_by("contest")},
     "quantities": _quantities,
     "distributions": _distributions,

@@ -232,7 +232,6 @@ def answers_of(
     tasks = list(tasks)
     waiting = [task for task in reversed(tasks) if task.key not in kept.answers]
     total = max(len(tasks), 1)
-    update(1.0 - len(waiting) / total)
     if not workers:
         while waiting:
             task = waiting.pop()

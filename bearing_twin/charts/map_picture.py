@@ -82,8 +82,8 @@ def add_bar(figure, drawn, axes, text: str) -> None:
     bar.ax.tick_params(length=0, labelsize=14, labelcolor=STYLE["ink"])
 
 
-def add_legend(figure, refuses: bool, dots: str = "") -> None:
-    """What lines and marks mean, below the maps."""
+def add_legend(figure, refuses: bool, dots: str = "", lines: bool = False) -> None:
+    """What lines and marks mean, below the maps; `lines` that promises are drawn, where there are no limits."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -92,6 +92,8 @@ def add_legend(figure, refuses: bool, dots: str = "") -> None:
         Line2D([], [], color=PREDICTED, linewidth=3.0, label="limit predicted"),
         Line2D([], [], marker="o", color=FOUND, label="limit found", **hollow),
     ] * (not dots)
+    if lines:
+        handles.append(Line2D([], [], color=PREDICTED, linewidth=3.0, label="promised or chosen"))
     handles.append(Line2D([], [], marker="x", color="#7b1e1e", linestyle="none", markersize=8, label="broke down"))
     if refuses:
         handles.append(Patch(facecolor="#5f6f7a", edgecolor="white", hatch="//", label="refused"))
