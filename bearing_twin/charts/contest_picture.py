@@ -17,7 +17,7 @@ from bearing_twin.pictures.style import STYLE, ball_line, frame
 
 LEAST, GREATEST = 1e-10, 10.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 EDGE = 3.0  # where failures are drawn
-COLUMNS = 3  # panels in a row
+COLUMNS, FEW = 3, 30.0  # panels in a row; ratio of costs below which 2 and 5 are labelled, too
 
 
 @dataclass(frozen=True)
@@ -108,12 +108,18 @@ def draw(chart, rows: list[Row], path: Path) -> None:
         axis.set(xscale="log", yscale="log", xlim=(0.5 * LEAST, GREATEST))
         axis.xaxis.set_major_locator(LogLocator(subs=(1.0,), numticks=7))
         axis.xaxis.set_minor_locator(NullLocator())
-        axis.yaxis.set_minor_formatter(NullFormatter())
         axis.axvline(chart.wanted, color=STYLE["soft"], linewidth=1.2, linestyle=":")
         axis.tick_params(labelsize=15)
         axis.set_title(chart.problems[name], loc="left", fontsize=17, color=STYLE["ink"])
     for axis in axes.flat[len(names) :]:
         axis.set_visible(False)
+    low, high = axes.flat[0].get_ylim()
+    if high < FEW * low:
+        axes.flat[0].set_ylim(low / 3.0, 3.0 * high)
+        axes.flat[0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.flat[0].yaxis.set_major_formatter("{x:g}")
+    for axis in axes.flat:
+        axis.yaxis.set_minor_formatter(NullFormatter())
     for axis in axes[:, 0]:
         axis.set_ylabel(chart.cost, fontsize=16)
     for axis in axes.flat[max(0, len(names) - columns) : len(names)]:
