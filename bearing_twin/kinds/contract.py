@@ -19,6 +19,7 @@ from bearing_twin.units import suffix_of
 if TYPE_CHECKING:
     import numpy as np
 
+    from bearing_twin.kinds.views import View
     from bearing_twin.sample import Block, Channel, Sample, Table
 
 PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
@@ -221,6 +222,7 @@ def read_off(key: str, pick: Callable = lambda value: value) -> Callable[[Mappin
 
 
 plain_picture = late("bearing_twin.pictures.channels:ChannelPicture")
+plain_view = late("bearing_twin.kinds.views:plain_view")
 
 
 @dataclass(frozen=True)
@@ -231,11 +233,11 @@ class Kind:
     `brief`: a run ends by itself. `commands`: topics obeyed under way; its motion then has `take_back()`, which puts it
     back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
     moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load.
-    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`:
-    its picture writes a .gif that moves.
-    `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
-    data of a scene in a log of an earlier version. `place_of(channel, index)` names the body and the contact that a
-    number of a channel belongs to, empty for none.
+    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`: its picture
+    writes a .gif that moves. `view(facts, channels)` says what a page in the browser draws. `moved` maps keys of
+    earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain data of a scene in a
+    log of an earlier version. `place_of(channel, index)` names the body and the contact that a number of a channel
+    belongs to, empty for none.
     """
 
     name: str
@@ -261,6 +263,7 @@ class Kind:
     topics: Callable[[Any], tuple[Topic, ...]] = no_topics
     picture: Callable[[Facts], Picture] = plain_picture
     animated: bool = False
+    view: Callable[[Facts, tuple[Channel, ...]], View] = plain_view
     moved: Mapping[str, str] = field(default_factory=dict)
     upgraded: Callable[[dict], dict] = as_given
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")

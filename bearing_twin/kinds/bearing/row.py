@@ -27,4 +27,5 @@ BEARING = Kind(
     moved=MOVED,
     upgraded=upgraded,
     picture=late(f"{HERE}.picture:BearingPicture"),
+    view=late(f"{HERE}.view:view"),
 )
