@@ -8,12 +8,15 @@ from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.pictures.style import BALL_COLOURS
 from bearing_twin.report import Report
+from bearing_twin.run.doubt import DONE, DOUBTFUL
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.simulation import Run
 from bearing_twin.sample import Block
 from bearing_twin.view.frames import Frames, passed_on
 from bearing_twin.view.packing import packed, prefixes
-from bearing_twin.view.tables import ball_tables, figure_rows
+from bearing_twin.view.tables import ball_tables, error_notes, figure_rows
+
+STATUS_SORTS = {DONE: "good", DOUBTFUL: "doubt"}  # how a status is shown; any other is a failure
 
 
 class Viewed(NamedTuple):
@@ -77,15 +80,16 @@ def _told(scene, report: Report) -> dict[str, Any]:
         "status": report.status,
         "warnings": list(report.warnings),
         "flags": list(report.flags),
-        "figures": figure_rows(report.figures, meanings),
-        "tables": ball_tables(report.figures, meanings),
+        "figures": figure_rows(report.figures, report.errors, meanings),
+        "tables": ball_tables(report.figures, report.errors, meanings),
+        "errors": error_notes(report.errors),
     }
 
 
 def badges(status: str, law: str, stepper: str, doubts: int) -> list[dict[str, str]]:
     """What stands beside the title: how it ended, the model, how many doubts there are."""
     found = [
-        {"sort": "good" if status == "done" else "bad", "name": "", "text": status},
+        {"sort": STATUS_SORTS.get(status.partition(":")[0], "bad"), "name": "", "text": status},
         {"sort": "", "name": "law", "text": law or "-"},
         {"sort": "", "name": "method", "text": stepper or "-"},
     ]

@@ -27,6 +27,9 @@ function ballTable(table, noun) {
   table.rows.forEach((row, k) => {
     body.append(make("tr", {}, make("td", {}, String(k)), ...row.map((one) => make("td", { class: "number" }, one))));
   });
+  if (table.errors.length) {
+    body.append(make("tr", {}, make("td", {}, "±"), ...table.errors.map((one) => make("td", { class: "number" }, one))));
+  }
   return make("div", { class: "scroll" }, make("table", { class: "balls" }, make("thead", {}, head), body));
 }
 

@@ -25,20 +25,6 @@ def view(facts, channels) -> View:
         Channel("above", "m", (3,), "where the arrow of the blow ends"),
     )
 
-    def rows(sample):
-        count = len(sample["normal_load"])
-        rest, way, blow, above = (np.zeros((count, 3)) for _ in range(4))
-        rest[:, 0], rest[:, 1] = struck, radius
-        way[:, 1] = -sample["sphere_position"]
-        blow[:, 1] = -sample["normal_load"]
-        above[:, 0], above[:, 1] = struck + 1.25 * radius, 0.02 * beam.span
-        return {name: sample[name] for name in TAKEN} | {
-            "sphere_rest": rest,
-            "sphere_way": way,
-            "blow": blow,
-            "above": above,
-        }
-
     shares = parameters.outputs.points
     watched = {0: "impact"} | {k + 1: f"{share:g} of the span" for k, share in enumerate(shares) if share != point}
 
@@ -49,7 +35,7 @@ def view(facts, channels) -> View:
 
     return View(
         series=series,
-        rows=rows,
+        rows=lambda sample: _rows(sample, struck, radius, struck + 1.25 * radius),
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
             points("Deflection, along the blow", "m", "deflection"),
@@ -75,6 +61,21 @@ def view(facts, channels) -> View:
         enlarged=Enlarged("deflection and approach", ("shape",), REACH * beam.span),
         words="The sphere's way is as much enlarged as the deflection, so that contact and gap are seen.",
     )
+
+
+def _rows(sample, struck: float, radius: float, beside: float) -> dict[str, np.ndarray]:
+    """The arrow of the blow stands `beside` the sphere, which would hide it."""
+    rest, way, blow, above = (np.zeros((len(sample["normal_load"]), 3)) for _ in range(4))
+    rest[:, 0], rest[:, 1] = struck, radius
+    way[:, 1] = -sample["sphere_position"]
+    blow[:, 1] = -sample["normal_load"]
+    above[:, 0], above[:, 1] = beside, 0.1 * radius
+    return {name: sample[name] for name in TAKEN} | {
+        "sphere_rest": rest,
+        "sphere_way": way,
+        "blow": blow,
+        "above": above,
+    }
 
 
 def _supports(beam) -> dict:
