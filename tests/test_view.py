@@ -238,7 +238,7 @@ def test_a_damaged_log_shows_what_can_be_saved(log_path):
 def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
     scene = made_up_scene(balls=1)
     block, path = made_up_block(scene, 120), tmp_path / "run.mcap"
-    with LogWriter(path, scene) as log:
+    with LogWriter(path, scene, {"law": "hertz", "stepper": "rodas4"}) as log:
         text = "string data"
         number = log._log.add_topic("/camera/label", "std_msgs/msg/String", text, "", ())
         log._log.write(number, 0, 0, b"\0\1\0\0\2\0\0\0a\0")
