@@ -39,7 +39,7 @@ SHORT = {  # a short run of each kind
     "two_discs": ("two_discs",),
     "sphere_on_beam": ("sphere_on_beam", "run.duration=5e-4"),
     "ellipsoid_on_plane": ("ellipsoid_on_plane", "run.duration=0.5"),
-    "two_bodies": ("two_bodies_superellipsoid", "run.duration=0.002"),
+    "two_bodies": ("two_bodies_superellipsoid", "run.duration=0.01"),
     "soft_discs": ("soft_discs_fast", "mesh.divisions=12", "run.duration=1e-3"),
     "toy": ({"kind": "toy", "name": "swinging"},),
 }
