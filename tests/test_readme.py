@@ -99,6 +99,11 @@ def shortened(words):
         study = load_study(arguments.study, arguments.set)
         closed = KINDS[study.kind].closed_form() is not None
         return [*words, f"--samples={FEW}", "--workers=1"], closed
+    if command == "view" and not arguments.what.endswith(".mcap"):
+        if not (arguments.study or arguments.what in study_names()):
+            return [*words, f"--duration={SHORT}"], not arguments.gif
+        closed = KINDS[load_study(arguments.what, arguments.set).kind].closed_form() is not None
+        return [*words, f"--set=samples={FEW}", "--set=workers=1"], closed
     if command == "chart":
         known = problems_of(arguments.chart) if arguments.problem else ()
         assert set(arguments.problem or ()) <= set(known)
