@@ -36,7 +36,7 @@ setup(
         "zstandard>=0.22",
         "rich>=13.0",
     ],
-    extras_require={"dask": ["distributed>=2024.1"]},
+    extras_require={"dask": ["distributed>=2024.1"], "rerun": ["rerun-sdk>=0.41"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),

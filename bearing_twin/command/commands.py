@@ -13,6 +13,7 @@ from bearing_twin.command import (
     compile_command,
     contact_command,
     explain_command,
+    layouts_command,
     study_command,
     topics_command,
 )
@@ -272,5 +273,6 @@ COMMANDS = {
     "bearing": Command(bearing_command.HELP, bearing_command.add_arguments, bearing_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
     "topics": Command(topics_command.HELP, topics_command.add_arguments, topics_command.run),
+    "layouts": Command(layouts_command.HELP, layouts_command.add_arguments, layouts_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }

@@ -35,6 +35,7 @@ class LogStream:
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
     its texts. `missing` counts outputs that were found missing so far (with `allow_gaps`). `kept_rate` [1/s] is how
     many outputs a second of simulated time were logged, 0 = all; what then lies between is not missing.
+    `frame` is what the samples are stamped with.
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None):
@@ -74,6 +75,7 @@ class LogStream:
         self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else _channels(self.scene, first)
+        self.frame: str = "" if first is None else first.header.frame_id
 
     @property
     def losses(self) -> dict[str, int | str]:
@@ -84,6 +86,11 @@ class LogStream:
         told = self.metadata.get(RECORDING_RECORD, {})
         counts = {key: int(told[key]) for key in ("messages_lost", "messages_dropped") if told.get(key, "").isdigit()}
         return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
+
+    @property
+    def namespace(self) -> str:
+        """Where the topics of the run stand."""
+        return self._namespace
 
     @property
     def has_records(self) -> bool:

@@ -22,7 +22,9 @@ from bearing_twin.nodes.running import Heartbeat, LogWatch, declare, guarded, ru
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
     NodeParameter(
-        "topics", [], "topics to log, as full names or patterns with *; empty = those of every kind of scene, and /tf"
+        "topics",
+        [],
+        "topics to log, as full names or patterns with *; empty = its namespace (in none: every kind's), and /tf",
     ),
     *LOG_SAFETY,
 )
@@ -56,7 +58,7 @@ class RecorderNode(Node):
         self.failure: Exception | None = None
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
-        topics = [one for one in values["topics"] if one] or default_topics()
+        topics = [one for one in values["topics"] if one] or default_topics(self.get_namespace())
         self.recording = Recording(path, topics, definition_prefixes(), safety_of(values))
         self._topics = topics
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
