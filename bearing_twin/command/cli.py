@@ -66,7 +66,9 @@ def _main(argv) -> int:
     if rest:
         _refuse(rest, subparsers[arguments.command])
     outcome = COMMANDS[arguments.command].run(arguments)
-    if arguments.json:
+    if outcome.result is None:
+        pass  # it was printed as it came
+    elif arguments.json:
         sys.stdout.write(json_text(outcome.result) + "\n")
     elif outcome.show:
         outcome.show()

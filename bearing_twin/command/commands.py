@@ -14,6 +14,7 @@ from bearing_twin.command import (
     contact_command,
     explain_command,
     layouts_command,
+    node_command,
     study_command,
     topics_command,
 )
@@ -128,6 +129,8 @@ class _Watched:
 
 
 def _doubts(result) -> list[str]:
+    from bearing_twin.run.doubt import FAILED
+
     status = str(result.get("status", "done"))
     doubts = [str(flag) for flag in result.get("flags", ())]
     if status == "failed: energy":
@@ -136,7 +139,7 @@ def _doubts(result) -> list[str]:
         doubts.append(
             f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
         )
-    elif status != "done":
+    elif status.startswith(FAILED):
         doubts.append(status)
     return doubts
 
@@ -272,6 +275,7 @@ COMMANDS = {
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "bearing": Command(bearing_command.HELP, bearing_command.add_arguments, bearing_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
+    "node": Command(node_command.HELP, node_command.add_arguments, node_command.run),
     "topics": Command(topics_command.HELP, topics_command.add_arguments, topics_command.run),
     "layouts": Command(layouts_command.HELP, layouts_command.add_arguments, layouts_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
