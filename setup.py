@@ -50,6 +50,7 @@ setup(
             "recorder_node = bearing_twin.nodes.entry:recorder_node",
             "replay_node = bearing_twin.nodes.entry:replay_node",
             "uq_node = bearing_twin.nodes.entry:uq_node",
+            "watch_node = bearing_twin.nodes.entry:watch_node",
         ],
     },
 )
