@@ -36,7 +36,12 @@ setup(
         "zstandard>=0.22",
         "rich>=13.0",
     ],
-    extras_require={"dask": ["distributed>=2024.1"], "rerun": ["rerun-sdk>=0.41"]},
+    extras_require={
+        "dask": ["distributed>=2024.1"],
+        "rerun": ["rerun-sdk>=0.41"],
+        "view": ["playwright>=1.40", "imageio-ffmpeg>=0.5"],
+    },
+    package_data={f"{PACKAGE}.view": ["*.js", "*.css", "*.html", "libraries/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),

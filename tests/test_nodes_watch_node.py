@@ -1,5 +1,6 @@
 """watch_node beside a sim_node: it costs nothing while nobody looks, shows what comes, and hands commands on."""
 
+import contextlib
 import http.client
 import json
 import threading
@@ -32,6 +33,12 @@ def asked(executor, node, method="GET", path="/", command=None):
     return found[0]
 
 
+def listen(answer, heard):
+    """Puts every line of an answer into `heard` until it is closed."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        heard.extend(iter(answer.fp.readline, b""))
+
+
 def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
     monkeypatch.setattr(watch_node, "ASKED_FOR", 0.5)
     with ros_executor(threads=2) as executor:
@@ -50,7 +57,7 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
         events.request("GET", "/events")
         answer = events.getresponse()
         heard = []
-        threading.Thread(target=lambda: heard.extend(iter(answer.fp.readline, b"")), daemon=True).start()
+        threading.Thread(target=listen, args=(answer, heard), daemon=True).start()
         spin_until(executor, lambda: heard.count(b"event: frames\n") > 3, "frames")
         assert sim.count_subscribers(samples) == 1
 

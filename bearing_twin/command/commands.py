@@ -17,6 +17,7 @@ from bearing_twin.command import (
     node_command,
     study_command,
     topics_command,
+    view_command,
     watch_command,
 )
 from bearing_twin.command.outcome import Outcome, failure_kept, listed, new_log, picture_path
@@ -276,6 +277,7 @@ COMMANDS = {
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "bearing": Command(bearing_command.HELP, bearing_command.add_arguments, bearing_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
+    "view": Command(view_command.HELP, view_command.add_arguments, view_command.run),
     "node": Command(node_command.HELP, node_command.add_arguments, node_command.run),
     "topics": Command(topics_command.HELP, topics_command.add_arguments, topics_command.run),
     "layouts": Command(layouts_command.HELP, layouts_command.add_arguments, layouts_command.run),
