@@ -11,8 +11,9 @@ from made_up_run import a_choice, made_up_block, made_up_scene
 from bearing_twin.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import samples_message, scene_text
-from bearing_twin.nodes.live import PERIOD, ROWS, Again, LiveRun, number_of, vector_of
-from bearing_twin.nodes.live_page import page_of
+from bearing_twin.nodes.watch_orders import number_of, vector_of
+from bearing_twin.view.live import PERIOD, ROWS, Again, LiveRun
+from bearing_twin.view.live_page import live_page
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 200)
@@ -38,14 +39,14 @@ def decoded(event, width):
 def test_an_event_has_few_outputs_the_last_among_them_and_their_own_numbers():
     run = LiveRun(said())
     event = run.frames(samples(0, 50), 0.0)
-    width = sum(channel.width for channel in run.shown.series)
+    width = sum(channel.width for channel in run.view.series)
     times, rows = decoded(event, width)
     assert len(times) == ROWS
     assert times[-1] == 1e-9 * BLOCK.time_ns[49]
     assert (np.diff(times) > 0.0).all()
     wanted = BLOCK.sampled(range(9, 50, 10))
-    found = run.shown.rows(wanted)
-    assert np.array_equal(rows, np.hstack([found[one.name].reshape(5, -1) for one in run.shown.series]).astype("f4"))
+    found = run.view.rows(wanted)
+    assert np.array_equal(rows, np.hstack([found[one.name].reshape(5, -1) for one in run.view.series]).astype("f4"))
 
 
 def test_events_come_no_faster_than_their_period():
@@ -114,7 +115,7 @@ def test_numbers_and_vectors_are_read():
 def test_the_page_shows_texts_as_text():
     run = LiveRun(said())
     run.frames(samples(0, 10), 0.0)
-    page = page_of(run, "/bearing/</script><script>alert(1)</script>").decode()
+    page = live_page(run, "/bearing/</script><script>alert(1)</script>").decode()
     assert "<script>alert(1)" not in page
     assert "@@" not in page
     assert "default-src 'none'" in page

@@ -23,13 +23,14 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.live import Again, LiveRun, number_of, vector_of
-from bearing_twin.nodes.live_page import page_of
 from bearing_twin.nodes.messages import message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import declare, guarded, run
 from bearing_twin.nodes.serving import Feed, PageServer, Refused
+from bearing_twin.nodes.watch_orders import number_of, vector_of
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.view.live import Again, LiveRun
+from bearing_twin.view.live_page import live_page
 
 PARAMETERS = (
     NodeParameter("node", "", "full name of the node to look at; empty = the only one that publishes samples"),
@@ -165,7 +166,7 @@ class WatchNode(Node):
                 HTTPStatus.SERVICE_UNAVAILABLE,
                 f"{self._watched} sends no samples: it may be paused, compiling or at its end; load the page again",
             )
-        return page_of(self._run, self._watched)
+        return live_page(self._run, self._watched)
 
     def obey(self, command: Mapping[str, Any]) -> str:
         """Carries out {"do": "speed" | "load" | "pace" | "pause" | "reset", ...}."""

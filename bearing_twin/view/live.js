@@ -1,0 +1,88 @@
+"use strict";
+// What makes a page live: outputs as they come from watch_node, and commands back to it with the token behind #.
+
+const LIVE_PERIOD = 100; // ms between changes of the picture, at least
+const liveToken = location.hash.slice(1);
+
+// An event as {time: [s, ...], values: {series: [[numbers of one output], ...]}}; see live.py.
+function liveFrames(text, series) {
+  const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+  const count = new Float64Array(bytes.buffer.slice(0, 8))[0];
+  const time = Array.from(new Float64Array(bytes.buffer.slice(8, 8 + 8 * count)));
+  const table = new Float32Array(bytes.buffer.slice(8 + 8 * count));
+  const widths = series.map((one) => one.shape.reduce((product, size) => product * size, 1));
+  const row = widths.reduce((sum, one) => sum + one, 0), values = {};
+  let low = 0;
+  series.forEach((one, k) => {
+    values[one.name] = time.map((_, frame) => Array.from(table.subarray(frame * row + low, frame * row + low + widths[k])));
+    low += widths[k];
+  });
+  return { time, values };
+}
+
+// Several events as one: the page is drawn again for all of them at once.
+function liveJoined(waiting) {
+  const values = {};
+  for (const name of Object.keys(waiting[0].values)) values[name] = waiting.flatMap((one) => one.values[name]);
+  return { time: waiting.flatMap((one) => one.time), values };
+}
+
+function liveStart(view) {
+  const { series } = view.found.packed, bar = liveBar(), events = new EventSource("events");
+  let waiting = [];
+  events.addEventListener("frames", (event) => waiting.push(liveFrames(event.data, series)));
+  events.addEventListener("again", () => location.reload());
+  events.addEventListener("status", (event) => (bar.state.textContent = event.data));
+  events.onerror = () => (bar.state.textContent = "no connection: is watch still running?");
+  events.onopen = () => (bar.state.textContent = "");
+  setInterval(() => {
+    const frames = waiting.length && !bar.held() ? liveJoined(waiting) : null;
+    if (!frames) return;
+    waiting = [];
+    view.append(frames);
+  }, LIVE_PERIOD);
+  for (const one of ["time", "play"]) $(one).addEventListener("pointerdown", () => bar.hold());
+}
+
+async function liveSend(command, say) {
+  say.textContent = "…";
+  try {
+    const answer = await fetch("command", { method: "POST", body: JSON.stringify(command), headers: { "X-Token": liveToken } });
+    say.textContent = (await answer.text()).trim();
+    say.classList.toggle("refused", !answer.ok);
+  } catch {
+    say.textContent = "no connection: is watch still running?";
+  }
+}
+
+// Speed, load, pace, pause and reset; and a switch that holds the picture while one looks back.
+function liveBar() {
+  const say = make("output", { id: "live-answer" }), state = make("span", { id: "live-state" });
+  const send = (command) => liveSend(command, say);
+  const button = (text, act) => make("button", { type: "button", onclick: act }, text);
+  const number = (label, value) => make("input", { type: "number", step: "any", value, "aria-label": label, title: label });
+  const group = (words, ...parts) => make("span", { class: "live-group" }, make("span", { class: "live-words" }, words), ...parts);
+  const speed = number("speed of the inner ring [rpm]", 1750), pace = number("pace: simulated seconds in a second", 1);
+  const load = ["x", "y", "z"].map((axis) => number(`load on the inner ring along ${axis} [N]`, 0));
+  const follow = make("input", { type: "checkbox", id: "live-follow", checked: "" });
+  const controls = [
+    group("speed", speed, "rpm", button("set", () => send({ do: "speed", value: (speed.valueAsNumber * Math.PI) / 30 }))),
+    group("load x, y, z", ...load, "N", button("set", () => send({ do: "load", force: load.map((one) => one.valueAsNumber) }))),
+    group("pace", pace, "× real time", button("set", () => send({ do: "pace", value: pace.valueAsNumber }))),
+    group("", button("pause", () => send({ do: "pause", on: true })), button("go on", () => send({ do: "pause", on: false })),
+      button("reset", () => send({ do: "reset" }))),
+  ];
+  if (!liveToken) {
+    for (const one of controls) one.querySelectorAll("input, button").forEach((each) => (each.disabled = true));
+    say.textContent = "only to look at: commands need the whole address that watch printed";
+  }
+  document.body.insertBefore(
+    make("section", { id: "live" }, ...controls, make("label", { class: "live-group" }, follow, "follow"), say, state), $("main"));
+  return { state, held: () => !follow.checked, hold: () => (follow.checked = false) };
+}
+
+const liveReady = setInterval(() => {
+  if (!document.body.dataset.ready) return;
+  clearInterval(liveReady);
+  liveStart(window.bearingView);
+}, 50);
