@@ -12,7 +12,7 @@ from bearing_twin.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.nodes.watch_orders import number_of, vector_of
-from bearing_twin.view.live import PERIOD, ROWS, Again, LiveRun
+from bearing_twin.view.live import MOST_ROWS, PERIOD, ROWS, Again, LiveRun
 from bearing_twin.view.live_page import live_page
 
 SCENE = made_up_scene()
@@ -47,6 +47,15 @@ def test_an_event_has_few_outputs_the_last_among_them_and_their_own_numbers():
     wanted = BLOCK.sampled(range(9, 50, 10))
     found = run.view.rows(wanted)
     assert np.array_equal(rows, np.hstack([found[one.name].reshape(5, -1) for one in run.view.series]).astype("f4"))
+
+
+def test_where_time_is_slow_an_event_has_more_outputs_so_that_motion_is_smooth():
+    run = LiveRun(said())
+    run.frames(samples(0, 50), 0.0)
+    event = run.frames(samples(50, 200), PERIOD + 2.0)
+    times, _ = decoded(event, sum(channel.width for channel in run.view.series))
+    assert ROWS < len(times) <= MOST_ROWS
+    assert times[-1] == 1e-9 * BLOCK.time_ns[199]
 
 
 def test_events_come_no_faster_than_their_period():

@@ -107,7 +107,7 @@ def test_without_a_node_to_show_it_says_so():
 
 
 def test_a_node_that_says_and_sends_nothing_gets_an_answer_too(monkeypatch):
-    monkeypatch.setattr(watch_node, "ANSWER", 0.2)
+    monkeypatch.setattr(watch_node, "COMING", 0.2)
     with ros_executor() as executor:
         other = plain_node(executor, "mute_node")
         other.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10)

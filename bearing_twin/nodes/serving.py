@@ -24,6 +24,7 @@ MOST_CONNECTIONS = 64
 LARGEST_COMMAND = 4096  # B
 PATIENCE = 10.0  # s for a request to come in, or for a viewer to take what is sent
 WAITING = 20  # events that a slow viewer may be behind; then the oldest are left out
+ASK_AGAIN = 2  # s after which a browser asks for a page again that was not there yet
 QUIET = 2.0  # s without an event after which a sign of life is sent: a viewer that has left is noticed then
 SAFE_HEADERS = {
     "Cache-Control": "no-store",
@@ -161,7 +162,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self):
         """The page, or its events."""
-        self._answer({"/": self._page, "/events": self._events})
+        self._answer({"/": self._page, "/events": self._events, "/favicon.ico": self._no_icon})
 
     def do_POST(self):
         """A command."""
@@ -183,7 +184,13 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True
 
     def _page(self) -> None:
-        self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.site.page())
+        try:
+            self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.site.page())
+        except Refused as error:  # it may be there soon
+            self._send(error.status, "text/plain; charset=utf-8", f"{error}\n".encode(), Refresh=str(ASK_AGAIN))
+
+    def _no_icon(self) -> None:
+        self._send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
 
     def _events(self) -> None:
         self._check_origin()
@@ -228,13 +235,13 @@ class _Handler(BaseHTTPRequestHandler):
     def _say(self, status: HTTPStatus, sentence: str) -> None:
         self._send(status, "text/plain; charset=utf-8", f"{sentence}\n".encode())
 
-    def _head(self, status: HTTPStatus, kind: str) -> None:
+    def _head(self, status: HTTPStatus, kind: str, **headers: str) -> None:
         self.send_response(status)
-        for name, value in {**SAFE_HEADERS, "Content-Type": kind}.items():
+        for name, value in {**SAFE_HEADERS, "Content-Type": kind, **headers}.items():
             self.send_header(name, value)
 
-    def _send(self, status: HTTPStatus, kind: str, content: bytes) -> None:
-        self._head(status, kind)
+    def _send(self, status: HTTPStatus, kind: str, content: bytes, **headers: str) -> None:
+        self._head(status, kind, **headers)
         self.send_header("Content-Length", str(len(content)))
         self.end_headers()
         self.wfile.write(content)

@@ -16,6 +16,7 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
@@ -23,6 +24,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
+from bearing_twin.nodes.aside import TakenAside, taken
 from bearing_twin.nodes.messages import message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import declare, guarded, run
@@ -38,10 +40,12 @@ PARAMETERS = (
     NodeParameter("port", 8080, "port to listen on; 0 = any that is free", "", 0, 65535),
     NodeParameter("patience", 10.0, "wait at most this long for such a node", "s", 0.0, 3600.0),
 )
-LOOK_PERIOD = 0.2  # s between looks whether somebody looks
+LOOK_PERIOD = 0.05  # s between looks for viewers and for messages
 ASKED_FOR = 5.0  # s after a page was asked for in which its viewer may come
-ANSWER = 5.0  # s for a service to answer, and for a first sample to come
+ANSWER = 5.0  # s for a service to answer
+COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
+LONGEST_STATUS = 200  # characters
 SAMPLES = "/samples"
 
 
@@ -60,7 +64,7 @@ class WatchNode(Node):
         self._run: LiveRun | None = None
         self._told = threading.Event()
         self._shown, self._asked = threading.Event(), -ASKED_FOR
-        self._listening: list = []
+        self._aside, self._listening = TakenAside(), []
         self._commands = MutuallyExclusiveCallbackGroup()
         clients = {"callback_group": self._commands}
         self._pause = self.create_client(SetBool, f"{self._watched}/pause", **clients)
@@ -119,17 +123,22 @@ class WatchNode(Node):
     def _on_look(self):
         wanted = bool(self.feed.viewers) or time.monotonic() - self._asked < ASKED_FOR
         if wanted and not self._listening:
-            samples = message_class(cdr.SAMPLE_BLOCK)
-            deep = qos_profile(Qos(DEPTH))
+            asked = (
+                (message_class(cdr.SAMPLE_BLOCK), f"{self._place}{SAMPLES}", self._on_samples),
+                (DiagnosticArray, "/diagnostics", self._on_diagnostics),
+            )
             self._listening = [
-                self.create_subscription(samples, f"{self._place}{SAMPLES}", self._on_samples, deep, raw=True),
-                self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, deep),
+                self.create_subscription(*one, qos_profile(Qos(DEPTH)), raw=True, callback_group=self._aside)
+                for one in asked
             ]
         elif not wanted and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
             self._listening = []
             self._shown.clear()
+        for subscription in self._listening:
+            for data, _ in taken(subscription):
+                subscription.callback(data)
 
     @guarded
     def _on_samples(self, data):
@@ -145,10 +154,12 @@ class WatchNode(Node):
             self.feed.send("frames", event)
 
     @guarded
-    def _on_diagnostics(self, message):
-        for status in message.status[:1]:
+    def _on_diagnostics(self, data):
+        for status in deserialize_message(data, DiagnosticArray).status[:1]:
             if status.name.partition(":")[0] == self._watched.lstrip("/"):
-                self.feed.send("status", " ".join(status.message.split())[:200])
+                pace = {pair.key: pair.value for pair in status.values}.get("real_time_factor", "")
+                words = f"{status.message}, {pace} × real time" if pace else status.message
+                self.feed.send("status", " ".join(words.split())[:LONGEST_STATUS])
 
     def _begin_again(self) -> None:
         self._shown.clear()
@@ -159,12 +170,16 @@ class WatchNode(Node):
     def page(self) -> bytes:
         """The page of the run as it is now."""
         self._asked = time.monotonic()
-        if not self._told.wait(ANSWER):
-            raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} has not said its scene yet; try again")
-        if not self._shown.wait(ANSWER):
+        if not self._told.wait(COMING):
             raise Refused(
                 HTTPStatus.SERVICE_UNAVAILABLE,
-                f"{self._watched} sends no samples: it may be paused, compiling or at its end; load the page again",
+                f"{self._watched} has not said its scene yet; the page comes when it does",
+            )
+        if not self._shown.wait(COMING):
+            raise Refused(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                f"{self._watched} sends no samples: it may be paused, compiling or at its end; the page comes when "
+                "they do",
             )
         return live_page(self._run, self._watched)
 

@@ -20,26 +20,41 @@ function liveFrames(text, series) {
   return { time, values };
 }
 
-// Several events as one: the page is drawn again for all of them at once.
-function liveJoined(waiting) {
-  const values = {};
-  for (const name of Object.keys(waiting[0].values)) values[name] = waiting.flatMap((one) => one.values[name]);
-  return { time: waiting.flatMap((one) => one.time), values };
+// Outputs that wait to be shown: those of one event are spread over the time between two, so that slow motion is smooth.
+class LiveQueue {
+  constructor() {
+    Object.assign(this, { time: [], values: {}, gap: LIVE_PERIOD, came: performance.now() });
+  }
+
+  add({ time, values }) {
+    const now = performance.now();
+    [this.gap, this.came] = [Math.min(Math.max(now - this.came, LIVE_PERIOD), 10000.0), now];
+    this.time.push(...time);
+    for (const [name, rows] of Object.entries(values)) (this.values[name] ||= []).push(...rows);
+    this.share = Math.ceil((this.time.length * LIVE_PERIOD) / this.gap);
+  }
+
+  take() {
+    const values = {};
+    for (const [name, rows] of Object.entries(this.values)) values[name] = rows.splice(0, this.share);
+    return { time: this.time.splice(0, this.share), values };
+  }
 }
 
 function liveStart(view) {
-  const { series } = view.found.packed, bar = liveBar(), events = new EventSource("events");
-  let waiting = [];
-  events.addEventListener("frames", (event) => waiting.push(liveFrames(event.data, series)));
+  const { series } = view.found.packed, bar = liveBar(view.found.live), events = new EventSource("events");
+  const waiting = new LiveQueue();
+  let first = true;
+  events.addEventListener("frames", (event) => waiting.add(liveFrames(event.data, series)));
   events.addEventListener("again", () => location.reload());
   events.addEventListener("status", (event) => (bar.state.textContent = event.data));
   events.onerror = () => (bar.state.textContent = "no connection: is watch still running?");
   events.onopen = () => (bar.state.textContent = "");
   setInterval(() => {
-    const frames = waiting.length && !bar.held() ? liveJoined(waiting) : null;
-    if (!frames) return;
-    waiting = [];
-    view.append(frames);
+    if (!waiting.time.length || bar.held()) return;
+    if (first) view.store.count = 0; // what the page came with is older than the events
+    first = false;
+    view.append(waiting.take());
   }, LIVE_PERIOD);
   for (const one of ["time", "play"]) $(one).addEventListener("pointerdown", () => bar.hold());
 }
@@ -56,18 +71,19 @@ async function liveSend(command, say) {
 }
 
 // Speed, load, pace, pause and reset; and a switch that holds the picture while one looks back.
-function liveBar() {
+function liveBar({ commands, speed: began }) {
   const say = make("output", { id: "live-answer" }), state = make("span", { id: "live-state" });
   const send = (command) => liveSend(command, say);
   const button = (text, act) => make("button", { type: "button", onclick: act }, text);
   const number = (label, value) => make("input", { type: "number", step: "any", value, "aria-label": label, title: label });
   const group = (words, ...parts) => make("span", { class: "live-group" }, make("span", { class: "live-words" }, words), ...parts);
-  const speed = number("speed of the inner ring [rpm]", 1750), pace = number("pace: simulated seconds in a second", 1);
+  const speed = number("speed of the inner ring [rpm]", Math.round((began * 30) / Math.PI)), pace = number("pace: simulated seconds in a second", 1);
   const load = ["x", "y", "z"].map((axis) => number(`load on the inner ring along ${axis} [N]`, 0));
   const follow = make("input", { type: "checkbox", id: "live-follow", checked: "" });
+  const obeys = (name, part) => (commands.includes(name) ? [part] : []);
   const controls = [
-    group("speed", speed, "rpm", button("set", () => send({ do: "speed", value: (speed.valueAsNumber * Math.PI) / 30 }))),
-    group("load x, y, z", ...load, "N", button("set", () => send({ do: "load", force: load.map((one) => one.valueAsNumber) }))),
+    ...obeys("command/speed", group("speed", speed, "rpm", button("set", () => send({ do: "speed", value: (speed.valueAsNumber * Math.PI) / 30 })))),
+    ...obeys("command/load", group("load x, y, z", ...load, "N", button("set", () => send({ do: "load", force: load.map((one) => one.valueAsNumber) })))),
     group("pace", pace, "× real time", button("set", () => send({ do: "pace", value: pace.valueAsNumber }))),
     group("", button("pause", () => send({ do: "pause", on: true })), button("go on", () => send({ do: "pause", on: false })),
       button("reset", () => send({ do: "reset" }))),

@@ -21,8 +21,9 @@ from bearing_twin.view.run_page import view_of
 
 LARGEST_SCENE = 1 << 20  # characters
 LARGEST_BLOCK = 1 << 24  # B
-ROWS = 5  # outputs in one event, at most
 PERIOD = 0.05  # s between events, at least
+ROWS = 5  # outputs for every PERIOD since the last event, at most: as many as a page can draw
+MOST_ROWS = 100  # outputs in one event, at most
 
 
 class LiveRun:
@@ -38,14 +39,14 @@ class LiveRun:
         self.view: View | None = None
         self.latest: tuple[np.ndarray, dict[str, np.ndarray]] = np.empty(0), {}
         self._next: int | None = None
-        self._due = -math.inf
+        self._due = 0.0
 
     def frames(self, data: bytes, now: float) -> str:
         """The event `frames` of a SampleBlock that came at `now` [s]; empty where none is due.
 
         Raises LogError for bytes that are no block of this scene, and Again where the run has begun again.
         """
-        if now < self._due:
+        if self._next is not None and now < self._due:
             return ""
         if len(data) > LARGEST_BLOCK:
             raise LogError(f"samples of {len(data)} bytes are too long for a page")
@@ -56,12 +57,13 @@ class LiveRun:
             self.channels = channels
             self.view = view_of(self)
         first, following = int(message.first_sequence), self._next
+        passed = PERIOD + (0.0 if self._next is None else now - self._due)
         self._next, self._due = first + int(message.count), now + PERIOD
         if channels != self.channels or (following is not None and first < following):
             self.view = self._next = None
             raise Again("the run has begun again")
         block = block_of(channels, message)
-        step = -(-len(block) // ROWS)
+        step = -(-len(block) // int(min(MOST_ROWS, ROWS * passed / PERIOD)))
         rows = range((len(block) - 1) % step, len(block), step)
         return self._encoded(block.sampled(rows))
 
