@@ -112,6 +112,9 @@ bench: setup
 	@.venv/bin/python bench/speed.py
 	@.venv/bin/python bench/static_solve.py
 	@.venv/bin/python bench/native.py
+ifndef MISSING
+	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/watch_cost.py
+endif
 
 torture: setup
 	$(call stage,torture$(,) about 45 min)

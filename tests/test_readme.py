@@ -101,7 +101,7 @@ def shortened(words):
     if command == "chart":
         assert set(arguments.problem or ()) <= set(problems())
         return words, False
-    return words, command != "compile"
+    return words, command not in ("compile", "watch")
 
 
 def problems():

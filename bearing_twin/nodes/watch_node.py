@@ -41,7 +41,7 @@ PARAMETERS = (
     NodeParameter("patience", 10.0, "wait at most this long for such a node", "s", 0.0, 3600.0),
 )
 LOOK_PERIOD = 0.05  # s between looks for viewers and for messages
-ASKED_FOR = 5.0  # s after a page was asked for in which its viewer may come
+ASKED_FOR = 20.0  # s after a page was asked for in which it, and its viewer, may come
 ANSWER = 5.0  # s for a service to answer
 COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
@@ -158,8 +158,8 @@ class WatchNode(Node):
         for status in deserialize_message(data, DiagnosticArray).status[:1]:
             if status.name.partition(":")[0] == self._watched.lstrip("/"):
                 pace = {pair.key: pair.value for pair in status.values}.get("real_time_factor", "")
-                words = f"{status.message}, {pace} × real time" if pace else status.message
-                self.feed.send("status", " ".join(words.split())[:LONGEST_STATUS])
+                words = [status.message, f"at {pace[:5]} × real time"] if pace else [status.message]
+                self.feed.send("status", " ".join(" ".join(words).split())[:LONGEST_STATUS])
 
     def _begin_again(self) -> None:
         self._shown.clear()

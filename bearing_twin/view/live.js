@@ -2,6 +2,7 @@
 // What makes a page live: outputs as they come from watch_node, and commands back to it with the token behind #.
 
 const LIVE_PERIOD = 100; // ms between changes of the picture, at least
+const CURVES_EVERY = 5; // pictures for each time the curves are drawn
 const liveToken = location.hash.slice(1);
 
 // An event as {time: [s, ...], values: {series: [[numbers of one output], ...]}}; see live.py.
@@ -44,7 +45,7 @@ class LiveQueue {
 function liveStart(view) {
   const { series } = view.found.packed, bar = liveBar(view.found.live), events = new EventSource("events");
   const waiting = new LiveQueue();
-  let first = true;
+  let turns = 0;
   events.addEventListener("frames", (event) => waiting.add(liveFrames(event.data, series)));
   events.addEventListener("again", () => location.reload());
   events.addEventListener("status", (event) => (bar.state.textContent = event.data));
@@ -52,11 +53,25 @@ function liveStart(view) {
   events.onopen = () => (bar.state.textContent = "");
   setInterval(() => {
     if (!waiting.time.length || bar.held()) return;
-    if (first) view.store.count = 0; // what the page came with is older than the events
-    first = false;
-    view.append(waiting.take());
+    if (!turns) liveBegin(view);
+    const frames = waiting.take();
+    if (turns++ % CURVES_EVERY === 0) {
+      view.append(frames);
+    } else {
+      view.store.append(frames);
+      view.player.seek(view.store.last);
+    }
   }, LIVE_PERIOD);
   for (const one of ["time", "play"]) $(one).addEventListener("pointerdown", () => bar.hold());
+}
+
+// What the page came with is older than the events; curves are without dots, which cost most of the drawing.
+function liveBegin(view) {
+  view.store.count = 0;
+  for (const chart of view.charts) {
+    chart.spec.lines.forEach((line) => (line.points = false));
+    chart.build();
+  }
 }
 
 async function liveSend(command, say) {
