@@ -113,6 +113,9 @@ bench: setup
 	@.venv/bin/python bench/static_solve.py
 	@.venv/bin/python bench/native.py
 	@.venv/bin/python bench/view.py
+ifndef MISSING
+	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/watch_cost.py
+endif
 
 torture: setup
 	$(call stage,torture$(,) about 45 min)

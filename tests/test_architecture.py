@@ -276,9 +276,12 @@ def named_late(node: ast.AST) -> set[str]:
 
 
 def test_what_only_tests_reach_is_listed_or_gone():
-    """From the public API, the entry points and what runs on import, by name; `reference` exists for tests."""
+    """From the public API, entry points, launch files and what runs on import; `reference` exists for tests."""
     defined, entries = (ast.FunctionDef, ast.ClassDef), PACKAGE / "nodes" / "entry.py"
     reached = {"main", *dir(bearing_twin), *(node.name for node in TREES[entries].body if isinstance(node, defined))}
+    for path in (ROOT / "launch").glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        reached |= {one.attr for one in ast.walk(tree) if isinstance(one, ast.Attribute)}
     inside, named = {}, {}
     for path, tree in TREES.items():
         for node in tree.body:
