@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 
 GAP = "  "
 LEAST_TEXT = 24  # columns that a column of sentences gets beside others
+SHORT = 32  # columns of cells that may be broken at every word
+HEADER = 11  # columns that words above numbers get without being broken
 NAMES = 30  # columns of names beside their values
 
 
@@ -38,11 +40,12 @@ def table(header: Sequence[str], rows: Iterable[Sequence], width: int) -> list[s
     columns = list(zip(*([list(header), *cells]), strict=True))
     numbers = [bool(cells) and all(map(_is_number, column[1:])) for column in columns]
     widths = [max(len(line) for cell in column for line in cell.split("\n")) for column in columns]
-    least = [
-        _longest_word(column) if number else min(size, max(LEAST_TEXT, _longest_word(column)))
-        for column, number, size in zip(columns, numbers, widths, strict=True)
-    ]
+    words = [_longest_word(column) for column in columns]
+    wide = [min(size, max(LEAST_TEXT, word)) for word, size in zip(words, widths, strict=True)]
+    tight = [word if size <= SHORT else one for word, one, size in zip(words, wide, widths, strict=True)]
+    wide = [word if number else one for word, one, number in zip(words, wide, numbers, strict=True)]
     room = width - len(GAP) * (len(columns) - 1)
+    least = wide if sum(wide) <= room else tight
     if sum(least) > room:
         return _paragraphs(header, cells, width)
     for place in sorted(range(len(columns)), key=lambda place: -widths[place]):  # the widest gives way first
@@ -61,7 +64,7 @@ def columns_apart(header: Sequence[str], columns: Sequence[Sequence[str]], width
     Names in the header may hold line breaks: what stands behind one begins a line.
     """
     sizes = [
-        max(_longest_word([name]), *(len(cell) for cell in column))
+        max(_longest_word([name]), min(HEADER, max(map(len, name.split("\n")))), *(len(cell) for cell in column))
         for name, column in zip(header, columns, strict=True)
     ]
     found, start = [], 1
