@@ -97,11 +97,14 @@ def _side_by_side(blocks: Sequence[list[str]], widths: Sequence[int], sides: Seq
 
 
 def _paragraphs(header, rows, width) -> list[str]:
-    found = [f"{header[0]}: {', '.join(header[1:])}", ""]
-    for first, *middle, last in rows:
-        told = "; ".join(f"{name} {cell}" for name, cell in zip(header[1:-1], middle, strict=True) if cell)
-        found.append(first)
-        found += [f"    {line}" for text in (told, last) if text for line in wrapped(text, width - 4)]
+    """A paragraph a row: what names it, what stands between under its name, then the last cell, which is text."""
+    lead = 1 if len({row[0] for row in rows}) == len(rows) or len(header) < 3 else 2
+    found = [f"{' '.join(header[:lead])}: {', '.join(header[lead:])}", ""]
+    for row in rows:
+        between = zip(header[lead:-1], row[lead:-1], strict=True)
+        told = "; ".join(f"{name} {cell}" for name, cell in between if cell)
+        found.append("  ".join(row[:lead]))
+        found += [f"    {line}" for text in (told, row[-1]) if text for line in wrapped(text, width - 4)]
     return found
 
 
