@@ -23,7 +23,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import SetParameters
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
@@ -36,10 +36,10 @@ from bearing_twin.nodes.messages import message_class, qos_profile
 
 # Tests import all of ROS from here, behind the check above.
 __all__ = [
-    "PATIENCE", "ActionClient", "BearingState",
+    "PATIENCE", "ActionClient", "ActionServer", "BearingState",
     "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
-    "ParameterMessage", "ParameterValue", "PoseStamped", "RunStudy", "SetBool", "SetParameters", "Step", "Stiffness",
-    "String", "Trigger", "TwistStamped", "WrenchStamped", "call", "deserialize_message", "heard",
+    "ParameterMessage", "ParameterValue", "PoseStamped", "Qos", "RunStudy", "SetBool", "SetParameters", "Step",
+    "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call", "deserialize_message", "heard",
     "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
     "started",
 ]  # fmt: skip

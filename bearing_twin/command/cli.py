@@ -76,7 +76,9 @@ def _main(argv) -> int:
     if rest:
         _refuse(rest, subparsers[arguments.command])
     outcome = COMMANDS[arguments.command].run(arguments)
-    if arguments.json:
+    if outcome.result is None:
+        pass  # it was printed as it came
+    elif arguments.json:
         sys.stdout.write(json_text(outcome.result) + "\n")
     else:
         _show(outcome, arguments.si)
@@ -109,11 +111,12 @@ def _parsers():
             name,
             help=command.help,
             description=textwrap.fill(command.help, 78),
-            epilog="\n  ".join(["examples:", *command.examples]) if command.examples else None,
             formatter_class=_Help,
             allow_abbrev=False,
         )
         command.arguments(sub)
+        examples = "\n  ".join(["examples:", *command.examples])
+        sub.epilog = "\n\n".join(part for part in (sub.epilog, examples) if part)
         sub.add_argument("--json", action="store_true", help="print the result as one JSON object, in SI units")
         sub.add_argument("--si", action="store_true", help="print tables in SI units, not in those engineers read")
         sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")

@@ -9,12 +9,12 @@ from bearing_twin.errors import BearingTwinError, IntegrationError
 
 
 class Outcome(NamedTuple):
-    """Of a subcommand: the JSON object, what is doubtful about it, and how to show it (None: as tables).
+    """Of a subcommand: the JSON object (None: already printed), what is doubtful, how to show it (None: as tables).
 
     `engineering`: `show` knows engineering units only; with --si the result is shown as tables.
     """
 
-    result: dict
+    result: dict | None
     doubts: list[str]
     show: Callable[[], None] | None = None
     engineering: bool = False

@@ -73,13 +73,13 @@ def run(arguments: argparse.Namespace) -> Outcome:
         written["plot"] = str(plot_study(result, picture))
     summary = result.as_dict() | written
     if cancelled.is_set() or problem:
-        show_text(json_text(summary)) if arguments.json else _show(summary)
+        show_text(json_text(summary)) if arguments.json else show(summary)
     if problem:
         raise problem
     if cancelled.is_set():
         say(f"stopped by Ctrl-C with {summary['samples']} of {study.settings.samples} samples done")
         raise KeyboardInterrupt
-    return Outcome(summary, list(result.doubts), lambda: _show(summary))
+    return Outcome(summary, list(result.doubts), lambda: show(summary))
 
 
 def report(log, picture) -> Outcome:
@@ -92,7 +92,7 @@ def report(log, picture) -> Outcome:
         from bearing_twin.uq.picture import plot_study
 
         summary["plot"] = str(plot_study(result, picture))
-    return Outcome(summary, list(result.doubts), lambda: _show(summary))
+    return Outcome(summary, list(result.doubts), lambda: show(summary))
 
 
 @contextlib.contextmanager
@@ -133,8 +133,8 @@ def _listed() -> Outcome:
     return Outcome({"studies": rows, "quantities": quantities}, [], show)
 
 
-def _show(summary) -> None:
-    """The summary as tables."""
+def show(summary) -> None:
+    """Prints the summary of a study as tables."""
     from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
 
     units = {name: shown_unit(found["unit"], _size(found)) for name, found in summary["quantities"].items()}

@@ -37,7 +37,7 @@ class Motion(Protocol):
     4. A motion with an attribute `stop` (1,) raises Stopped soon after it is not 0; one without is quick.
     5. A motion that has `snapshot()` gives its state as plain data, from which `resume(snapshot)` of a motion with
        other tolerances goes on; one without begins again.
-    6. Outputs that are views of one matrix (count, total width), channels side by side in order, are never copied.
+    6. Outputs may be `Columns` of all channels, never copied; `longest_chunk` [s] is what a quick one does in one go.
     """
 
     def reset(self) -> None:

@@ -8,13 +8,16 @@ from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.doubt import judged
-from bearing_twin.sample import Aligned, Block
+from bearing_twin.sample import Aligned, Block, cut
 
 BLOCK_OUTPUTS = 50  # outputs in the blocks that figures are made of
 
 
 class Gathering:
-    """A kind's writers of figures and of doubt, empty at the start, fed in pieces however the stream is cut."""
+    """A kind's writers of figures and of doubt, empty at the start, fed in pieces however the stream is cut.
+
+    A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
+    """
 
     def __init__(self, figures: Figures, choice: Choice, doubt: Doubt):
         self.choice, self.outputs, self.missing = choice, 0, 0
@@ -31,7 +34,11 @@ class Gathering:
         self._last_ns = int(block.time_ns[-1])
         for piece in self._aligned.add(block):
             for writer in self._writers:
-                writer.add(piece)
+                if getattr(writer, "in_stretches", True):
+                    for one in cut(piece, BLOCK_OUTPUTS):
+                        writer.add(one)
+                else:
+                    writer.add(piece)
 
     def report(self, scene: str, compute_seconds: float = 0.0, costs: Mapping[str, int] | None = None) -> Report:
         """The report so far; raises LogError without an output."""

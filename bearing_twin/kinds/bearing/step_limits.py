@@ -4,6 +4,10 @@ Two motions of a ball are fast. It rings between its contacts, x'' + c x' + w^2 
 5 mu N / (m v_s) between two contacts with the load N each. A method is stable where it damps both. `imex` takes
 friction and damping implicitly, so that only w limits it: 2/w, the limit of leapfrog. Where friction limits it, `rk4`
 beyond its limit still gives right loads, while friction is wrong.
+
+Where balls slide, `imex` has a limit by friction, too. A slip s, in units of v_s, with friction f(s) = s/sqrt(1 + s^2)
+steps to s - z f/(1 + z f'/2), z = rate * step. For z >= 3 sqrt(3) there is an s that steps to -s: slip then goes to and
+fro for ever, however long friction has had to end it. Below, and for balls that roll from the start, it dies out.
 """
 
 import cmath
@@ -21,6 +25,7 @@ LEAST_APPROACH = 1e-6  # m: lighter contacts are taken as this one, for loads to
 STEPS_A_CONTACT = 16  # of a step that is chosen
 FRICTION_SHARE = 0.5  # of the stability limit by friction and damping, of a step that is chosen
 SHARP = 1e-6  # relative: how exactly a limit is found
+TO_AND_FRO = 3.0 * math.sqrt(3.0) / 0.7  # the friction rate of a ball that slides on one raceway is 0.7 of the fastest
 
 
 class Rates(NamedTuple):
@@ -81,32 +86,35 @@ def _limit_along(rate: complex) -> float:
     return low * unit
 
 
-def stability_limits(rates: Rates, stepper: str) -> tuple[float, float]:
-    """The longest stable steps [s] of a fixed-step method: by what rings in the contacts, and by what creeps."""
+def stability_limits(rates: Rates, stepper: str, slides: bool = True) -> tuple[float, float]:
+    """The longest stable steps [s] of a fixed-step method: by what rings in the contacts, and by what creeps.
+
+    `slides` says whether a ball may slide on a raceway, as it does from rest and after a jump of the ring.
+    """
     if stepper == "imex":
-        return 2.0 / rates.contact, math.inf
+        return 2.0 / rates.contact, TO_AND_FRO / rates.friction if slides and rates.friction else math.inf
     root = cmath.sqrt(0.25 * rates.damping**2 - rates.contact**2)
     ringing = (-0.5 * rates.damping + root, -0.5 * rates.damping - root)
     return min(map(_limit_along, ringing)), _limit_along(complex(-rates.friction))
 
 
-def stable_step(rates: Rates, stepper: str) -> float:
+def stable_step(rates: Rates, stepper: str, slides: bool = True) -> float:
     """A step [s] for a method with fixed steps: STEPS_A_CONTACT, and well inside its stability limit."""
-    return min(rates.shortest_contact / STEPS_A_CONTACT, FRICTION_SHARE * min(stability_limits(rates, stepper)))
+    return min(rates.shortest_contact / STEPS_A_CONTACT, FRICTION_SHARE * min(stability_limits(rates, stepper, slides)))
 
 
-def too_long(step: float, rates: Rates, stepper: str) -> str:
+def too_long(step: float, rates: Rates, stepper: str, slides: bool = True) -> str:
     """What is wrong with a step [s] of a fixed-step method in a state with these rates, "" if nothing."""
-    ringing, creeping = stability_limits(rates, stepper)
+    ringing, creeping = stability_limits(rates, stepper, slides)
     if step <= min(ringing, creeping):
         return ""
-    advice = f"use {stable_step(rates, stepper):.2g} s or less, or solver.stepper: rodas4"
+    advice = f"use {stable_step(rates, stepper, slides):.2g} s or less, or solver.stepper: rodas4"
     if ringing < creeping:
         return (
             f"solver.step = {step:g} s is too long: a ball rings between its contacts at {rates.contact:.2g} rad/s, "
             f"where {stepper} is stable up to {ringing:.3g} s; {advice}"
         )
     return (
-        f"solver.step = {step:g} s is unstable: friction answers at {rates.friction:.2g} /s, where {stepper} is stable "
+        f"solver.step = {step:g} s is unstable: friction answers at {rates.friction:.2g} /s, where {stepper} is right "
         f"up to {creeping:.3g} s; {advice}"
     )

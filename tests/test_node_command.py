@@ -1,0 +1,194 @@
+"""`bearing_twin node` against a node of the test: what ros2 would do, and one sentence for what is not there."""
+
+import json
+import os
+import shlex
+import threading
+import time
+
+import pytest
+
+from bearing_twin.command import cli, node_command
+from bearing_twin.command.node_start import NODES, words_of
+from bearing_twin.command.pace import Pace
+from bearing_twin.errors import BearingTwinError
+
+
+def test_a_pace_is_counted_from_its_periods():
+    times = iter([0.0, 0.5, 1.0, 2.0])
+    pace = Pace(lambda: next(times))
+    assert [pace.message() for _ in range(4)] == [False, False, True, True]
+    figures = pace.figures()
+    assert (figures["messages"], figures["rate_hz"]) == (4, 1.5)
+    assert (figures["least_period_s"], figures["greatest_period_s"]) == (0.5, 1.0)
+    assert figures["std_of_period_s"] == pytest.approx((2.0 / 36.0) ** 0.5)
+
+
+def test_the_words_of_a_node_are_those_of_ros2_run():
+    head = ["-m", "bearing_twin.nodes.entry", "sim_node"]
+    assert words_of("sim_node", []) == head
+    assert words_of("sim_node", ["-p", "scene:=bearing_6205"]) == [*head, "--ros-args", "-p", "scene:=bearing_6205"]
+    assert words_of("sim_node", ["--ros-args", "-p", "a:=1"]) == [*head, "--ros-args", "-p", "a:=1"]
+    assert words_of("sim_node", ["--help"]) == [*head, "--help"]
+    with pytest.raises(BearingTwinError, match="did you mean sim_node"):
+        words_of("sim_nod", [])
+
+
+def test_the_nodes_that_can_be_started_are_the_executables():
+    from bearing_twin.nodes import entry
+
+    assert all(callable(getattr(entry, name)) for name in NODES)
+
+
+@pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: " ".join(verb.words))
+def test_examples_of_the_help_are_legal(verb):
+    words = ["node", *verb.words, *shlex.split(verb.example)]
+    assert cli._parsers()[0].parse_args(words).run_verb is verb.run
+
+
+def test_a_short_word_does_what_the_long_one_does():
+    for short, full in node_command.SHORT.items():
+        verb = node_command._verb(full)
+        words = [*["word"] * len([name for name, _ in verb.arguments if not name.endswith("?")])]
+        assert cli._parsers()[0].parse_args(["node", *short, *words]).run_verb is verb.run
+
+
+@pytest.fixture(scope="module")
+def toy():
+    """A node with a topic, a latched topic, a subscription, a service, parameters and an action, in a thread."""
+    import ros
+
+    heard = []
+
+    def study(handle):
+        handle.publish_feedback(ros.RunStudy.Feedback(done=3, total=4, quantity="x"))
+        failed = handle.request.study == "bad"
+        handle.abort() if failed else handle.succeed()
+        summary = (
+            "" if failed else '{"quantities": {}, "samples": 4, "failed": {}, "seconds": 1, "stopped_because": "x"}'
+        )
+        return ros.RunStudy.Result(success=not failed, message="why", summary=summary)
+
+    def pause(request, response):
+        response.success, response.message = request.data, "as you say"
+        return response
+
+    with ros.ros_executor(threads=2) as executor:
+        node = ros.plain_node(executor, "toy")
+        latched = ros.qos_profile(ros.Qos(1, durability="transient_local"))
+        wrenches = node.create_publisher(ros.WrenchStamped, "/toy/wrench", 10)
+        node.create_publisher(ros.String, "/toy/scene", latched).publish(ros.String(data="one\x1b[31m"))
+        node.create_subscription(ros.Float64, "/toy/speed", lambda one: heard.append(one.data), 10)
+        node.create_service(ros.SetBool, "/toy/pause", pause)
+        node.declare_parameter("pace", 1.0)
+        server = ros.ActionServer(node, ros.RunStudy, "/bearing/run_study", study)
+        message = ros.WrenchStamped()
+        message.wrench.force.x = 2.5
+        node.create_timer(0.02, lambda: wrenches.publish(message))
+        thread = threading.Thread(target=executor.spin, daemon=True)
+        thread.start()
+        before = os.environ.get("ROS_DOMAIN_ID")
+        os.environ["ROS_DOMAIN_ID"] = str(executor.context.get_domain_id())
+        yield heard
+        os.environ["ROS_DOMAIN_ID"] = before or "0"
+        server.destroy()
+        executor.shutdown()
+        thread.join()
+
+
+@pytest.fixture
+def told(toy, capsys):
+    def run(*words, code=cli.DONE):
+        assert cli.main(["node", *words]) == code, capsys.readouterr().err
+        said = capsys.readouterr()
+        return json.loads(said.out) if "--json" in words else said.out if code == cli.DONE else said.err
+
+    return run
+
+
+def test_topics_are_read_timed_and_written(toy, told):
+    assert told("topic", "echo", "/toy/wrench", "--once", "--json", "--field", "wrench.force") == {
+        "x": 2.5,
+        "y": 0,
+        "z": 0,
+    }
+    shown = told("echo", "/toy/scene", "--once")
+    assert "\\e[31m" in shown
+    assert "\x1b" not in shown
+    assert 30.0 < told("topic", "hz", "/toy/wrench", "--count", "20", "--json")["rate_hz"] < 70.0
+    told("topic", "pub", "--once", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}")
+    assert toy == [250.0]
+
+
+def test_what_is_there_is_listed(told):
+    """Discovery takes as long as the machine is busy: each list is asked for until it is whole."""
+
+    def until(holds, *words):
+        end = time.monotonic() + 100.0
+        while not holds(found := told(*words, "--json")):
+            assert time.monotonic() < end, found
+
+    until(lambda found: found == {"nodes": [{"name": "/toy"}]}, "list")
+    wrench = {"name": "/toy/wrench", "type": "geometry_msgs/msg/WrenchStamped"}
+    until(lambda found: wrench in found["topics"], "topic", "list")
+    end = {
+        "end": "publisher",
+        "node": "/toy",
+        "type": wrench["type"],
+        "reliability": "reliable",
+        "durability": "volatile",
+    }
+    until(lambda found: found["ends"] == [end], "topic", "info", "/toy/wrench")
+    until(lambda found: "/bearing/run_study" in [one["name"] for one in found["actions"]], "action", "list")
+
+
+def test_parameters_are_read_and_set(told):
+    assert told("set", "/toy", "pace", "2", "--json") == {"pace": 2.0}  # a whole number for a real one
+    assert told("param", "get", "/toy", "pace", "--json") == {"pace": 2.0}
+    assert {"name": "pace", "value": 2.0} in told("param", "list", "/toy", "--json")["parameters"]
+    assert told("param", "describe", "/toy", "pace", "--json")["name"] == "pace"
+    assert "/toy has no parameter 'pac'; did you mean pace?" in told("param", "get", "/toy", "pac", code=cli.BAD_INPUT)
+    assert "/toy refuses pace = 'x'" in told("set", "/toy", "pace", "x", code=cli.BAD_INPUT)
+
+
+def test_services_are_called(told):
+    assert told("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
+    assert told("service", "call", "/toy/pause", "--json") == {"success": False, "message": "as you say"}
+    wrong = [
+        (("call", "/toy/paus", "--wait", "2"), "did you mean /toy/pause?"),
+        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 1}"), "data = 1 must be true or false"),
+        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{date: 1}"), "has no field 'date'; did you mean data?"),
+        (("call", "/toy/pause", "no_such/srv/Type"), "the type no_such/srv/Type cannot be imported"),
+        (("call", "/toy/pause", "os; x"), "'os; x' is no type of this group; write package/srv/Name"),
+        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: "), "is no YAML"),
+    ]
+    for words, sentence in wrong:
+        assert sentence in told(*words, code=cli.BAD_INPUT)
+
+
+def test_goals_are_sent_and_studies_shown(told):
+    done = told(
+        "action", "send_goal", "/bearing/run_study", "bearing_twin_msgs/action/RunStudy", "{study: a}", "--json"
+    )
+    assert done["status"] == "succeeded"
+    assert "4 samples, 0 failed" in told("study", "a")
+    assert "the study was aborted: why" in told("study", "bad", code=cli.BAD_INPUT)
+
+
+def test_messages_become_data_and_back(toy):
+    import ros
+
+    from bearing_twin.nodes.reflection import MessageError, filled, plain
+
+    data = {"wrench": {"force": {"x": 1, "y": "2e-3"}}, "header": {"frame_id": "a", "stamp": {"sec": 3}}}
+    message = filled(ros.WrenchStamped, data)
+    assert plain(message)["wrench"]["force"] == {"x": 1.0, "y": 2e-3, "z": 0.0}
+    assert plain(filled(ros.Contacts, {"normal_load": [1, 2, 3]}), 2)["normal_load"] == [1.0, 2.0, "..."]
+    for wrong, sentence in [
+        ({"header": {"stamp": {"sec": 1e99}}}, "header.stamp: The .sec. field must be an integer"),
+        ({"header": {"frame_id": 3}}, "header.frame_id = 3 must be text"),
+        ({"wrench": 3}, "wrench = 3 must be fields with values"),
+        ([1], "must be fields with values"),
+    ]:
+        with pytest.raises(MessageError, match=sentence):
+            filled(ros.WrenchStamped, wrong)
