@@ -15,6 +15,7 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD,
 from bearing_twin.log.recover import advice
 from bearing_twin.log.thinning import KEPT_KEY
 from bearing_twin.report import Choice
+from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.scene import Scene, parse_scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
 
@@ -96,8 +97,6 @@ class LogStream:
 
     def to_xarray(self):
         """The whole log as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
-        from bearing_twin.run.dataset import dataset_of
-
         return dataset_of(self)
 
     def blocks(self) -> Iterator[Block]:
