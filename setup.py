@@ -37,7 +37,9 @@ setup(
         "rich>=13.0",
     ],
     extras_require={
+        "completion": ["argcomplete>=3.1"],
         "dask": ["distributed>=2024.1"],
+        "export": ["pandas>=2.2", "pyarrow>=15.0", "xarray>=2024.3", "h5netcdf>=1.3", "h5py>=3.10"],
         "rerun": ["rerun-sdk>=0.41"],
         "view": ["playwright>=1.40", "imageio-ffmpeg>=0.5"],
     },
