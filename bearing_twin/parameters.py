@@ -5,7 +5,6 @@ same declarations give the defaults, the checks, the list of keys and the descri
 """
 
 import dataclasses
-import difflib
 import functools
 import math
 import re
@@ -13,12 +12,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.errors import SceneError
+from bearing_twin.spelling import LONGEST_ECHO, echo, unknown
 from bearing_twin.units import NO_LIMITS, UNITS, Limits, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
-LONGEST_ECHO = 60
-MOST_NAMED = 48  # legal words in a message
+LONGEST_TEXT = 1000  # letters of a text that a file may hold
 
 
 class Parameter(NamedTuple):
@@ -56,6 +55,16 @@ def choice(default, options, help, refused=None):
     """
     late = functools.cache(lambda: tuple(options() if callable(options) else options))
     metadata = {"options": late, "help": help, "refused": refused or {}}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def text(default, help, options=(), stands_for_section=False):
+    """Text of one line, or a whole number taken as text; `options` (words, or a function) are those one may expect.
+
+    One that `stands_for_section` takes, as an override, the place of all keys that its section was given before.
+    """
+    late = functools.cache(lambda: tuple(options() if callable(options) else options))
+    metadata = {"options": late, "help": help, "open": True, "stands_for_section": stands_for_section}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -133,27 +142,21 @@ def plain(instance) -> dict:
 
 def names_at(cls, words: Iterable[str]) -> Mapping[str, Any]:
     """The table of names the section at that key path may be given by; empty when it has none."""
-    names = {}
+    return _metadata_at(cls, words).get("names", {})
+
+
+def stands_for_section(cls, words: Iterable[str]) -> bool:
+    """Whether the text at that key path stands for its whole section."""
+    return _metadata_at(cls, words).get("stands_for_section", False)
+
+
+def _metadata_at(cls, words):
+    metadata = {}
     for word in words:
         fields = {item.name: item for item in dataclasses.fields(cls)} if cls else {}
         metadata = fields[word].metadata if word in fields else {}
-        cls, names = metadata.get("section"), metadata.get("names", {})
-    return names
-
-
-def unknown(word: Any, legal: Iterable[str]) -> str:
-    """The tail of a message about an unknown word: the nearest legal one, if any is near, and all or the first ones."""
-    legal = [str(one) for one in legal]
-    near = difflib.get_close_matches(str(word).lower(), [one.lower() for one in legal], n=1, cutoff=0.5)
-    hint = next((f"did you mean {one}? " for one in legal if near and one.lower() == near[0]), "")
-    more = f" and {len(legal) - MOST_NAMED} more" if len(legal) > MOST_NAMED else ""
-    return f"{hint}legal: {', '.join(legal[:MOST_NAMED])}{more}"
-
-
-def echo(value: Any) -> str:
-    """The offending value as a user may recognise it, cut to a readable length."""
-    text = repr(value)
-    return text if len(text) <= LONGEST_ECHO else text[: LONGEST_ECHO - 3] + "..."
+        cls = metadata.get("section")
+    return metadata
 
 
 def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any, str | None]:
@@ -206,6 +209,8 @@ def _read_field(item, given, path, problems, default):
         return default
     if "section" in metadata:
         return _read_named(metadata, given, path, problems, default)
+    if "open" in metadata:
+        return _read_text(given, path, problems, default)
     if "options" in metadata:
         if isinstance(given, str) and (given == item.default or given in metadata["options"]()):
             return given
@@ -225,6 +230,15 @@ def _read_field(item, given, path, problems, default):
         problems.append(f"{path} = {echo(given)} {problem}")
         return default
     return value
+
+
+def _read_text(given, path, problems, default):
+    if isinstance(given, int) and not isinstance(given, bool):
+        given = str(given)
+    if isinstance(given, str) and given.isprintable() and len(given) <= LONGEST_TEXT:
+        return given
+    problems.append(f"{path} = {echo(given)} must be text of at most {LONGEST_TEXT} characters on one line")
+    return default
 
 
 def _read_named(metadata, given, path, problems, default):
@@ -273,7 +287,8 @@ def _describe(cls, instance, path):
             yield Parameter(key, "table", value, "", metadata["help"], limits, NO_LIMITS, ())
         elif "options" in metadata:
             options = metadata["options"]()
-            yield Parameter(key, "text", value, "", metadata["help"], ", ".join(options), NO_LIMITS, options)
+            kind = "free text" if "open" in metadata else "text"
+            yield Parameter(key, kind, value, "", metadata["help"], ", ".join(options), NO_LIMITS, options)
         else:
             limits, unit = metadata["limits"], metadata["unit"]
             kind = "integer" if isinstance(value, int) else "number"

@@ -1,5 +1,6 @@
 """Where the files that are not Python live: config/, launch/ and msg_schemas/, in a checkout or installed."""
 
+import os
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
@@ -19,3 +20,9 @@ def share_path(*parts: str) -> Path:
     raise BearingTwinError(
         f"{'/'.join(parts)} of bearing_twin is neither in {roots[0]} nor in a share/bearing_twin above: reinstall it."
     )
+
+
+def own_folder(name: str) -> Path:
+    """The folder of the user's own files of a kind, `$XDG_CONFIG_HOME/bearing_twin/<name>`; it need not exist."""
+    home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(home) / "bearing_twin" / name

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 
@@ -20,7 +20,8 @@ class Choice(NamedTuple):
 class Report:
     """A run in numbers: what computed it, its cost, its doubts (`warnings` before, `flags` after), its `figures`.
 
-    `status` is "done", or says what failed; `figures` are the scene's own, with the SI unit at the end of each key.
+    `status` is "done", or says what is doubtful or failed; `figures` are the scene's own, with the SI unit at the end
+    of each key; `errors` what is known of theirs: `<figure>_error` in the figure's unit, and the same by source.
     """
 
     scene: str
@@ -35,6 +36,7 @@ class Report:
     samples: int
     costs: dict[str, int]
     figures: dict[str, Any]
+    errors: dict[str, Any] = field(default_factory=dict)
 
     @property
     def real_time_factor(self) -> float:
@@ -61,6 +63,7 @@ class Report:
             "samples": self.samples,
             **self.costs,
             **self.figures,
+            **self.errors,
         }
 
 

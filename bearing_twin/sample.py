@@ -31,12 +31,13 @@ class Channel(NamedTuple):
 class Table(NamedTuple):
     """Something that happens between outputs: `columns` of one record of it, the first of them its time [s].
 
-    A record belongs to the first output at or after its time.
+    A record belongs to the first output at or after its time. `needed`: figures cannot do without.
     """
 
     name: str
     columns: tuple[Channel, ...]
     meaning: str
+    needed: bool = True
 
 
 class Wrench(NamedTuple):
@@ -212,10 +213,20 @@ def joined(blocks: list[Block]) -> Block:
     return Block(blocks[0].channels, blocks[0].first_sequence, time_ns, numbers, records)
 
 
+def cut(block: Block, length: int) -> Iterator[Block]:
+    """The block in pieces that end before sequence numbers divisible by `length`."""
+    low = 0
+    while low < len(block):
+        high = min(len(block), low + length - (block.first_sequence + low) % length)
+        yield block.part(low, high)
+        low = high
+
+
 class Aligned:
     """Cuts a stream at the same outputs however it arrives: pieces end before sequence numbers divisible by `length`.
 
-    Sums over the pieces are then the same to the bit in a run, in its log and in a node.
+    Pieces may be several times as long; `cut` makes them shorter. Sums over the short ones are then the same to the bit
+    in a run, in its log and in a node.
     """
 
     def __init__(self, length: int):
@@ -223,19 +234,22 @@ class Aligned:
         self._waiting: list[Block] = []
 
     def add(self, block: Block) -> Iterator[Block]:
-        """Takes a block in and gives the pieces that are complete; a gap ends a piece."""
+        """Takes a block in and gives what is complete; a gap ends a piece."""
         if self._waiting and block.first_sequence != self._waiting[-1].first_sequence + len(self._waiting[-1]):
             yield from self.rest()
             self._waiting = []
+        whole = (block.first_sequence + len(block)) // self._length * self._length - block.first_sequence
         low = 0
-        while low < len(block):
-            sequence = block.first_sequence + low
-            high = min(len(block), low + self._length - sequence % self._length)
-            self._waiting.append(block.part(low, high))
-            if (block.first_sequence + high) % self._length == 0:
-                piece, self._waiting = joined(self._waiting), []
-                yield piece
-            low = high
+        if self._waiting and whole > 0:
+            # What waits is completed first, so that no more than a piece is copied.
+            low = min(whole, self._length - block.first_sequence % self._length)
+            yield joined([*self._waiting, block.part(0, low)])
+            self._waiting = []
+        if whole > low:
+            yield block.part(low, whole)
+            low = whole
+        if low < len(block):
+            self._waiting.append(block.part(low, len(block)))
 
     def rest(self) -> Iterator[Block]:
         """The piece in progress, if any; it stays in progress."""

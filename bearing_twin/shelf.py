@@ -4,16 +4,17 @@ import contextlib
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
 from bearing_twin.errors import SceneError, StudyError
-from bearing_twin.parameters import echo, unknown
-from bearing_twin.paths import share_path
+from bearing_twin.parameters import echo
+from bearing_twin.paths import own_folder, share_path
 from bearing_twin.permission import ROOM
+from bearing_twin.spelling import nearest, unknown
 
 GREATEST_FILE = 128_000  # bytes: about a second to read, whatever is in it
 GREATEST_DEPTH = 20
@@ -44,8 +45,17 @@ class Shelf(NamedTuple):
             end = _GROUP.search(text)
             yield {"name": name, "description": "", **self.load(text[: end.start()] if end else text, name)}
 
-    def find(self, name_or_path) -> Path:
-        """The file of that name or path; raises `error` with the nearest name."""
+    def every(self) -> Iterator[tuple[Any, str]]:
+        """(plain data, origin) of each file that comes with the package, then of those of the user's own folder."""
+        for path in sorted(Path(share_path("config", self.folder)).glob("*.yaml")) + self.own_files():
+            yield self.load(self.read_text(path), str(path)), str(path)
+
+    def own_files(self) -> list[Path]:
+        """The user's own files of this kind, in `own_folder`, sorted."""
+        return sorted(path for path in own_folder(self.folder).glob("*.y*ml") if path.suffix in SUFFIXES)
+
+    def find(self, name_or_path, also: Iterable[str] = ()) -> Path:
+        """The file of that name or path; raises `error` with the nearest name, or the nearest of `also` if any is."""
         text = str(name_or_path)
         if re.fullmatch(r"[\w-]+", text) and text in self.names():
             return Path(share_path("config", self.folder, f"{text}.yaml"))
@@ -63,7 +73,8 @@ class Shelf(NamedTuple):
             pass
         if looks_like_a_path:
             raise self.error(f"there is no {self.noun} file {echo(text)}; give the path of one, or a name: {known}")
-        hint = unknown(text, self.names())
+        also = list(also)
+        hint = unknown(text, also if nearest(text, also) and not nearest(text, self.names()) else self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
     def _permitted(self, text: str) -> Path:
@@ -113,6 +124,7 @@ class Shelf(NamedTuple):
 
 SCENES = Shelf("scene", "scenes", SceneError)
 STUDIES = Shelf("study", "studies", StudyError)
+BEARINGS = Shelf("bearing table", "bearings", SceneError)
 
 
 class _StrictLoader(yaml.SafeLoader):

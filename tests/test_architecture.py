@@ -19,6 +19,7 @@ GROUND = (
         "code_cache",
         "compiled",
         "errors",
+        "spelling",
         "units",
         "parameters",
         "paths",
@@ -72,7 +73,6 @@ ACCESSORS, GREATEST_PRODUCTS = "kinds/bearing/layout.py", 20
 GREATEST_FILE, GREATEST_FUNCTION = 300, 60
 LONG_FILES = {  # path below bearing_twin/: why it is longer
     "kinds/bearing/equations.py": "reads top to bottom like the paper's section",
-    "kinds/bearing/figures.py": "one class takes all figures and doubts of a run from the same blocks",
     "log/mcap_read.py": "every length of a hostile file is checked beside its use",
     "log/mcap_write.py": "one file format, all or nothing at every append",
 }

@@ -4,8 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from bearing_twin.charts import bounces, paper1
+from bearing_twin.charts import bounces, paper1, paper1_bearing
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
 from bearing_twin.kinds.bearing.picture import BearingPicture
@@ -187,8 +188,11 @@ def test_the_sheet_of_paper_1_says_how_near_the_laws_are(tmp_path, monkeypatch):
     point, normal = runs[paper1.EXACT].histories
     assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0, rel=1e-12)
     assert np.ptp(np.linalg.norm(point[:, :2], axis=1)) < 1e-6
-    assert len(paper1.reading(points)) == 3
+    assert len(paper1.reading(points)) == 4
+    monkeypatch.setattr(paper1_bearing, "FRAMES", 3)
     paper1.draw(points, tmp_path / "paper1.png")
+    with Image.open(tmp_path / "paper1.gif") as moving:
+        assert moving.n_frames == 3
     assert size_of(tmp_path / "paper1.png") == (1600, 1000)
     paper1.write_table(points, tmp_path / "paper1.csv")
     assert len((tmp_path / "paper1.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(points)

@@ -7,6 +7,7 @@ import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.run.failure import read_failure, write_failure
@@ -22,6 +23,12 @@ SPOILS = {
     "out of bounds": ("velocity", (40, 2, 1), 2e5, "ball 2", ""),
     "energy": ("kinetic_energy", (40,), 1e3, "", ""),
 }
+
+
+@pytest.fixture(autouse=True)
+def short_chunks(monkeypatch):
+    """Several chunks in a short run."""
+    monkeypatch.setattr(bearing_motion, "LONGEST_ALONE", 0.1)
 
 
 @pytest.fixture
@@ -79,6 +86,7 @@ def test_a_run_goes_on_from_its_last_good_state_to_the_bit(overrides, spoilt, mo
     spoilt("normal_load", (40, 3, 1), np.nan)
     found = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
+    monkeypatch.setattr(bearing_motion, "LONGEST_ALONE", 0.1)
     rest = list(simulate(scene, failure=found).blocks())
     assert rest[0].first_sequence == 200
     assert np.concatenate([block.matrix() for block in rest]).tobytes() == whole[200:].tobytes()

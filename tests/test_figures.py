@@ -13,6 +13,7 @@ from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.figures import BearingFigures
+from bearing_twin.kinds.bearing.summing import MOST_STRETCHES
 from bearing_twin.kinds.impact.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import ENERGY_GAINED
 from bearing_twin.log.mcap_log import write_log
@@ -62,7 +63,8 @@ def blocks_of(name) -> tuple:
 
 def gathered(scene, choice, blocks):
     """What is made of these blocks."""
-    gathering = Gathering(KINDS[scene.kind].figures_of(scene.parameters, choice), choice)
+    kind, made_of = KINDS[scene.kind], (scene.parameters, choice)
+    gathering = Gathering(kind.figures_of(*made_of), choice, kind.doubt(*made_of))
     for block in blocks:
         gathering.add(block)
     return gathering
@@ -289,5 +291,6 @@ def test_the_figures_of_a_bearing_take_memory_that_does_not_grow():
     figures, block = BearingFigures(scene.parameters, a_choice()), made_up_block(scene, 50)
     for number in range(2000):
         figures.add(dataclasses.replace(block, first_sequence=50 * number, time_ns=block.time_ns + 50_000_000 * number))
-    assert len(figures.periods) <= 257
-    assert figures.samples == sum(period["count"] for period in figures.periods) == 100_000
+    sums = figures._sums
+    assert len(sums.ends()[0]) <= MOST_STRETCHES
+    assert figures.samples == sums.from_row(0)["count"] == 100_000

@@ -206,8 +206,7 @@ def test_a_motion_goes_on_from_a_snapshot_to_the_bit(scene):
         moving.set_load((0.0, -900.0, 0.0), (0.0, 0.0))
     advanced(moving, 1e-3, 2)
     other.resume(json.loads(json.dumps(moving.snapshot())))
-    for one, same in zip(advanced(moving, 1e-3, 2), advanced(other, 1e-3, 2), strict=True):
-        assert one.tobytes() == same.tobytes()
+    assert advanced(moving, 1e-3, 2).numbers.tobytes() == advanced(other, 1e-3, 2).numbers.tobytes()
 
 
 def test_tables_are_read_from_regular_files_and_never_for_somebody_else(tmp_path):

@@ -180,7 +180,9 @@ def test_bag_folder_has_its_description_from_the_start(tmp_path):
     assert early["relative_file_paths"] == late["relative_file_paths"] == ["bag_0.mcap"]
     assert (early["message_count"], late["message_count"]) == (0, len(list(stream())))
     assert late["duration"]["nanoseconds"] == 229_000_000
-    assert late["topics_with_message_count"][1]["topic_metadata"]["type_description_hash"] == cdr.type_hash(cdr.WRENCH)
+    assert [topic["topic_metadata"]["type_description_hash"] for topic in late["topics_with_message_count"]] == [
+        cdr.type_hash(topic.ros_type) for topic in topics(SCENE)
+    ]
 
 
 def test_same_run_same_bytes(tmp_path):

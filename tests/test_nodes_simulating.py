@@ -34,7 +34,8 @@ def made_up_simulation():
 
     it.reset, it.advance = reset, advance
     it.set_speed = lambda speed: it.speeds.append((it.time_ns, speed))
-    it.report = lambda: SimpleNamespace(as_dict=lambda: {"status": "made up"}, record=lambda: {"status": "made up"})
+    said = {"status": "made up"}
+    it.report = lambda: SimpleNamespace(**said, errors={}, as_dict=lambda: said, record=lambda: said)
     return it
 
 

@@ -15,6 +15,7 @@ from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.equations import raceway_rates
 from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.step_limits import stability_limits
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
     ROSENBROCK,
@@ -168,9 +169,27 @@ def test_no_fixed_step_serves_a_tiny_regularisation_but_rodas4_does():
     assert np.all(errors_against(finer, out)[0] < 1e-3)
 
 
-def test_a_step_longer_than_an_eighth_of_the_shortest_contact_is_refused():
-    with pytest.raises(SceneError, match="at least 8 steps"):
-        motion("solver.step=2e-6", "contact.friction_coefficient=0.0", stepper="rk4")
+@pytest.mark.parametrize("stepper", ["rk4", "imex"])
+def test_a_step_is_refused_where_balls_that_ring_between_their_contacts_would_grow(stepper):
+    without = "contact.friction_coefficient=0.0"
+    longest = min(stability_limits(motion(without, stepper=stepper).rates, stepper))
+    assert motion(without, f"solver.step={0.99 * longest}", stepper=stepper).step == 0.99 * longest
+    with pytest.raises(SceneError, match="rings between its contacts"):
+        motion(without, f"solver.step={1.01 * longest}", stepper=stepper)
+
+
+def test_a_fixed_step_follows_a_jump_of_the_ring():
+    """Chosen: shorter from then on, and again as at the start after a reset. Given: refused at the time of the jump."""
+    jump = ("drive.change.time=1e-4", "drive.change.offset=[0.0,-4e-5,0.0]")
+    moving = motion(*jump, stepper="rk4")
+    chosen = moving.step
+    moving.advance(np.array([2e-4]), 2e-4)
+    assert moving.step < 0.1 * chosen
+    moving.reset()
+    assert moving.step == chosen
+    with pytest.raises(IntegrationError, match="friction answers at") as caught:
+        motion(*jump, f"solver.step={chosen}", stepper="rk4").advance(np.array([2e-4]), 2e-4)
+    assert caught.value.seconds == pytest.approx(1e-4)
 
 
 def test_explicit_steps_past_stability_end_in_an_error_and_not_in_numbers():

@@ -41,10 +41,16 @@ def test_more_samples_begin_with_the_fewer(method):
     assert np.array_equal(few.chunk(0, 128), many.chunk(0, 128))
 
 
-def test_a_latin_hypercube_has_one_point_in_each_slice():
-    points = UnitPoints("latin_hypercube", 3, 4, 1000).chunk(0, 1000)
-    for column in points.T:
-        assert np.array_equal(np.sort(np.floor(1000.0 * column)), np.arange(1000))
+def test_every_replicate_of_a_latin_hypercube_has_one_point_in_each_slice():
+    points = UnitPoints("latin_hypercube", 3, 4, 1000)
+    every = points.chunk(0, 1000)
+    for replicate in range(REPLICATES):
+        for column in every[replicate::REPLICATES].T:
+            assert np.array_equal(np.sort(np.floor(1000 / REPLICATES * column)), np.arange(1000 // REPLICATES))
+    assert not np.any(every[0::REPLICATES] == every[1::REPLICATES])
+    assert UnitPoints("latin_hypercube", 3, 4, 1001).note == (
+        "1001 samples became 1008: latin_hypercube wants a multiple of 8"
+    )
 
 
 def test_every_replicate_of_sobol_is_a_sobol_sequence_of_its_own():

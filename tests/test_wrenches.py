@@ -31,9 +31,7 @@ def touching_balls():
     apart = 2.0 * np.arcsin((bearing.ball_radius - 1e-6) / state[0, AXIS_DISTANCE])
     state[:, ORBIT_ANGLE] = 0.3 + apart * np.arange(13)
     state[:, VELOCITY:MOTION] += random.normal(size=(13, 6)) * ([1e-3] * 3 + [50.0] * 3)
-    names = (channel.name for channel in KINDS["bearing"].channels(moving.parameters))
-    values = {name: array[0] for name, array in zip(names, moving.first_outputs(), strict=True)}
-    return moving, Sample(0, 0, values)
+    return moving, Sample(0, 0, moving.first_outputs().rows(0))
 
 
 def loads_of(rows, origin):
@@ -114,8 +112,7 @@ def test_a_ball_and_its_neighbour_agree_wherever_they_are_in_the_ring():
     state = moving.state
     state[:] = np.roll(state, 1, axis=0)
     state[0, ORBIT_ANGLE] -= 2.0 * np.pi
-    values = {name: array[0] for name, array in moving.first_outputs()._asdict().items()}
-    second = Sample(0, 0, values)
+    second = Sample(0, 0, moving.first_outputs().rows(0))
     for name in ("neighbour_load", "neighbour_point", "neighbour_normal", "neighbour_friction", "neighbour_approach"):
         assert np.roll(second[name], -1, axis=0) == pytest.approx(first[name], rel=1e-6, abs=1e-9)
 

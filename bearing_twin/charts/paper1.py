@@ -15,9 +15,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bearing_twin.charts.paper1_bearing import draw_moving, draw_still
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.start import bearing_of
-from bearing_twin.pictures.style import BALL_COLOURS, SIZE, STYLE, finish, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, SIZE, finish, frame, heading
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
@@ -25,8 +25,6 @@ SCENE, DURATION, OUTPUTS = "bearing_6203", 0.1, 400
 EXACT, LAWS = "hertz_exact", ("hertz", "hertz_differential", "volumetric", "constant")
 BALL, OUTER = 0, 1
 REPEATS = 3  # of a run, of which the quickest counts
-GROOVE = math.radians(55.0)  # of a groove's meridian that is drawn, either way
-OPEN = (math.radians(-200.0), math.radians(70.0))  # of the rings that is drawn round the axis
 
 
 @dataclass(frozen=True)
@@ -95,6 +93,7 @@ def reading(points) -> list[str]:
         f"cost of a ball's rates against exact Hertz ({exact:.0f} ns): hertz_differential "
         f"{carried.nanoseconds / exact:.2f}, volumetric {volumetric.nanoseconds / exact:.2f}, constant "
         f"{fixed.nanoseconds / exact:.2f} (the paper: at most 0.5), hertz {runs['hertz'].nanoseconds / exact:.2f}",
+        "paper1.gif beside it: the same bearing while each ball moves to the place of the next",
     ]
 
 
@@ -111,12 +110,12 @@ def write_table(points, path) -> Path:
 
 
 def draw(points, path) -> Path:
-    """The bearing in space; r_P and n_A of a ball by exact Hertz, how far other laws are from them; cost."""
+    """The bearing in space, also moving in a .gif; r_P and n_A of a ball by exact Hertz, how far laws are off; cost."""
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(3, 2, left=0.05, right=0.97, top=0.90, bottom=0.115, hspace=0.42, wspace=0.22)
     runs = {one.law: one for one in points}
-    _draw_bearing(figure.add_subplot(grid[:2, 0], projection="3d"))
+    draw_still(figure.add_subplot(grid[:2, 0], projection="3d"), SCENE, DURATION, BALL)
     times, (point, normal) = 1e3 * _times(), runs[EXACT].histories
     first, second, off, cost = (figure.add_subplot(grid[place]) for place in ((0, 1), (1, 1), (2, 1), (2, 0)))
     for axis, values, names in ((first, 1e3 * point, "r"), (second, normal, "n")):
@@ -150,6 +149,7 @@ def draw(points, path) -> Path:
     cost.grid(False, axis="y")
     box = cost.get_position()
     cost.set_position([box.x0 + 0.09, box.y0, box.width - 0.09, box.height])
+    draw_moving(Path(path).with_suffix(".gif"), SCENE, DURATION, BALL)
     return finish(figure, "The ball bearing of Kosenko and Aleksandrov, section 5", _footer(), path, size=17)
 
 
@@ -166,40 +166,4 @@ def _footer() -> str:
             f"friction {contact.friction_coefficient:g} (slip scale {contact.friction_regularisation:g} m/s)",
             f"relaxation {contact.relaxation_time:g} s",
         )
-    )
-
-
-def _draw_bearing(axis):
-    """Grooves and balls at the end of the run, coloured by the load of the outer contact."""
-    scene = load_scene(SCENE)
-    choice = choose(scene)
-    moving, bearing = BearingMotion(scene.parameters, choice), bearing_of(scene.parameters, choice.law)
-    out = moving.advance(np.array([DURATION]), DURATION)
-    for raceway, middle, colour in ((bearing.outer, 0.0, STYLE["edge"]), (bearing.inner, math.pi, BALL_COLOURS[4])):
-        meridian, turn = np.meshgrid(np.linspace(-GROOVE, GROOVE, 9) + middle, np.linspace(*OPEN, 90))
-        reach = 1e3 * (raceway.locus_radius + raceway.groove_radius * np.cos(meridian))
-        height = 1e3 * raceway.groove_radius * np.sin(meridian)
-        axis.plot_surface(reach * np.cos(turn), reach * np.sin(turn), height, color=colour, alpha=0.45, linewidth=0)
-    polar, turn = np.meshgrid(np.linspace(0.0, math.pi, 17), np.linspace(0.0, 2.0 * math.pi, 33))
-    ball = 1e3 * bearing.ball_radius * np.array(
-        [np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)]
-    )  # fmt: skip
-    for number, centre in enumerate(1e3 * out.position[0]):
-        x, y, z = ball + centre[:, None, None]
-        axis.plot_surface(x, y, z, color=BALL_COLOURS[1 if number == BALL else 0], linewidth=0)
-        foot = 1e3 * out.point[0, number, OUTER]
-        axis.quiver(*foot, *(-4.0 * out.normal[0, number, OUTER]), color=BALL_COLOURS[5], linewidth=1.6)
-    axis.set_box_aspect((1.0, 1.0, 0.35), zoom=1.35)
-    axis.set_xlim(-20.0, 20.0)
-    axis.set_ylim(-20.0, 20.0)
-    axis.set_zlim(-7.0, 7.0)
-    axis.view_init(elev=38.0, azim=-60.0)
-    axis.set_xlabel("x [mm]")
-    axis.set_ylabel("y [mm]")
-    axis.set_zticks([-5.0, 0.0, 5.0])
-    axis.set_zlabel("z [mm]")
-    load = out.normal_load[0, :, OUTER]
-    heading(
-        axis,
-        f"After {DURATION:g} s, cut open; arrows: loads on the outer ring, {load.min():.3g} to {load.max():.3g} N",
     )

@@ -22,7 +22,7 @@ from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.chaos import GREATEST_DEGREE, VALIDATION, expand
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, task_of
 from bearing_twin.uq.realise import realise
-from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
+from bearing_twin.uq.sampling import REPLICATES, SAMPLERS, UnitPoints
 from bearing_twin.uq.study_file import parse_study
 
 
@@ -253,7 +253,7 @@ def reading(points: list[SamplerPoint]) -> list[str]:
         for sentence in _reading(PROBLEMS[name].title, of_problem(points, name))
     ]
     sentences.append(
-        "A latin hypercube gives no interval of its own, Sobol points do by their eight replicates. Polynomial chaos "
+        f"Sobol points and latin hypercubes give intervals by their {REPLICATES} replicates. Polynomial chaos "
         f"takes {VALIDATION} further realisations, not counted here, to measure its error."
     )
     return sentences

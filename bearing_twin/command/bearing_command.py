@@ -3,6 +3,7 @@
 import argparse
 import math
 
+from bearing_twin.command import catalogue_table
 from bearing_twin.command.outcome import Outcome, picture_path
 from bearing_twin.errors import SceneError
 
@@ -25,7 +26,15 @@ WORDS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `bearing` to its parser."""
-    parser.add_argument("scene", help="name of a bearing scene (see `bearing_twin scenes`) or path of a YAML file")
+    parser.add_argument(
+        "scene",
+        nargs="?",
+        help="designation, such as 6308 (see --list), name of a bearing scene or path of a YAML file",
+    )
+    parser.add_argument("--list", action="store_true", help="list the catalogue, and how each ball set was found")
+    parser.add_argument(
+        "--catalogue", metavar="FILE", help="add the bearings of this YAML file to the catalogue, for this command"
+    )
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
     )
@@ -46,10 +55,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """One equilibrium, or a sweep of them; raises BearingTwinError with a sentence for what has none."""
+    from bearing_twin.kinds.bearing import catalogue
+
+    if arguments.catalogue is not None:
+        catalogue.add_file(arguments.catalogue)
+    if arguments.list:
+        return catalogue_table.listed_catalogue()
+    if arguments.scene is None:
+        raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
     given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
     angle = None if arguments.ball_angle is None else math.radians(_number("--ball-angle", arguments.ball_angle))
     sweep = _sweep(arguments.sweep) if arguments.sweep else None
+
+    if not sweep and not picture and (found := _row_alone(arguments, given)):
+        return found
 
     from bearing_twin.command.terminal import said_if_slow
 
@@ -118,8 +138,33 @@ def _bearing_scene(arguments, overrides=()):
     return scene
 
 
+def _row(parameters) -> str:
+    """The designation of a bearing whose geometry is that of the catalogue, empty for another."""
+    from bearing_twin.kinds.bearing import catalogue
+
+    name = parameters.geometry.designation
+    return name if name in catalogue.entries() else ""
+
+
+def _row_alone(arguments, given) -> Outcome | None:
+    """What the catalogue tells of a bearing with clearance that nothing loads: no ball touches both rings."""
+    parameters = _bearing_scene(arguments).parameters
+    support, name = _support(given, parameters), _row(parameters)
+    if not name or any(support.loads) or any(support.held):
+        return None
+    from bearing_twin.kinds.bearing.catalogue_answer import answer_of
+    from bearing_twin.kinds.bearing.clearance import operating_geometry
+
+    if operating_geometry(parameters).radial_clearance < 0.0:
+        return None
+
+    result = answer_of(name, parameters)
+    return Outcome(result, [], lambda: catalogue_table.show_row(result))
+
+
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
+    from bearing_twin.kinds.bearing import catalogue_answer
     from bearing_twin.kinds.bearing.quasi_static import answer, statics
     from bearing_twin.run.fidelity import choose
 
@@ -132,6 +177,8 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     solver = statics.solver_of(parameters, law, first, arguments.arm, arguments.control)
     found = solver.solve(support)
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": arguments.control}
+    if catalogued := _row(parameters):
+        head["catalogue"] = catalogue_answer.row_of(catalogued)
     return head | {"speed_rad_s": parameters.drive.speed} | answer.answer_of(parameters, solver, support, found)
 
 

@@ -3,6 +3,7 @@
 import math
 import textwrap
 
+from bearing_twin.command import catalogue_table
 from bearing_twin.command.terminal import show_text
 
 NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
@@ -12,7 +13,10 @@ PARTS = {"initial": "as made", "shaft_fit": "fit on shaft", "housing_fit": "fit 
 def show_equilibrium(result: dict) -> None:
     """Prints one equilibrium."""
     speed = result["speed_rad_s"] * 30.0 / math.pi
-    show_text(f"{result['scene']}   law {result['law']}   {speed:.5g} rpm   arm {result['arm']}\n")
+    show_text(f"{result['scene']}   law {result['law']}   {speed:.5g} rpm   arm {result['arm']}")
+    if "catalogue" in result:
+        show_text(catalogue_table.summary(result["catalogue"]))
+    show_text()
     show_text(f"{'inner ring':<22}" + "".join(f"{name:>11}" for name in ("x", "y", "z", "about x", "about y")))
     _row("displacement", "µm, mrad", [1e6 * one for one in result["ring_displacement_m"]], result["misalignment_rad"])
     _row("load", "N, N m", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -1.0)

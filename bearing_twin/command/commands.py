@@ -128,6 +128,8 @@ class _Watched:
 
 
 def _doubts(result) -> list[str]:
+    from bearing_twin.run.doubt import FAILED
+
     status = str(result.get("status", "done"))
     doubts = [str(flag) for flag in result.get("flags", ())]
     if status == "failed: energy":
@@ -136,7 +138,7 @@ def _doubts(result) -> list[str]:
         doubts.append(
             f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
         )
-    elif status != "done":
+    elif status.startswith(FAILED):
         doubts.append(status)
     return doubts
 
@@ -145,13 +147,18 @@ def _log_argument(parser):
     parser.add_argument("log", metavar="LOG", help="an MCAP log")
 
 
+def _samples_arguments(parser):
+    _log_argument(parser)
+    parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
+
+
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.run.verification import verify
 
     with progress("simulating the scene of the log again") as update:
-        log = read_log(arguments.log)
+        log = read_log(arguments.log, topic=arguments.topic)
         verification = verify(log, update)
     doubts = [f"the log deviates by up to {verification.greatest:.3g} from a new run"] if verification.greatest else []
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
@@ -159,7 +166,7 @@ def _verify(arguments) -> Outcome:
 
 
 def _report_arguments(parser):
-    _log_argument(parser)
+    _samples_arguments(parser)
     parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
 
 
@@ -170,7 +177,7 @@ def _report(arguments) -> Outcome:
     from bearing_twin.run.report_of import report_of
 
     picture = picture_path(arguments.plot) if arguments.plot else None
-    stream = read_log(arguments.log, allow_gaps=True)
+    stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
     duration = stream.scene.parameters.run.duration if stream.scene else math.inf
@@ -258,7 +265,7 @@ def _schema() -> Outcome:
 
 COMMANDS = {
     "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
-    "verify": Command("simulate the scene of a log again and compare every number", _log_argument, _verify),
+    "verify": Command("simulate the scene of a log again and compare every number", _samples_arguments, _verify),
     "report": Command("the figures of a log, of a run or of a study, without simulating", _report_arguments, _report),
     "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
     "explain": Command(explain_command.HELP, explain_command.add_arguments, explain_command.run),

@@ -19,6 +19,7 @@ PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no termin
 
 WIDTH, WIDE = 120, 220  # columns where there is no terminal to ask
 COLUMN = 15  # of a table of balls
+ERROR = "_error"  # behind a figure's key: what is not known of it
 AXES = 3  # lists of so many numbers at most are vectors
 
 
@@ -28,17 +29,18 @@ def show_result(result: Mapping) -> None:
     from rich.text import Text
 
     console = _console(sys.stdout)
+    result, errors = _errors_apart(result)
     single, columns = {}, {}
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
             if len(value) <= AXES:
-                single[key] = ", ".join(map(_text, value))
+                single[key] = ", ".join(map(_text, value)) + _worth(value, errors.get(key))
             else:
                 columns.setdefault(len(value), {})[key] = value
         elif isinstance(value, (list, tuple)):
             single[key] = "\n".join(map(str, value)) or "none"
         else:
-            single[key] = _text(value)
+            single[key] = _text(value) + _worth(value, errors.get(key))
     table = Table(show_header=False, box=None, pad_edge=False)
     for key, value in single.items():
         name, unit = named(key)
@@ -49,7 +51,7 @@ def show_result(result: Mapping) -> None:
         keys = list(lists)
         for start in range(0, len(keys), together):
             print()
-            _put(console, _ball_table({key: lists[key] for key in keys[start : start + together]}))
+            _put(console, _ball_table({key: lists[key] for key in keys[start : start + together]}, errors))
 
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
@@ -184,7 +186,31 @@ def _words(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.3g} h"
 
 
-def _ball_table(lists):
+def _errors_apart(result: Mapping) -> tuple[dict, dict]:
+    """The result without the errors of its figures, which join them in the table, and these; parts stay in --json."""
+    errors = {key.removesuffix(ERROR): value for key, value in result.items() if key.endswith(ERROR)}
+    errors = {key: value for key, value in errors.items() if key in result}
+    hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
+    told = {
+        f"{output} off by": f"{_text(one['error'])} {one['norm']} (wanted {one['tolerance']:g}) {one['where']}".rstrip()
+        for output, one in result.get("wanted_errors", {}).items()
+    }
+    notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
+    rest = {key: value for key, value in result.items() if key not in hidden | {"wanted_errors", "errors_unknown"}}
+    return rest | told | ({"errors not in these": notes} if notes else {}), errors
+
+
+def _worth(value, error) -> str:
+    """The error of a figure as it stands behind it; marked where it is large."""
+    from bearing_twin.run.doubt import exceeds
+
+    if error is None or value is None:
+        return ""
+    greatest = max(error) if isinstance(error, (list, tuple)) else error
+    return f" ± {greatest:.2g}{' (doubtful)' if exceeds(value, error) else ''}"
+
+
+def _ball_table(lists, errors):
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
@@ -194,6 +220,8 @@ def _ball_table(lists):
         table.add_column(f"{name}\n{unit or '-'}", justify="right", width=COLUMN - 2)
     for row, values in enumerate(zip(*lists.values(), strict=True)):
         table.add_row(str(row), *map(_text, values))
+    if any(key in errors for key in lists):
+        table.add_row("±", *(f"{max(errors[key]):.2g}" if key in errors else "" for key in lists))
     return table
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from bearing_twin.kinds.doubt import Doubt, NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
 from bearing_twin.report import Choice
 from bearing_twin.units import suffix_of
@@ -36,7 +37,7 @@ class Motion(Protocol):
     4. A motion with an attribute `stop` (1,) raises Stopped soon after it is not 0; one without is quick.
     5. A motion that has `snapshot()` gives its state as plain data, from which `resume(snapshot)` of a motion with
        other tolerances goes on; one without begins again.
-    6. Outputs that are views of one matrix (count, total width), channels side by side in order, are never copied.
+    6. Outputs may be `Columns` of all channels, never copied; `longest_chunk` [s] is what a quick one does in one go.
     """
 
     def reset(self) -> None:
@@ -205,13 +206,8 @@ def one_model(parameters) -> Choice:
     return Choice("-", "-", 0.0, "this kind has one model", ())
 
 
-def no_records(parameters) -> tuple[Table, ...]:
-    """The tables of a kind whose outputs say all."""
-    return ()
-
-
-def no_topics(parameters) -> tuple[Topic, ...]:
-    """The topics of a kind beside its samples, records and scene."""
+def nothing(parameters) -> tuple:
+    """The tables of a kind whose outputs say all, and the topics of one beside its samples, records and scene."""
     return ()
 
 
@@ -230,12 +226,12 @@ class Kind:
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
     `brief`: a run ends by itself. `commands`: topics obeyed under way; its motion then has `take_back()`, which puts it
     back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
-    moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load.
-    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`:
-    its picture writes a .gif that moves.
-    `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites the plain
-    data of a scene in a log of an earlier version. `place_of(channel, index)` names the body and the contact that a
-    number of a channel belongs to, empty for none.
+    moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load. `doubt`: see `Doubt`.
+    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`: to a .gif.
+    `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites a scene's
+    plain data in an old log. `catalogue()` maps names to the plain data of scenes; `completed(scene)` fills in what
+    names in it stand for and says what it cannot. `place_of(channel, index)` names body and contact of a channel's
+    number, empty for none.
     """
 
     name: str
@@ -247,9 +243,10 @@ class Kind:
     check: Callable[[Any], list[str]] = no_problems
     resolve: Callable[[Any], Any] = as_given
     choose: Callable[[Any], Choice] = one_model
-    records: Callable[[Any], tuple[Table, ...]] = no_records
+    records: Callable[[Any], tuple[Table, ...]] = nothing
     figures: Callable[[Any, Choice], Figures] | None = None
     meanings: Callable[[], Mapping[str, str]] | None = None
+    doubt: Callable[[Any, Choice], Doubt] = NothingKnown
     quantities: Callable[[], dict[str, Quantity]] | None = None
     closed_form: Callable[[], ClosedForm | None] = lambda: None
     known_when_solved: bool = False
@@ -258,11 +255,13 @@ class Kind:
     check_load: Callable[..., None] | None = None
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"
-    topics: Callable[[Any], tuple[Topic, ...]] = no_topics
+    topics: Callable[[Any], tuple[Topic, ...]] = nothing
     picture: Callable[[Facts], Picture] = plain_picture
     animated: bool = False
     moved: Mapping[str, str] = field(default_factory=dict)
     upgraded: Callable[[dict], dict] = as_given
+    catalogue: Callable[[], Mapping[str, dict]] = dict
+    completed: Callable[[dict], tuple[dict, list[str]]] = lambda scene: (scene, [])
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")
 
     @property

@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.contract import PUBLISH, Output, Topic
+from bearing_twin.kinds.contract import ONCE, PUBLISH, Output, Topic
+from bearing_twin.kinds.urdf import Solid, urdf
 from bearing_twin.sample import Sample, Wrench
 
 CONTACTS = "bearing_twin_msgs/msg/Contacts"
 FLOAT = "std_msgs/msg/Float64"
 MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
 POSE = "geometry_msgs/msg/PoseStamped"
+STRING = "std_msgs/msg/String"
 TWIST = "geometry_msgs/msg/TwistStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
@@ -30,22 +32,42 @@ NUMBERS = (
 
 WrenchesOf = Callable[[Any, Sample], list[Wrench]]
 OriginsOf = Callable[[Any, Sample], Mapping[str, Iterable[float]]]
+SolidsOf = Callable[[Any], Mapping[str, Iterable[Solid]]]
+
+
+def no_solids(parameters) -> dict[str, list[Solid]]:
+    """The shapes of bodies that URDF cannot draw."""
+    return {}
 
 
 def body_topics(
-    link: str, wrenches: WrenchesOf, origins: OriginsOf, texts: Mapping[str, str], together: bool = False
+    link: str,
+    wrenches: WrenchesOf,
+    origins: OriginsOf,
+    texts: Mapping[str, str],
+    solids: SolidsOf = no_solids,
+    together: bool = False,
 ) -> tuple[Topic, ...]:
-    """One `<body>/wrench` for each key of `texts`, which say what acts, and the frames of the bodies on `/tf`.
+    """What every body has: `robot_description`, one `<body>/wrench` for each key of `texts`, its frame on `/tf`.
 
-    `wrenches(parameters, sample)` are in the order of `texts`; `origins(parameters, sample)` are in the frame `link`.
-    `together`: both take many outputs at once.
+    `texts` say what acts. `wrenches(parameters, sample)` are in their order; `origins(parameters, sample)` are in the
+    frame `link`; `solids(parameters)` are the shapes of the bodies where URDF has them. `together`: wrenches and
+    origins take many outputs at once.
     """
+    described = Topic(
+        "robot_description", STRING, ONCE, partial(_described, link, tuple(texts), solids),
+        "the bodies as URDF, their links named as the frames on /tf",
+    )  # fmt: skip
     rows = [
         Topic(f"{body}/wrench", WRENCH, PUBLISH, partial(_wrench, wrenches, row), text, body, together)
         for row, (body, text) in enumerate(texts.items())
     ]
     text = f"frames of the bodies: origins where their wrenches are taken, axes parallel to {link}"
-    return (*rows, Topic("/tf", TRANSFORMS, PUBLISH, partial(_transforms, origins), text, link, together))
+    return (described, *rows, Topic("/tf", TRANSFORMS, PUBLISH, partial(_transforms, origins), text, link, together))
+
+
+def _described(link: str, bodies: tuple[str, ...], solids: SolidsOf, output: Output) -> dict:
+    return {"data": urdf(link, bodies, solids(output.parameters), output.frame_prefix)}
 
 
 def _wrench(wrenches: WrenchesOf, row: int, output: Output) -> dict:

@@ -207,7 +207,7 @@ def _chosen(path, found: set[str], topic: str | None) -> str:
         return next(iter(found))
     if topic not in found:
         held = ", ".join(sorted(found)) + (f", not {topic!r}" if topic else "")
-        raise LogError(f"{path} holds samples on {held}; read one with read_log(path, topic=...)")
+        raise LogError(f"{path} holds samples on {held}; read one with --topic, or read_log(path, topic=...)")
     return topic
 
 

@@ -104,11 +104,12 @@ def samples_message(
 class MessageStream:
     """Turns blocks of solver outputs into messages, the same ones however the blocks are cut.
 
-    The scene comes first. An output whose sequence number is a multiple of output_rate / publish_rate gives the
-    "publish" topics, one at a multiple of round(output_rate / 20) the markers. A SampleBlock ends after
-    round(output_rate / 20) outputs (fewer where that would exceed 4 MiB), counted from sequence 0; records come before
-    the SampleBlock that holds their output. `start_time_ns` is added to the simulation time in all stamps; `choice`
-    is the model in use (None: the one the scene gets); `frame_prefix` stands before the name of every frame.
+    What is said once comes first, the scene before all. An output whose sequence number is a multiple of
+    output_rate / publish_rate gives the "publish" topics, one at a multiple of round(output_rate / 20) the markers.
+    A SampleBlock ends after round(output_rate / 20) outputs (fewer where that would exceed 4 MiB), counted from
+    sequence 0; records come before the SampleBlock that holds their output. `start_time_ns` is added to the
+    simulation time in all stamps; `choice` is the model in use (None: the one the scene gets); `frame_prefix` stands
+    before the name of every frame.
     """
 
     def __init__(self, scene, start_time_ns: int = 0, choice: Choice | None = None, frame_prefix: str = ""):
@@ -146,7 +147,7 @@ class MessageStream:
         """
         if not self._begun:
             self._begun = True
-            yield self.scene_message(int(block.time_ns[0]))
+            yield from self._latched(block)
         if block.first_sequence != self._next:
             yield from self.flush(wanted)
             self._first = block.first_sequence
@@ -166,6 +167,16 @@ class MessageStream:
         stamp_ns = self.start_time_ns + time_ns
         text = {"data": scene_text(self._scene, self._choice)}
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
+
+    def _latched(self, block: Block) -> Iterator[tuple[Channelled, int, bytes]]:
+        """What is said once: the scene, and the kind's own."""
+        time_ns = int(block.time_ns[0])
+        yield self.scene_message(time_ns)
+        output = self._output(block[0])
+        for topic in self.topics:
+            if topic.rate == ONCE and topic.row.fields is not None:
+                stamp_ns = self.start_time_ns + time_ns
+                yield topic, stamp_ns, encoded(topic.ros_type, topic.row.fields(output), stamp_ns, "")
 
     def flush(self, wanted: Container[str] | None = None) -> Iterator[tuple[Channelled, int, bytes]]:
         """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""

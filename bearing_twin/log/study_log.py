@@ -1,14 +1,15 @@
 """Studies as MCAP logs: every realisation as a row of `samples`, and the summary as JSON; read back bit for bit.
 
-`/bearing/study/samples` holds SampleBlocks whose rows are realisations: their time is the number of the realisation
-in ns, their channels the inputs, the quantities, `status` (0, or 1 + the number of the reason why it failed),
-`doubtful` (a bit for each doubt) and the histories. `/bearing/study/summary` is one std_msgs/String. The study itself
-is in the metadata.
+`/bearing/study/samples` holds SampleBlocks whose rows are realisations, numbered from `first_sequence` on: their time
+is that of their arrival, their channels the inputs, the quantities, `status` (0, or 1 + the number of the reason why
+it failed), `doubtful` (a bit for each doubt) and the histories. `/bearing/study/summary` is one std_msgs/String. The
+study itself is in the metadata.
 """
 
 import itertools
 import json
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ class StudyLog:
     What was added more than `max_loss` [s] ago is on disk, whatever happens; 0 = as chunks become full. While the disk
     is full it keeps what fits into memory, and its end raises LogError where it still is. A log that got no further is
     read with `unfinished`, after `recover` where it lost its end too. `run_record` False leaves out date, host,
-    seconds and who did the work: equal studies then give equal bytes.
+    seconds and who did the work, and the n-th realisation arrives at n ms: equal studies then give equal bytes.
     """
 
     def __init__(self, study: Study, path, run_record: bool = True, max_loss: float = 1.0):
@@ -50,6 +51,7 @@ class StudyLog:
         self._plain = study.resolved()
         self._work = {key: self._plain.pop(key) for key in WORK}
         self._channels = _channels(study)
+        self._dated = run_record
         self._log = RawLogWriter(path, run_record, Safety(max_loss, patient=max_loss > 0.0))
         latched = Qos(depth=1, durability="transient_local")
         self._topics = {}
@@ -80,9 +82,9 @@ class StudyLog:
             part = table[low : low + rows]
             first = self._written
             self._written += len(part)
-            times = np.arange(first, self._written)
-            message = samples_message(self._channels, first, times, part)
-            self._log.write(self._topics[SAMPLES_TOPIC], self._written, self._written, message)
+            now = self._now()
+            message = samples_message(self._channels, first, np.full(len(part), now), part)
+            self._log.write(self._topics[SAMPLES_TOPIC], now, now, message)
 
     def finish(self, result: StudyResult) -> None:
         """Adds what is not there yet of the result, and its summary."""
@@ -93,8 +95,13 @@ class StudyLog:
         summary = result.as_dict()
         work = {"seconds": summary.pop("seconds"), **self._work}
         text = encoded(STRING, {"data": json.dumps(summary)}, 0, "")
-        self._log.write(self._topics[SUMMARY_TOPIC], self._written, self._written, text)
+        now = self._now()
+        self._log.write(self._topics[SUMMARY_TOPIC], now, now, text)
         self._log.note_run(work=json.dumps(work))
+
+    def _now(self) -> int:
+        """The time of arrival of what is written next [ns]."""
+        return time.time_ns() if self._dated else 1_000_000 * self._written
 
     def _describe(self, reasons, doubts, **more) -> None:
         """The study and what its numbers of reasons and doubts mean, as often as that changes; the last one counts."""

@@ -30,7 +30,8 @@ Names without a leading `/` stand in the namespace of the kind of scene, `/beari
 are the points about which the wrenches on the bodies are taken; their axes stay parallel to `<kind>_link` however the
 bodies turn, so that a wrench stamped in `ball_3` keeps fixed axes. Wrenches are stamped in the frame of their body.
 The parameter `frame_prefix` of `sim_node` stands before the name of every frame, so that two bearings can run side by
-side. A ROS without `tf2_msgs` gets everything but `/tf`.
+side. `robot_description` is the same tree as URDF, for programs that draw from it; its joints float, so that a
+`robot_state_publisher` adds nothing to `/tf`. A ROS without `tf2_msgs` gets everything but `/tf`.
 
 **Loads add up.** In `contacts`, the forces and torques on a body, taken about the origin of its frame, are its wrench;
 the wrenches of all bodies together are zero. Gravity, supports and the drive are not in them.

@@ -17,6 +17,7 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 
 DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
+FRAMES = ("/tf", "/tf_static")
 BRIEF = tuple(f"{kind.namespace}/" for kind in KINDS.values() if kind.brief)  # short runs, which are kept whole
 
 
@@ -180,7 +181,7 @@ class Recording:
 
 def default_topics() -> list[str]:
     """What is logged where nothing is named: the namespaces of all kinds of scenes, and their frames."""
-    return [*(f"{kind.namespace}/*" for kind in KINDS.values()), "/tf"]
+    return [*(f"{kind.namespace}/*" for kind in KINDS.values()), *FRAMES]
 
 
 def sample_range(data: bytes) -> tuple[int, int]:

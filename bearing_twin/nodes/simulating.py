@@ -12,6 +12,7 @@ from bearing_twin.nodes.pacing import Pace, PacedStream, Pacer, Timed
 CHUNK_NS = 20_000_000  # handed over in one go; a command waits for no more than this
 LONGEST_STEP = 10.0  # s
 SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
+JUDGED_NS = 1_000_000_000  # of simulated time between looks at what the run is worth
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
 
 
@@ -51,6 +52,8 @@ class SimulationLoop:
         self._repeat = repeat_ns
         self._began: int | None = None
         self._earlier = Pace(0, 0, 0, 0)
+        self._worth: dict[str, float | str] = {}
+        self._judge_at = 0
         self.paced = PacedStream(self._next_batch, deliver, Pacer(factor))
 
     @property
@@ -114,6 +117,7 @@ class SimulationLoop:
             "outputs": self.simulation.sequence + 1,
             "runs": self.runs + 1,
             **self.commands.numbers(),
+            **self._worth,
         }
         return slow, message, numbers
 
@@ -161,7 +165,7 @@ class SimulationLoop:
         self._stream = self._make_stream()
         self._log = log
         self._done = self._flushed = False
-        self._began = None
+        self._began, self._judge_at = None, 0
         self.paced.restart()
 
     def step(self, now: int, seconds: float) -> str:
@@ -212,6 +216,9 @@ class SimulationLoop:
             run.set_load(None, None)
             self.commands.let_go()
         block = run.advance(min(outputs, fresh) if fresh else outputs)
+        if run.time_ns >= self._judge_at:
+            self._judge_at = run.time_ns + JUDGED_NS
+            self._worth = worth(run.report())
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
         # A log takes every topic; without one, nothing is made that nobody listens to.
         wanted = None if self._wanted is None or self._log is not None else self._wanted()
@@ -232,6 +239,13 @@ def check_speed(speed: float) -> None:
         raise BearingTwinError(
             f"commanded speed {speed} rad/s is ignored: it must be finite and within +-{GREATEST_SPEED:g}"
         )
+
+
+def worth(report) -> dict[str, float | str]:
+    """What a report says of the run's worth, for diagnostics: its status, the error of each output wanted."""
+    wanted = report.errors.get("wanted_errors", {})
+    known = {f"{output}_error": one["error"] for output, one in wanted.items() if one["error"] is not None}
+    return {"status": report.status, **known}
 
 
 def log_path(path: str, run: int) -> Path:

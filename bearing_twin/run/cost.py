@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from bearing_twin.run.scene import Scene
-from bearing_twin.run.simulation import chunk_outputs
+from bearing_twin.run.simulation import CHUNK_OUTPUTS
 
 LARGE = 1e9  # bytes of log or memory from which on a run is announced
 COPIES = 4  # of a chunk of outputs: as computed, cut, encoded, packed
@@ -31,5 +31,5 @@ class Cost(NamedTuple):
 def cost_of(scene: Scene) -> Cost:
     """What the scene's run will take, from its channels and their rate."""
     row = 8.0 * sum(channel.width for channel in scene.channels)
-    together = min(chunk_outputs(scene), scene.outputs)
+    together = min(CHUNK_OUTPUTS, scene.outputs)
     return Cost(scene.outputs, scene.outputs * row * PACKED * MESSAGES, COPIES * together * row)

@@ -5,18 +5,23 @@ from collections.abc import Mapping
 
 from bearing_twin.errors import LogError
 from bearing_twin.kinds.contract import Figures
+from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
-from bearing_twin.sample import Aligned, Block
+from bearing_twin.run.doubt import judged
+from bearing_twin.sample import Aligned, Block, cut
 
 BLOCK_OUTPUTS = 50  # outputs in the blocks that figures are made of
 
 
 class Gathering:
-    """A kind's figures writer, empty at the start, fed in pieces that do not depend on how the stream is cut."""
+    """A kind's writers of figures and of doubt, empty at the start, fed in pieces however the stream is cut.
 
-    def __init__(self, figures: Figures, choice: Choice):
+    A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
+    """
+
+    def __init__(self, figures: Figures, choice: Choice, doubt: Doubt):
         self.choice, self.outputs, self.missing = choice, 0, 0
-        self._figures = figures
+        self._writers = figures, doubt
         self._aligned = Aligned(BLOCK_OUTPUTS)
         self._last_ns, self._following = 0, None
 
@@ -28,28 +33,37 @@ class Gathering:
         self.outputs += len(block)
         self._last_ns = int(block.time_ns[-1])
         for piece in self._aligned.add(block):
-            self._figures.add(piece)
+            for writer in self._writers:
+                if getattr(writer, "in_stretches", True):
+                    for one in cut(piece, BLOCK_OUTPUTS):
+                        writer.add(one)
+                else:
+                    writer.add(piece)
 
     def report(self, scene: str, compute_seconds: float = 0.0, costs: Mapping[str, int] | None = None) -> Report:
         """The report so far; raises LogError without an output."""
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
         # Parameters never change, and copying them took longer than all figures: the copy shares them.
-        shared = getattr(self._figures, "parameters", None)
-        figures = copy.deepcopy(self._figures, {id(shared): shared})
+        shared = getattr(self._writers[0], "parameters", None)
+        figures, doubt = copy.deepcopy(self._writers, {id(shared): shared})
         for piece in self._aligned.rest():
             figures.add(piece)
+            doubt.add(piece)
+        numbers = figures.figures()
+        judgement = judged(doubt.errors(numbers), numbers, figures.status())
         return Report(
             scene=scene,
             law=self.choice.law,
             stepper=self.choice.stepper,
             choice_reason=self.choice.reason,
             warnings=self.choice.warnings,
-            flags=tuple(figures.flags()),
-            status=figures.status(),
+            flags=(*figures.flags(), *judgement.flags),
+            status=judgement.status,
             simulated_seconds=1e-9 * self._last_ns,
             compute_seconds=compute_seconds,
             samples=self.outputs,
             costs=dict(costs or {}),
-            figures=figures.figures(),
+            figures=numbers,
+            errors=judgement.keys,
         )

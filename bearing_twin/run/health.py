@@ -8,9 +8,10 @@ import math
 
 import numpy as np
 
+from bearing_twin.compiled import kernel
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.contract import Kind
-from bearing_twin.sample import Block, Channel
+from bearing_twin.sample import Block, Channel, layout_of
 from bearing_twin.units import UNITS
 
 UNIT_NORM = 1e-6  # of a quaternion's length, from 1
@@ -20,49 +21,85 @@ STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 ROUNDING = 1e-9  # of the energies at hand
 
 
+@kernel
+def _sound(numbers, limits, rotations, tolerance):
+    """Whether all `numbers` (count, width) lie within their limits, and quaternions from `rotations` on are unit."""
+    beyond = False
+    for row in range(len(numbers)):
+        for column in range(len(limits)):
+            beyond |= not abs(numbers[row, column]) <= limits[column]  # nor is a NaN
+        for column in rotations:
+            square = 0.0
+            for part in range(4):
+                square += numbers[row, column + part] ** 2
+            beyond |= abs(square - 1.0) > tolerance
+    return not beyond
+
+
+@kernel
+def _first_gain(numbers, stored, brought, begin, most, allowed):
+    """First output (-1: none) with more energy than there can be, what was gained, what was there at the most so far.
+
+    `stored` (3,) and `brought` are the columns of STORED and of the work brought, -1 where there is none; `begin` (4,)
+    [J] are those numbers at the start, `most` [J] was there so far.
+    """
+    kinetic_at, elastic_at, potential_at = stored
+    total = begin[0] + begin[1] + begin[2]
+    for row in range(len(numbers)):
+        kinetic, elastic, potential = numbers[row, kinetic_at], numbers[row, elastic_at], numbers[row, potential_at]
+        gained = kinetic + elastic + potential - total
+        work = abs(numbers[row, brought]) if brought >= 0 else 0.0
+        # The most so far: a body that falls and comes back up has all of it, though none at the instant it is back.
+        most = max(most, begin[0] + begin[1] + abs(work - begin[3]) + abs(potential - begin[2]))
+        if gained > (1.0 + allowed) * most + ROUNDING * (kinetic + elastic + abs(potential)):
+            return row, gained, most
+    return -1, 0.0, most
+
+
 class Health:
     """Watches the outputs of one run, from its start or from where it is continued."""
 
     def __init__(self, kind: Kind, channels: tuple[Channel, ...]):
-        self._kind, self._names = kind, {channel.name for channel in channels}
+        places = layout_of(channels).places
+        self._kind = kind
         self._limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
         self._quaternions = [one for one in channels if one.name == "orientation" and one.shape[-1:] == (4,)]
-        self._first: np.ndarray | None = None
+        starts = [np.arange(at.start, at.stop, 4) for at in (places[one.name][0] for one in self._quaternions)]
+        self._rotations = np.concatenate([np.empty(0, np.int64), *starts])
+        stored = tuple(places[name][0].start for name in STORED if name in places)
+        self._stored = stored if len(stored) == len(STORED) else None
+        self._brought = places["gross_work"][0].start if "gross_work" in places else -1
+        self._begin: np.ndarray | None = None
         self._there = 0.0  # J: most that was there or was brought so far
 
     def check(self, block: Block) -> None:
         """Raises IntegrationError at the first output that no motion can have."""
-        if not (np.abs(block.matrix()) <= self._limits).all():  # nor is a NaN
-            for channel in block.channels:
-                values, limit = block.values[channel.name], _limit(channel)
-                self._refuse(block, channel, ~np.isfinite(values), "not finite", "is not finite")
-                far = f"is beyond {limit:g} {channel.unit}"
-                self._refuse(block, channel, np.abs(values) > limit, "out of bounds", far)
-        for channel in self._quaternions:
-            square = np.square(block.values[channel.name]).sum(axis=-1)
-            self._refuse(
-                block, channel, np.abs(square - 1.0) > 2.0 * UNIT_NORM, "not a rotation", "is no unit quaternion"
-            )
-        if self._names.issuperset(STORED):
+        if not _sound(block.matrix(), self._limits, self._rotations, 2.0 * UNIT_NORM):
+            self._refuse_unsound(block)
+        if self._stored is not None:
             self._check_energy(block)
 
+    def _refuse_unsound(self, block: Block) -> None:
+        for channel in block.channels:
+            values, limit = block.values[channel.name], _limit(channel)
+            self._refuse(block, channel, ~np.isfinite(values), "not finite", "is not finite")
+            far = f"is beyond {limit:g} {channel.unit}"
+            self._refuse(block, channel, np.abs(values) > limit, "out of bounds", far)
+        for channel in self._quaternions:
+            square = np.square(block.values[channel.name]).sum(axis=-1)
+            bad = np.abs(square - 1.0) > 2.0 * UNIT_NORM
+            self._refuse(block, channel, bad, "not a rotation", "is no unit quaternion")
+
     def _check_energy(self, block: Block) -> None:
-        nothing = np.zeros(len(block))
-        kinetic, elastic, potential = (block.values[name] for name in STORED)
-        brought = np.abs(block.values["gross_work"]) if "gross_work" in self._names else nothing
-        if self._first is None:
-            self._first = np.array([kinetic[0], elastic[0], potential[0], brought[0]])
-        begin = self._first
-        gained = kinetic + elastic + potential - begin[:3].sum()
-        there = begin[0] + begin[1] + np.abs(brought - begin[3]) + np.abs(potential - begin[2])
-        # The most so far: a body that falls and comes back up has all of it, though none at the instant it is back.
-        there = np.maximum.accumulate(np.maximum(there, self._there))
-        self._there = float(there[-1])
-        limit = (1.0 + GAIN) * there + ROUNDING * (kinetic + elastic + np.abs(potential))
-        for row in np.flatnonzero(gained > limit)[:1]:
+        numbers = block.matrix()
+        if self._begin is None:
+            brought = abs(numbers[0, self._brought]) if self._brought >= 0 else 0.0
+            self._begin = np.array([*numbers[0, list(self._stored)], brought])
+        row, gained, self._there = _first_gain(numbers, self._stored, self._brought, self._begin, self._there, GAIN)
+        if row >= 0:
             seconds = 1e-9 * int(block.time_ns[row])
             raise IntegrationError(
-                f"at {seconds:.9g} s there are {gained[row]:.3g} J more than at the start, of which {there[row]:.3g} J "
+                f"at {seconds:.9g} s there are {gained:.3g} J more than at the start, of which {self._there:.3g} J "
                 "were there or were brought; tighten wanted.tolerance or shorten solver.step",
                 "energy",
                 seconds,

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.doubt import NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
 from bearing_twin.report import Report
 from bearing_twin.run.gathering import Gathering
@@ -17,11 +18,13 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     log's own record, where there is one.
     """
     kind = KINDS[log.scene.kind] if log.scene else None
-    if kind is None or (kind.records(log.scene.parameters) and not log.has_records):
-        figures = PlainFigures(None, log.choice, log.channels)
+    needed = kind is not None and any(table.needed for table in kind.records(log.scene.parameters))
+    if kind is None or (needed and not log.has_records):
+        figures, doubt = PlainFigures(None, log.choice, log.channels), NothingKnown(None, log.choice)
     else:
-        figures = kind.figures_of(log.scene.parameters, log.choice)
-    gathering = Gathering(figures, log.choice)
+        made_of = log.scene.parameters, log.choice
+        figures, doubt = kind.figures_of(*made_of), kind.doubt(*made_of)
+    gathering = Gathering(figures, log.choice, doubt)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}

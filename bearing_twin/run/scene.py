@@ -13,7 +13,7 @@ import yaml
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.sections import ALIASES, not_here
-from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, unknown
+from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, stands_for_section, unknown
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 
@@ -87,8 +87,10 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     """The plain data of a scene as given, with its overrides, and where it comes from."""
     if isinstance(source, Mapping):
         text, origin = source, f"scene {source.get('name', 'without a name')}"
+    elif (found := _catalogued(source)) is not None:
+        text, origin = found, f"bearing {found['name']}"
     else:
-        path = SCENES.find(source)
+        path = SCENES.find(source, also=(name for kind in KINDS.values() for name in kind.catalogue()))
         text, origin = SCENES.read_text(path), f"scene {path.name}"
     overrides = tuple(overrides)
     mapping = _canonical(_mapping_of(text, origin))
@@ -97,6 +99,13 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     for override in overrides:
         _apply(KINDS[kind].parameters, mapping, override)
     return mapping, " ".join((origin, *(("with",) if overrides else ()), *overrides))
+
+
+def _catalogued(source) -> dict | None:
+    """The scene that a name of a kind's catalogue stands for; names of scene files come first."""
+    if not isinstance(source, str) or not source.isalnum() or source in SCENES.names():
+        return None
+    return next((kind.catalogue()[source] for kind in KINDS.values() if source in kind.catalogue()), None)
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:
@@ -153,7 +162,9 @@ def _parse(text_or_mapping, origin: str) -> Scene:
     del mapping["kind"]
     name = mapping.pop("name", Path(origin.removeprefix("scene ")).stem)
     description = mapping.pop("description", "")
+    mapping, missing = KINDS[kind].completed(mapping)
     parameters, problems = read(KINDS[kind].parameters, mapping, _explained(kind))
+    problems = missing + problems
     if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
         problems.append(f"name = {echo(name)} must be text of 1 to {LONGEST_NAME} characters on one line")
     if not isinstance(description, str) or len(description) > LONGEST_DESCRIPTION:
@@ -179,4 +190,6 @@ def _apply(parameters: type, mapping: dict, override: str) -> None:
         if not isinstance(inner, dict):
             raise SceneError(f"override {echo(override)}: {word} is a value and has no keys of its own")
         mapping = inner
+    if stands_for_section(parameters, words):
+        mapping.clear()
     mapping[words[-1]] = SCENES.load(text, f"override {echo(override)}")

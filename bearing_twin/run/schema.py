@@ -41,6 +41,8 @@ def parameter_schema(row: Parameter) -> dict:
     if row.type == "table":
         lines = {"type": "array", "items": {"type": "array", "items": number_schema()}}
         return told | {"anyOf": [lines, {"type": "string"}]}
+    if row.type == "free text":
+        return told | {"type": ["string", "integer"], "examples": list(row.options)}
     if row.type == "text":
         return told | {"enum": list(row.options)}
     if row.options:

@@ -15,24 +15,29 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.scene import Scene, load_scene
-from bearing_twin.sample import Block, Sample, joined, layout_of, side_by_side
+from bearing_twin.sample import Block, Columns, Sample, joined, layout_of, side_by_side
 from bearing_twin.stopping import SIGNALLED, heeding_signals
 
-CHUNK_NS = 100_000_000  # integrate at most this much simulated time in one go, so that a slow scene goes on evenly ...
-CHUNK_OUTPUTS = 400  # ... and at most this many outputs, so that memory stays small
+CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
+CHUNK_NS = (
+    100_000_000  # ... and at most so much simulated time, so that a slow scene goes on evenly, or `longest_chunk`
+)
+COMMANDED_NS = 20_000_000  # what is computed in one go after a command, because the next makes it worthless ...
+COMMANDING_NS = 1_000_000_000  # ... for so long
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
-def chunk_outputs(scene: Scene) -> int:
-    """Outputs that are computed in one go."""
-    return max(1, min(CHUNK_OUTPUTS, CHUNK_NS // scene.output_period_ns))
+def chunk_outputs(scene: Scene, longest_ns: int) -> int:
+    """Outputs that are computed in one go, of at most so much simulated time."""
+    return max(1, min(CHUNK_OUTPUTS, longest_ns // scene.output_period_ns))
 
 
 class Simulation:
     """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
 
     Integration runs in compiled code that releases the GIL, in chunks that end before sequence numbers divisible by
-    their length. Commands take effect after the last output given out: what was computed ahead is computed again.
+    their length, which is shorter for a while after a command. Commands take effect after the last output given out:
+    what was computed ahead is computed again.
     A long chunk ends with the error Stopped once `stop` (1,) is not 0, which is what signals of this process do to the
     default.
     """
@@ -44,8 +49,10 @@ class Simulation:
         self.choice: Choice = choose(scene)
         self.channels = scene.channels
         self.output_period_ns = scene.output_period_ns
-        self.chunk_outputs = chunk_outputs(scene)
         self._motion = self._new_motion()
+        longest = getattr(self._motion, "longest_chunk", None)
+        self.chunk_outputs = chunk_outputs(scene, CHUNK_NS if longest is None else round(1e9 * longest))
+        self._layout = layout_of(self.channels)
         self._solved_seconds = 0.0
         self.reset()
 
@@ -78,7 +85,9 @@ class Simulation:
         self._pending: Block | None = None
         self._given: Block | None = None
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
-        self._gathering = Gathering(self.kind.figures_of(self.scene.parameters, self.choice), self.choice)
+        self._commanded_until = 0  # number of an output: those before it follow a command closely
+        made_of = self.scene.parameters, self.choice
+        self._gathering = Gathering(self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of))
         self._compute_seconds = self._solved_seconds
         self._health, self._good = Health(self.kind, self.channels), None
 
@@ -147,6 +156,7 @@ class Simulation:
 
     def _to_last_output(self) -> None:
         """Puts the motion back to the last output given out: what was computed ahead is computed again."""
+        self._commanded_until = self.sequence + 1 + COMMANDING_NS // self.output_period_ns
         if self._pending is not None and len(self._pending) and self._chunk_first is not None:
             self._motion.take_back()
             given = self._pending.first_sequence - self._chunk_first
@@ -187,15 +197,19 @@ class Simulation:
         return self._pending
 
     def _block(self, first: int, arrays) -> Block:
-        count = len(arrays[0])
-        time_ns = (first + np.arange(count, dtype=np.int64)) * self.output_period_ns
-        numbers = side_by_side(layout_of(self.channels), arrays, count)
+        if not isinstance(arrays, Columns):
+            arrays = Columns(self._layout, side_by_side(self._layout, arrays, len(arrays[0])))
+        numbers = arrays.numbers
+        time_ns = np.arange(first, first + len(numbers), dtype=np.int64) * self.output_period_ns
         return Block(self.channels, first, time_ns, numbers, self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
         start = time.perf_counter()
         period = 1e-9 * self.output_period_ns
-        times = period * np.arange(1, self.chunk_outputs - first % self.chunk_outputs + 1)
+        chunk = self.chunk_outputs
+        if first < self._commanded_until:
+            chunk = min(chunk, chunk_outputs(self.scene, COMMANDED_NS))
+        times = period * np.arange(1, chunk - first % chunk + 1)
         state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
         try:
             with heeding_signals():

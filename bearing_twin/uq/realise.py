@@ -8,6 +8,7 @@ import numpy as np
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS, kind_of
+from bearing_twin.run.doubt import FAILED
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import quantities_of
@@ -142,7 +143,7 @@ def _by_simulation(task, values):
             found.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
             continue
         numbers = [known[name].figure(report.figures) for name in task.quantities]
-        if report.status != "done":
+        if report.status.startswith(FAILED):
             found.failures[row] = report.status
         elif not (np.isfinite(numbers).all() and np.isfinite(histories).all()):
             lacking = [name for name, one in zip(task.quantities, numbers, strict=True) if not np.isfinite(one)]

@@ -27,6 +27,7 @@ from bearing_twin.uq.narrowing import RESAMPLES, narrowing
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
+from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.statistics import half_width
 from bearing_twin.uq.study import Study
 
@@ -114,7 +115,7 @@ def _refuse_another_study(study, start):
         raise StudyError(
             f"the samples to go on from belong to a study with another {differing[0]}; run this one from the beginning"
         )
-    if study.settings.sampler == "latin_hypercube" and study.settings.samples != start.study.settings.samples:
+    if not SAMPLERS[study.settings.sampler].grows and study.settings.samples != start.study.settings.samples:
         raise StudyError("a latin hypercube has its size for good and cannot be continued; use sobol or random")
 
 

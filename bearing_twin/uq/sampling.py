@@ -3,12 +3,13 @@
 | method | error of a mean after n points | interval from |
 |---|---|---|
 | random | n^-1/2 | the sample itself |
-| latin_hypercube | n^-1/2, less the part that is a sum over the inputs | the sample, then too wide (conservative) |
+| latin_hypercube | n^-1/2, less the part that is a sum over the inputs | REPLICATES independent hypercubes |
 | sobol | near n^-1 to n^-3/2 for smooth functions of few inputs | REPLICATES independent randomisations |
 
-Points of one Sobol sequence depend on each other, so their own scatter says nothing about the error. Therefore `sobol`
-interleaves REPLICATES independently scrambled sequences: point i belongs to replicate i % REPLICATES, and
-`statistics` takes the scatter between the replicates. Sizes are REPLICATES times a power of two.
+Points of one Sobol sequence or one hypercube depend on each other, so their own scatter says nothing about the error.
+Therefore REPLICATES independent ones are interleaved: point i belongs to replicate i % REPLICATES, and `statistics`
+takes the scatter between the replicates. Sizes are REPLICATES times a power of two for `sobol`, times any number for
+`latin_hypercube`.
 """
 
 from collections.abc import Callable
@@ -25,17 +26,25 @@ from bearing_twin.units import Limits
 from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT
 
 BLOCK = 1024  # points of `random` that share a seed
-REPLICATES = 8  # independent scramblings of `sobol`
+REPLICATES = 8  # independent randomisations of points that depend on each other
 GREATEST_SAMPLES = 2**30
 GREATEST_SEED = 2**53 - 1  # what JSON and doubles hold
 
 
 class Sampler(NamedTuple):
-    """A row of SAMPLERS: `chunk(points, start, count)` -> (count, dimension); `replicates` of the design."""
+    """A row of SAMPLERS.
+
+    `chunk(points, start, count)` -> (count, dimension); `replicates` of the design; `size(samples)`, the least legal
+    number of samples that is not below `samples`, and `wants`, which numbers are legal; `grows`: a smaller design is
+    the beginning of a larger one, so that a study may look at it and be continued.
+    """
 
     chunk: Callable
     replicates: int
     help: str
+    size: Callable = int
+    wants: str = "any number"
+    grows: bool = True
 
 
 def _random(points, start, count):
@@ -46,13 +55,15 @@ def _random(points, start, count):
 
 
 def _latin_hypercube(points, start, count):
-    return _hypercube(points.dimension, points.seed, points.samples)[start : start + count]
+    return _hypercubes(points.dimension, points.seed, points.samples)[start : start + count]
 
 
 @lru_cache(maxsize=2)
-def _hypercube(dimension, seed, samples):
-    """All points (samples, dimension); kept because chunks are drawn one after the other."""
-    return qmc.LatinHypercube(dimension, seed=_generator(seed, 0)).random(samples)
+def _hypercubes(dimension, seed, samples):
+    """All points (samples, dimension), interleaved; kept because chunks are drawn one after the other."""
+    each = samples // REPLICATES
+    cubes = [qmc.LatinHypercube(dimension, seed=_generator(seed, part)).random(each) for part in range(REPLICATES)]
+    return np.stack(cubes, axis=1).reshape(-1, dimension)
 
 
 def _sobol(points, start, count):
@@ -71,10 +82,31 @@ def _sobol(points, start, count):
     return rows.reshape(-1, points.dimension)[start - first * replicates :][:count]
 
 
+def _multiple(samples):
+    return -(-samples // REPLICATES) * REPLICATES
+
+
+def _power_of_two(samples):
+    return REPLICATES * 2 ** max(0, (-(-samples // REPLICATES) - 1).bit_length())
+
+
 SAMPLERS = {
     "random": Sampler(_random, 1, "independent points"),
-    "latin_hypercube": Sampler(_latin_hypercube, 1, "one point in each of n slices of every input"),
-    "sobol": Sampler(_sobol, REPLICATES, f"scrambled Sobol sequences, {REPLICATES} of them interleaved"),
+    "latin_hypercube": Sampler(
+        _latin_hypercube,
+        REPLICATES,
+        f"{REPLICATES} hypercubes, each with one point in each of n/{REPLICATES} slices of every input",
+        _multiple,
+        f"a multiple of {REPLICATES}",
+        grows=False,
+    ),
+    "sobol": Sampler(
+        _sobol,
+        REPLICATES,
+        f"scrambled Sobol sequences, {REPLICATES} of them interleaved",
+        _power_of_two,
+        f"{REPLICATES} times a power of two",
+    ),
 }
 
 
@@ -82,9 +114,9 @@ SAMPLERS = {
 class UnitPoints:
     """The points of one study in the open unit cube, `chunk` by chunk.
 
-    `samples` is the number in all, rounded up by `sobol` (then `note` says so). A latin hypercube exists only as a
-    whole: with another `samples` all its points change. The first points of the other two stay the same, so these
-    studies can be continued. Raises StudyError for an unknown method, no dimension or an impossible number.
+    `samples` is the number in all, rounded up to what the sampler wants (then `note` says so). A latin hypercube exists
+    only as a whole: with another `samples` all its points change. The first points of the other two stay the same, so
+    these studies can be continued. Raises StudyError for an unknown method, no dimension or an impossible number.
     """
 
     method: str
@@ -107,8 +139,7 @@ class UnitPoints:
                 raise StudyError(f"{name} = {echo(given)} {problem}")
             object.__setattr__(self, name, value)
         object.__setattr__(self, "asked", self.samples)
-        if self.method == "sobol":
-            object.__setattr__(self, "samples", rounded(self.method, self.samples))
+        object.__setattr__(self, "samples", rounded(self.method, self.samples))
 
     @property
     def replicates(self) -> int:
@@ -120,7 +151,7 @@ class UnitPoints:
         """A sentence when the number of samples was rounded, else nothing."""
         if self.samples == self.asked:
             return ""
-        return f"{self.asked} samples became {self.samples}: sobol wants {REPLICATES} times a power of two"
+        return f"{self.asked} samples became {self.samples}: {self.method} wants {SAMPLERS[self.method].wants}"
 
     def chunk(self, start: int, count: int):
         """Points (count, dimension) from number `start` on, all inside (0, 1); raises ValueError outside `samples`."""
@@ -131,9 +162,7 @@ class UnitPoints:
 
 def rounded(method: str, samples: int) -> int:
     """The least legal number of samples that is not below `samples`."""
-    if method != "sobol":
-        return samples
-    return REPLICATES * 2 ** max(0, (-(-samples // REPLICATES) - 1).bit_length())
+    return SAMPLERS[method].size(samples)
 
 
 def _generator(seed, part):

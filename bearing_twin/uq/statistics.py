@@ -4,12 +4,12 @@ A sample is an array (n,) in the unit of the quantity; NaN marks a failed realis
 
 * of moments and indices from the scatter of their influence functions (for the deviation this is the standard error
   sigma sqrt((kurtosis - 1)/(4 n))): over independent points, or between the means over `replicates` interleaved
-  randomisations (`sampling`, sobol). Student's t is bent by Hall's cubic, for the influence has a skewness;
+  randomisations (`sampling`). Student's t is bent by Hall's cubic, for the influence has a skewness;
 * of quantiles from order statistics and the binomial distribution, which needs no density; from replicates that hold
   FAR_OUT points beyond the quantile, from the scatter between these.
 
-For a latin hypercube the intervals are those of independent points: too wide. How often intervals hold the truth is
-measured by `bearing_twin chart coverage`. Where few points far out decide, it is less than 95 %: `safe` tells.
+How often intervals hold the truth is measured by `bearing_twin chart coverage`. Where few points far out decide, it is
+less than 95 %: `safe` tells.
 """
 
 import math

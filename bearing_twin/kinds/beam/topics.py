@@ -12,6 +12,7 @@ from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, SPHERE, STEEL, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.urdf import Solid, box, sphere
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = "sphere_on_beam_link"
@@ -27,7 +28,7 @@ def topics(parameters: SphereOnBeamScene) -> tuple[Topic, ...]:
         BEAM: "on the beam, by the sphere, about the point of impact at rest; not by the supports",
     }
     return (
-        *body_topics(FRAME, wrenches, origins, texts),
+        *body_topics(FRAME, wrenches, origins, texts, solids),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
         Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "sphere and beam to look at", FRAME),
     )
@@ -38,6 +39,14 @@ def origins(parameters: SphereOnBeamScene, sample: Sample) -> dict[str, np.ndarr
     along = parameters.blow.point * parameters.beam.span
     height = parameters.sphere.radius - float(sample["sphere_position"])
     return {BODY: np.array([along, 0.0, height]), BEAM: np.array([along, 0.0, 0.0])}
+
+
+def solids(parameters: SphereOnBeamScene) -> dict[str, list[Solid]]:
+    """The bodies for `robot_description`; the frame of the beam stands at the point of impact, on its surface."""
+    beam = parameters.beam
+    middle = (0.5 - parameters.blow.point) * beam.span
+    shape = box((beam.span, beam.width, beam.height), BLUE, (middle, 0.0, -0.5 * beam.height))
+    return {BODY: [sphere(parameters.sphere.radius, STEEL)], BEAM: [shape]}
 
 
 def wrenches(parameters: SphereOnBeamScene, sample: Sample) -> list[Wrench]:

@@ -24,6 +24,7 @@ from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, columns_of
 from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
@@ -67,89 +68,51 @@ MEANINGS = {
     "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run",
     "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
 }
-RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
-MERGED = {
-    **dict.fromkeys(("count", "load", "torque", "drive_torque", "roll_rate", "speed", "cage_slip", "ring"), np.add),
-    "ring_least": np.minimum,
-    "ring_greatest": np.maximum,
-}
 
 
 class BearingFigures:
     """Gathers a run's figures block by block, in memory that does not grow with the run."""
 
+    in_stretches = False  # blocks may hold many
+
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.law, self.samples = parameters, choice.law, 0
+        self.parameters, self.law = parameters, choice.law
         self.still = choice.stepper == QUASI_STATIC
-        self.first, self.last = {}, {}
-        balls = parameters.geometry.balls
-        self.greatest_load = np.zeros((balls, 2))
-        self.without_contact = np.zeros((balls, 2), np.int64)
-        self.at_greatest = {
-            name: np.zeros((balls, 2)) for name in ("curvature_small", "curvature_large", "contact_angle", "spin_rate")
-        }
-        self.greatest_pocket_force = self.greatest_gap = 0.0
-        self.periods: list[dict] = []
+        self.first, self._end = {}, None
+        self._balls = parameters.geometry.balls
+        self._sums = Sums(self._balls)
+        self._layout, self._columns = None, None
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
-        load = block.values["normal_load"]
-        better = load.max(axis=0) > self.greatest_load
-        if better.any():
-            self._note_greatest(block, load, better)
-        if load.min() <= 0.0:
-            self.without_contact += np.count_nonzero(load <= 0.0, axis=0)
-        if not self.samples:
+        layout = block.values.layout
+        if layout is not self._layout:
+            self._layout, self._columns = layout, columns_of(layout)
+        self._sums.add(block, self._columns)
+        if not self.first:
             self.first = self._instant(block, 0)
-        self.last = self._instant(block, len(block) - 1)
-        self.samples += len(block)
-        torque, ring = block.values["raceway_torque"], self._ring(block)
-        self._note_spacing(block)
-        self.periods.append(
-            {
-                "time": self.last["time"],
-                "orbit_angle": self.last["orbit_angle"],
-                "count": len(block),
-                "load": load.sum(axis=0),
-                "torque": np.sqrt(np.einsum("nbi,nbi->nb", torque, torque)).sum(axis=0),
-                "drive_torque": -block.values["inner_ring_torque"][:, 2].sum(),
-                "roll_rate": block.values["roll_rate"].mean(axis=1).sum(),
-                "speed": block.values["inner_ring_speed"].sum(),
-                "cage_slip": np.sum(block.values.get("cage_slip", 0.0)),
-                "ring": ring.sum(axis=0),
-                "ring_least": ring.min(axis=0),
-                "ring_greatest": ring.max(axis=0),
-            }
-        )
-        if len(self.periods) > 256:
-            self.periods = [self._merge(a, b) for a, b in zip(self.periods[::2], self.periods[1::2], strict=False)] + (
-                self.periods[-1:] if len(self.periods) % 2 else []
-            )
+        self._end = block.last(1)
 
-    def _note_spacing(self, block: Block) -> None:
-        """Takes in how far the balls' spacing leaves even, and the greatest force of a pocket."""
-        off = np.abs(np.diff(block.values["orbit_angle"], axis=1) - 2.0 * math.pi / len(self.greatest_load))
-        self.greatest_gap = float(off.max(initial=self.greatest_gap))
-        force = np.abs(block.values.get("pocket_force", 0.0))
-        self.greatest_pocket_force = float(force.max(initial=self.greatest_pocket_force))
+    @property
+    def samples(self) -> int:
+        """Outputs so far."""
+        return self._sums.outputs
 
-    def _note_greatest(self, block: Block, load: np.ndarray, better: np.ndarray) -> None:
-        """Takes load and shape of the contacts marked in `better` at their greatest load in this block."""
-        row = load.argmax(axis=0)[None]
-        self.greatest_load[better] = np.take_along_axis(load, row, axis=0)[0][better]
-        for name, kept in self.at_greatest.items():
-            kept[better] = np.take_along_axis(block.values[name], row, axis=0)[0][better]
+    @property
+    def last(self) -> dict:
+        """The last instant."""
+        return self._instant(self._end, 0)
 
-    @staticmethod
-    def _merge(a: dict, b: dict) -> dict:
-        return {**b, **{name: together(a[name], b[name]) for name, together in MERGED.items()}}
+    @property
+    def greatest_load(self) -> np.ndarray:
+        """Greatest loads [N] of the contacts (N, 2)."""
+        return self._sums.greatest.load.reshape(-1, 2)
 
-    @staticmethod
-    def _ring(block: Block) -> np.ndarray:
-        """The columns of RING side by side; logs of earlier versions have no tilt, which was 0."""
-        missing = np.zeros((len(block), 2))
-        return np.concatenate([block.values.get(name, missing)[:, :width] for name, width in RING.items()], axis=1)
+    @property
+    def at_greatest(self) -> dict[str, np.ndarray]:
+        """Shapes of the contacts (N, 2) at their greatest loads, by channel."""
+        return dict(zip(AT_GREATEST, self._sums.greatest.there.reshape(len(AT_GREATEST), -1, 2), strict=True))
 
     @staticmethod
     def _instant(block: Block, row: int) -> dict:
@@ -163,13 +126,11 @@ class BearingFigures:
 
     def _second_half(self) -> tuple[dict, dict]:
         """The merged second half of the run, and the instant it starts from."""
-        middle = 0.5 * (self.first["time"] + self.last["time"])
-        late = [period for period in self.periods if period["time"] > middle] or self.periods[-1:]
-        before = self.periods[len(self.periods) - len(late) - 1] if len(late) < len(self.periods) else self.first
-        merged = late[0]
-        for period in late[1:]:
-            merged = self._merge(merged, period)
-        return merged, before
+        times, angles = self._sums.ends()
+        middle = 0.5 * (self.first["time"] + times[-1])
+        first = min(int(np.searchsorted(times, middle, side="right")), len(times) - 1)
+        before = {"time": times[first - 1], "orbit_angle": angles[first - 1]} if first else self.first
+        return self._sums.from_row(first), before
 
     @property
     def energy_closure(self) -> float:
@@ -240,8 +201,9 @@ class BearingFigures:
         parameters, found = self.parameters, []
         if parameters.cage.kind != "none" or dimension_of(parameters) == QUASI_STATIC:
             return None
-        if self.greatest_gap > UNEVEN:
-            found.append(f"their spacing leaves even by {math.degrees(self.greatest_gap):.2g} degrees")
+        off_even = float(self._sums.greatest.off_even[0])
+        if off_even > UNEVEN:
+            found.append(f"their spacing leaves even by {math.degrees(off_even):.2g} degrees")
         steady, figures = parameters.initial.motion == "rolling" and not parameters.drive.change.time, self.figures()
         off = figures["cage_speed_rad_s"] / (figures["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
         if SLOW < abs(off) < 1.0:
@@ -284,13 +246,13 @@ class BearingFigures:
         moved, _, swing, _ = np.split(late["ring_greatest"] - late["ring_least"], edges)
         pairs = {}
         for key, unit, array in (
-            ("normal_load", "n", late["load"] / late["count"]),
+            ("normal_load", "n", late["load"].reshape(-1, 2) / late["count"]),
             ("greatest_normal_load", "n", self.greatest_load),
             ("contact_angle", "rad", self.at_greatest["contact_angle"]),
             ("semi_major", "m", peaks["semi_major"]),
             ("semi_minor", "m", peaks["semi_minor"]),
             ("peak_pressure", "pa", peaks["peak_pressure"]),
-            ("share_without_contact", "", self.without_contact / self.samples),
+            ("share_without_contact", "", self._sums.greatest.without.reshape(-1, 2) / self.samples),
         ):
             for side, ring in enumerate(("inner", "outer")):
                 pairs[f"{key}_{ring}_{unit}".rstrip("_")] = [float(v) for v in array[:, side]]
@@ -312,7 +274,7 @@ class BearingFigures:
             "ring_force_range_n": swing.tolist(),
             **pairs,
             "cage_slip": float(late["cage_slip"] / late["count"]),
-            "greatest_pocket_force_n": self.greatest_pocket_force,
+            "greatest_pocket_force_n": float(self._sums.greatest.pocket_force[0]),
             "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
         }
 

@@ -25,6 +25,7 @@ from bearing_twin.kinds.markers import (
     marker,
     outlines,
 )
+from bearing_twin.kinds.urdf import Solid, cylinder, sphere
 
 LONGEST_ARROW = 1.0  # ball diameters
 
@@ -37,6 +38,23 @@ def markers(parameters, sample, details):
     yield from _rings(parameters, sample)
     yield from _ellipses(parameters, sample, details)
     yield from _loads(parameters, sample, details)
+
+
+def ring_sizes(parameters) -> tuple[float, float, float]:
+    """Diameters of the inner and of the outer raceway, and the width [m] that rings are drawn with."""
+    geometry = operating_geometry(parameters)
+    reach = geometry.ball_diameter + 0.5 * geometry.radial_clearance
+    return geometry.pitch_diameter - reach, geometry.pitch_diameter + reach, 1.2 * geometry.ball_diameter
+
+
+def solids(parameters) -> dict[str, list[Solid]]:
+    """The bodies for `robot_description`: balls, a solid inner ring in a translucent outer one."""
+    inner, outer, wide = ring_sizes(parameters)
+    ball = sphere(0.5 * parameters.geometry.ball_diameter, STEEL)
+    return {f"ball_{k}": [ball] for k in range(parameters.geometry.balls)} | {
+        "inner_ring": [cylinder(0.5 * inner, wide, ORANGE)],
+        "outer_ring": [cylinder(0.5 * outer, wide, GLASS)],
+    }
 
 
 def _balls(parameters, sample):
@@ -56,17 +74,15 @@ def _balls(parameters, sample):
 
 def _rings(parameters, sample):
     """A solid inner ring with spokes, so that its turning is seen, in a translucent outer one."""
-    geometry = operating_geometry(parameters)
-    diameter = geometry.ball_diameter
-    reach = 0.5 * diameter + 0.25 * geometry.radial_clearance
-    inner, outer = geometry.pitch_diameter - 2.0 * reach, geometry.pitch_diameter + 2.0 * reach
+    diameter = parameters.geometry.ball_diameter
+    inner, outer, wide = ring_sizes(parameters)
     tilt = sample["inner_ring_tilt"]
     leaning, turned = (ring_attitude(tilt, angle).tolist() for angle in (0.0, sample["inner_ring_angle"]))
     centre = sample["inner_ring_offset"].tolist()
     spokes = [(0.5 * inner * x, 0.5 * inner * y, 0.61 * diameter) for x, y in _SPOKES]
     width = (0.05 * diameter, 0.0, 0.0)
-    yield marker("rings", 0, CYLINDER, (inner, inner, 1.2 * diameter), ORANGE, centre, leaning)
-    yield marker("rings", 1, CYLINDER, (outer, outer, 1.2 * diameter), GLASS)
+    yield marker("rings", 0, CYLINDER, (inner, inner, wide), ORANGE, centre, leaning)
+    yield marker("rings", 1, CYLINDER, (outer, outer, wide), GLASS)
     yield marker("spokes", 0, LINE_LIST, width, BLUE, centre, turned, points=spokes)
 
 

@@ -8,12 +8,13 @@ from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.integrate import Chunk, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
-from bearing_twin.kinds.bearing.outputs import Outputs, empty_outputs, outputs_of, write_outputs
+from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
-from bearing_twin.kinds.bearing.start import Rates, bearing_of, fastest_rates, stable_step, start_state
+from bearing_twin.kinds.bearing.start import bearing_of, start_state
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
 from bearing_twin.kinds.bearing.steps import FAILURES, JACOBIANS, RATES, REJECTIONS, STEPS, Results
 from bearing_twin.numerics.statuses import OK, STOPPED
 from bearing_twin.report import Choice
@@ -24,10 +25,10 @@ FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's a
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
-FIXED_STEP = ("rk4", "imex")
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
+LONGEST_ALONE = 0.4  # s that is asked for in one go where no ring and no cage couple the balls
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
@@ -55,6 +56,7 @@ class BearingMotion:
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
         self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
         self.partners = partners_of(parameters, self.scales)
+        self.longest_chunk = None if self.partners.active else LONGEST_ALONE
         if self.bearing.ring:
             start, self._start_border = settled_start(parameters, choice.law, self.partners)
         else:
@@ -63,28 +65,17 @@ class BearingMotion:
         self._start = start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
-            self.step = self.step or stable_step(self.rates, choice.stepper)
-            self._refuse_long_steps()
+            what = self.rates, choice.stepper, parameters.initial.motion == "rest"
+            self.step = self.step or stable_step(*what)
+            if problem := too_long(self.step, *what):
+                raise SceneError(problem)
+        self._start_step = self.step
         self.reset()
 
     @functools.cached_property
     def rates(self) -> Rates:
         """The fastest rates to be expected from the start."""
         return fastest_rates(self._bearing, self._start)
-
-    def _refuse_long_steps(self):
-        if self.step > self.rates.shortest_contact / 8.0:
-            raise SceneError(
-                f"solver.step = {self.step:g} s is too long: a contact can be as short as "
-                f"{self.rates.shortest_contact:.2g} s and needs at least 8 steps; "
-                f"use {self.rates.shortest_contact / 16.0:.2g} s or less, or solver.stepper: rodas4"
-            )
-        if self.stepper == "rk4" and self.step * self.rates.friction > 2.78:
-            raise SceneError(
-                f"solver.step = {self.step:g} s is unstable: friction answers at {self.rates.friction:.2g} /s and the "
-                f"classical Runge-Kutta method holds to {2.78 / self.rates.friction:.2g} s; use a shorter step, "
-                f"or solver.stepper: rodas4"
-            )
 
     def reset(self) -> None:
         """Back to the start."""
@@ -93,7 +84,7 @@ class BearingMotion:
         self.orientation = np.zeros((self.bearing.balls, 4))
         self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
         self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
-        self.drive = RingDrive(0.0, float(self.parameters.drive.speed), 0.0)
+        self.drive, self.step = RingDrive(0.0, float(self.parameters.drive.speed), 0.0), self._start_step
         self.goal_speed = float(self.parameters.drive.speed)
         self.bearing = self._bearing
         self.steps = np.full(self.bearing.balls, FIRST_STEP)
@@ -142,12 +133,8 @@ class BearingMotion:
             raise ValueError("steps")
         self.counts[:] = kept["counts"]
         self.drive = RingDrive(*map(float, kept["drive"]))
-        self.goal_speed, self.elapsed, self._changed = (
-            float(kept["goal_speed"]),
-            float(kept["elapsed"]),
-            kept["changed"],
-        )
-        self._acceleration = float(kept["acceleration"])
+        self.goal_speed, self.elapsed = float(kept["goal_speed"]), float(kept["elapsed"])
+        self._changed, self._acceleration = kept["changed"], float(kept["acceleration"])
         self.bearing = self._bearing._replace(offset=tuple(map(float, kept["offset"])))
         self._keep()
 
@@ -164,14 +151,14 @@ class BearingMotion:
             "ball_jacobians": int(self.counts[JACOBIANS]),
         }
 
-    def first_outputs(self) -> Outputs:
+    def first_outputs(self) -> Rows:
         """The outputs at the present instant."""
         out = empty_outputs(self.parameters, 1)
         now = np.zeros(1), self.state[None], self.orientation[None], self.border[None]
-        write_outputs(self.parameters, self.bearing, self._partners(), self.drive, *now, out, 0)
-        return outputs_of(self.parameters, out)
+        write_outputs(self.parameters, self.bearing, self._partners(), self.drive, *now, out.numbers, 0)
+        return out
 
-    def advance(self, times: np.ndarray, duration: float) -> Outputs:
+    def advance(self, times: np.ndarray, duration: float) -> Rows:
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError.
 
         A new goal speed is approached at the drive's acceleration; the scene's change of the drive comes at its time.
@@ -192,9 +179,9 @@ class BearingMotion:
             last = end >= duration * (1.0 - SHORTEST_PART)
             end = duration if last else end
             until = len(times) if last else int(np.searchsorted(times, end, side="right"))
-            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
+            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out.numbers, cursor)
             begin, cursor = end, until
-        return outputs_of(self.parameters, out)
+        return out
 
     def _until_next(self, duration):
         """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
@@ -204,7 +191,7 @@ class BearingMotion:
             apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
             together = min(duration, LONGEST_TOGETHER)
             pieces.append(0.99 * apart if apart > TOGETHER * together else together)
-        jump = self.loading.until_next(self.elapsed)
+        jump = self.loading.until_next(self.elapsed) if self.partners.active else 0.0
         if jump > SHORTEST_PART * duration:
             pieces.append(jump)
         if missing != 0.0:
@@ -229,6 +216,16 @@ class BearingMotion:
         work = self.first_outputs().elastic_energy[0] - before
         self.state[0, DRIVE_WORK] += work
         self.state[0, GROSS_WORK] += abs(work)
+        if self.stepper in FIXED_STEP:
+            self._follow()
+
+    def _follow(self):
+        """After a jump: a step that was chosen is chosen anew where contacts have grown stiffer, a given one judged."""
+        rates = fastest_rates(self.bearing, self.state)
+        if not self.parameters.solver.step:
+            self.step = min(self.step, stable_step(rates, self.stepper))
+        if problem := too_long(self.step, rates, self.stepper):
+            raise IntegrationError(f"at {self.elapsed:.9g} s {problem}", "step too long", self.elapsed)
 
     def set_load(self, force, moment) -> None:
         """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.
@@ -241,6 +238,8 @@ class BearingMotion:
 
     def _partners(self):
         """Ring and cage with the loads from now to their next jump."""
+        if not self.partners.active:
+            return self.partners
         load, rate = self.loading.at(self.elapsed)
         varying = self.partners.varying or bool(np.any(rate))
         return self.partners._replace(load=np.append(load, 0.0), load_rate=np.append(rate, 0.0), varying=varying)
@@ -257,13 +256,12 @@ class BearingMotion:
             self._acceleration = drive.acceleration
         partners = self._partners()
         load, rate = partners.load, partners.load_rate
-        if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
-            self.steps = np.minimum(self.steps, FIRST_STEP)
-        self._load, self._load_rate = load + duration * rate, rate
-        states = np.full((len(times), *self.state.shape), np.nan)
-        orientations = np.full((len(times), *self.orientation.shape), np.nan)
-        borders = np.full((len(times), BORDER), np.nan)
-        filled = states, orientations, borders
+        if partners.active:
+            if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
+                self.steps = np.minimum(self.steps, FIRST_STEP)
+            self._load, self._load_rate = load + duration * rate, rate
+        shapes = self.state.shape, self.orientation.shape, (BORDER,)
+        filled = tuple(np.full((len(times), *shape), np.nan) for shape in shapes)
         moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]
         near, after = np.zeros((2, self.bearing.balls), np.bool_)

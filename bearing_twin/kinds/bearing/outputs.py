@@ -1,7 +1,7 @@
 """What a bearing scene gives out: its channels, the wrenches, and the contact ellipses of published samples."""
 
 import functools
-from typing import NamedTuple
+from collections import namedtuple
 
 import numpy as np
 
@@ -11,59 +11,9 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.sample import Channel, Sample
+from bearing_twin.sample import Channel, Columns, Sample, layout_of
 
 OWN = len(OWN_WIDTHS)  # channels with a ball's own numbers
-
-
-class Outputs(NamedTuple):
-    """One array a channel, first axis = solver output; the fields are the channels of `channels`, in order."""
-
-    orbit_angle: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    orientation: np.ndarray
-    angular_velocity: np.ndarray
-    roll_rate: np.ndarray
-    raceway_force: np.ndarray
-    raceway_torque: np.ndarray
-    approach: np.ndarray
-    normal_load: np.ndarray
-    contact_angle: np.ndarray
-    spin_rate: np.ndarray
-    curvature_small: np.ndarray
-    curvature_large: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
-    friction_force: np.ndarray
-    slip: np.ndarray
-    drilling_torque: np.ndarray
-    inner_ring_angle: np.ndarray
-    inner_ring_speed: np.ndarray
-    inner_ring_offset: np.ndarray
-    inner_ring_tilt: np.ndarray
-    inner_ring_velocity: np.ndarray
-    inner_ring_tilt_rate: np.ndarray
-    inner_ring_load: np.ndarray
-    cage_angle: np.ndarray
-    cage_speed: np.ndarray
-    cage_slip: np.ndarray
-    pocket_force: np.ndarray
-    inner_ring_force: np.ndarray
-    inner_ring_torque: np.ndarray
-    outer_ring_force: np.ndarray
-    outer_ring_torque: np.ndarray
-    kinetic_energy: np.ndarray
-    elastic_energy: np.ndarray
-    potential_energy: np.ndarray
-    drive_work: np.ndarray
-    dissipated: np.ndarray
-    gross_work: np.ndarray
-    neighbour_approach: np.ndarray
-    neighbour_load: np.ndarray
-    neighbour_point: np.ndarray
-    neighbour_normal: np.ndarray
-    neighbour_friction: np.ndarray
 
 
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
@@ -74,7 +24,7 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
 # The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.
 @functools.cache
 def _channels(n: int) -> tuple[Channel, ...]:
-    rows = (
+    return (
         Channel("orbit_angle", "rad", (n,), "position of each ball around the axis, not wrapped"),
         Channel("position", "m", (n, 3), "ball centres"),
         Channel("velocity", "m/s", (n, 3), "of the ball centres"),
@@ -123,9 +73,25 @@ def _channels(n: int) -> tuple[Channel, ...]:
         Channel("neighbour_normal", "1", (n, 3), "direction of that load on the ball; zeros when apart"),
         Channel("neighbour_friction", "N", (n, 3), "friction on the ball by the next ahead"),
     )
-    if tuple(row.name for row in rows) != Outputs._fields:
-        raise AssertionError("channels and Outputs name different quantities")
-    return rows
+
+
+Outputs = namedtuple("Outputs", [channel.name for channel in _channels(1)])
+Outputs.__doc__ = "One array a channel, first axis = solver output, as kernels take them."
+
+
+class Rows(Columns):
+    """Outputs side by side in one matrix (count, total width); each channel is also an attribute, made when asked for.
+
+    Raises AttributeError for what is no channel.
+    """
+
+    __slots__ = ()
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(name) from None
 
 
 def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
@@ -141,39 +107,24 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 def _places(n: int) -> Places:
     """Where the numbers of a bearing with n balls stand in a row of all channels."""
     rows = _channels(n)
-    edges = dict(zip(Outputs._fields, np.cumsum([0, *(channel.width for channel in rows[:-1])]).tolist(), strict=True))
+    edges = {name: columns.start for name, (columns, _) in layout_of(rows).places.items()}
     own = [(edges[channel.name] + i, channel.width // n) for channel in rows[:OWN] for i in range(channel.width // n)]
     first, step = np.array(own).T.copy()
     named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
     return Places(first, step, *(edges[name] for name in named))
 
 
-@functools.cache
-def _columns(n: int) -> list[tuple[slice, tuple[int, ...]]]:
-    """The columns of each channel in a row of all channels, and the shape of one sample."""
-    edges = np.cumsum([0, *(channel.width for channel in _channels(n))]).tolist()
-    return [
-        (slice(low, high), channel.shape)
-        for channel, low, high in zip(_channels(n), edges[:-1], edges[1:], strict=True)
-    ]
-
-
-def empty_outputs(parameters: BearingScene, count: int) -> np.ndarray:
-    """Room for `count` solver outputs: all channels side by side, (count, total width)."""
-    return np.empty((count, _columns(parameters.geometry.balls)[-1][0].stop))
-
-
-def outputs_of(parameters: BearingScene, matrix: np.ndarray) -> Outputs:
-    """The channels that stand side by side in `matrix`, as views of it."""
-    count, found = len(matrix), _columns(parameters.geometry.balls)
-    return Outputs(*(matrix[:, columns].reshape(count, *shape) for columns, shape in found))
+def empty_outputs(parameters: BearingScene, count: int) -> Rows:
+    """Room for `count` solver outputs: all channels side by side."""
+    layout = layout_of(_channels(parameters.geometry.balls))
+    return Rows(layout, np.empty((count, layout.width)))
 
 
 def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
-    """Fills `out` from row `first` with the states (count, N, columns) and orientations (count, N, 4) at `times` [s].
+    """Fills the matrix `out` from row `first` with states (count, N, columns) and orientations (count, N, 4).
 
-    `borders` (count, BORDER) are those of the `partners`, ring and cage. `times`
-    count from the instant the drive's angle and speed belong to. Every column of a row is written.
+    They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `borders`
+    (count, BORDER) are those of the `partners`, ring and cage. Every column of a row is written.
     """
     places = _places(parameters.geometry.balls)
     write_rows(bearing, drive, times, states, orientations, borders, places, out, first)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import numbers_missing
+from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.rings import Cage, Model, Rings, ring_problems
 from bearing_twin.kinds.sections import (
@@ -21,7 +22,7 @@ from bearing_twin.kinds.sections import (
     resolved_run,
 )
 from bearing_twin.numerics.names import stepper_names
-from bearing_twin.parameters import choice, quantity, section
+from bearing_twin.parameters import choice, quantity, section, text
 
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
@@ -51,6 +52,12 @@ class Geometry:
         "of a bearing without load, in place of radial_clearance; 0 = radial_clearance holds",
         at_least=0.0,
         at_most=STEEPEST,
+    )
+    designation: str = text(
+        "",
+        "of the catalogue (`bearing_twin bearing --list`); its row fills in the keys of geometry that are left out",
+        designations,
+        stands_for_section=True,
     )
 
 

@@ -26,5 +26,7 @@ BEARING = Kind(
     topics=late(f"{HERE}.topics:topics"),
     moved=MOVED,
     upgraded=upgraded,
+    catalogue=late(f"{HERE}.catalogue:scenes"),
+    completed=late(f"{HERE}.catalogue:completed"),
     picture=late(f"{HERE}.picture:BearingPicture"),
 )

@@ -1,12 +1,10 @@
 """From a bearing scene to the numbers of its equations, and to the state it starts from."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import HERTZ_U_MAX, hertz_coefficient, shape_variable
 from bearing_twin.contact.friction import FRICTIONS, friction_number
@@ -34,14 +32,6 @@ REACH = 0.02  # of the ball radius: rest is looked for so far around the middle 
 NUDGE = 1e-10  # m: over which the force's gradient is taken
 EXACT = 1e-16  # m, of a rest
 MOST_STEPS = 60
-
-
-class Rates(NamedTuple):
-    """The fastest rates of a scene [1/s]: contact resonance, friction creep, and the shortest contact [s]."""
-
-    contact: float
-    friction: float
-    shortest_contact: float
 
 
 def bearing_of(parameters: BearingScene, law: str) -> Bearing:
@@ -261,31 +251,3 @@ def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray
             "the balls find no rest between the raceways; check radial_clearance, drive.offset and the speed"
         )
     return state
-
-
-def fastest_rates(bearing: Bearing, state: np.ndarray) -> Rates:
-    """Contact resonance [rad/s], friction creep rate [1/s] and shortest contact [s] to be expected from a state.
-
-    Loads are those of the state, at least those of a 1 micrometre approach; a ball between two contacts has both
-    stiffnesses. The shortest contact is half a period of the contact resonance.
-    """
-    approach = 1e-6
-    still = (0.0, 0.0, 0.0)
-    for k in range(bearing.balls):
-        position = (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
-        outer = single_contact(bearing, bearing.outer, still, 0.0, position, still, still)
-        approach = max(approach, outer.approach)
-    inner, outer = bearing.inner.law, bearing.outer.law
-    stiffness = elastic(inner.given + outer.given, inner.power, approach).stiffness
-    load = elastic(max(inner.given, outer.given), inner.power, approach).load
-    creep = bearing.friction_coefficient * load / bearing.friction_regularisation
-    # A tangential force at the surface moves it as if the mass were 2/7 of the ball's; two contacts act together.
-    friction = 2.0 * 3.5 * creep / bearing.ball_mass
-    contact = math.sqrt(stiffness / bearing.ball_mass)
-    return Rates(contact, friction, math.pi / contact)
-
-
-def stable_step(rates: Rates, stepper: str) -> float:
-    """A step [s] for a method with fixed steps: 16 a contact and, for rk4, inside its stability limit of 2.78/rate."""
-    contact = rates.shortest_contact / 16.0
-    return contact if stepper == "imex" else min(contact, 1.4 / max(rates.friction, 1.0))

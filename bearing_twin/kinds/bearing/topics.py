@@ -7,7 +7,7 @@ import numpy as np
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_attitude, wrenches
-from bearing_twin.kinds.bearing.markers import markers
+from bearing_twin.kinds.bearing.markers import markers, solids
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
@@ -28,7 +28,7 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
     texts = {f"ball_{k}": f"on ball {k}, by raceways and neighbours, about its centre" for k in range(balls)}
     texts |= dict.fromkeys(RINGS, "on the ring, by the balls, about its centre")
     return (
-        *body_topics(FRAME, wrenches, origins, texts, together=True),
+        *body_topics(FRAME, wrenches, origins, texts, solids, together=True),
         contacts_topic(
             FRAME, contacts, "all contacts, of balls with raceways and with each other, as arrays", together=True
         ),

@@ -22,6 +22,7 @@ from bearing_twin.kinds.markers import (
     outlines,
 )
 from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.urdf import Solid, box, sphere
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.sample import Sample, Wrench
 
@@ -37,7 +38,7 @@ def topics(parameters: EllipsoidOnPlaneScene) -> tuple[Topic, ...]:
         PLANE: f"on the plane, by the body, about the origin of {FRAME}",
     }
     return (
-        *body_topics(FRAME, wrenches, origins, texts),
+        *body_topics(FRAME, wrenches, origins, texts, solids),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
         Topic("pose", POSE, PUBLISH, pose, "centre and orientation of the body", FRAME),
         Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "body, contact ellipse, load to look at", FRAME),
@@ -47,6 +48,14 @@ def topics(parameters: EllipsoidOnPlaneScene) -> tuple[Topic, ...]:
 def origins(parameters: EllipsoidOnPlaneScene, sample: Sample) -> dict[str, np.ndarray]:
     """Centre of the body, and the origin [m]."""
     return {BODY: sample["position"], PLANE: np.zeros(3)}
+
+
+def solids(parameters: EllipsoidOnPlaneScene) -> dict[str, list[Solid]]:
+    """The bodies for `robot_description`: URDF has no ellipsoid, so only a ball is drawn, and the plane."""
+    axes = parameters.body.semi_axes
+    longest = max(axes)
+    plane = {PLANE: [box((8.0 * longest, 8.0 * longest, 0.02 * longest), GLASS, (0.0, 0.0, -0.01 * longest))]}
+    return plane | ({BODY: [sphere(longest, STEEL)]} if min(axes) == longest else {})
 
 
 def wrenches(parameters: EllipsoidOnPlaneScene, sample: Sample) -> list[Wrench]:

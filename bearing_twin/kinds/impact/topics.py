@@ -15,6 +15,7 @@ from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GREEN, ORANGE, SPHERE, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.urdf import Solid, cylinder, sphere
 from bearing_twin.sample import Sample, Wrench
 
 FIRST, SECOND = "first", "second"
@@ -25,7 +26,7 @@ def topics(link: str, parameters) -> tuple[Topic, ...]:
     """The topics of two spheres or two discs."""
     texts = {body: f"on the {body} body, by the other, about its centre" for body in (FIRST, SECOND)}
     return (
-        *body_topics(link, wrenches, origins, texts),
+        *body_topics(link, wrenches, origins, texts, solids),
         contacts_topic(link, contacts, "the contact, as arrays of one row"),
         Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "both bodies to look at", link),
     )
@@ -47,6 +48,14 @@ def origins(parameters, sample: Sample) -> dict[str, np.ndarray]:
     first, second = sample["displacement"]
     apart = sum(radii(parameters)) + parameters.motion.gap
     return {FIRST: np.array([first, 0.0, 0.0]), SECOND: np.array([apart + second, 0.0, 0.0])}
+
+
+def solids(parameters) -> dict[str, list[Solid]]:
+    """The bodies for `robot_description`."""
+    colors = zip((FIRST, SECOND), radii(parameters), (ORANGE, BLUE), strict=True)
+    if isinstance(parameters, TwoDiscsScene):
+        return {body: [cylinder(radius, parameters.disc.thickness, color)] for body, radius, color in colors}
+    return {body: [sphere(radius, color)] for body, radius, color in colors}
 
 
 def wrenches(parameters, sample: Sample) -> list[Wrench]:

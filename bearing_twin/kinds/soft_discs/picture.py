@@ -3,18 +3,17 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.animation import PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes
+from bearing_twin.pictures.moving import write_moving
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled
 from bearing_twin.pictures.values import scaled_time
 
@@ -52,19 +51,16 @@ class SoftDiscPicture(PairPicture):
         figure = Figure(figsize=(8.0, 8.0), dpi=60, facecolor="white")
         FigureCanvasAgg(figure)
         axis = figure.add_axes((0.12, 0.1, 0.74, 0.8))
-        writer = PillowWriter(fps=20)
-        try:
-            with writer.saving(figure, str(path), dpi=60):
-                bar = None
-                for row in rows:
-                    axis.clear()
-                    drawn = shapes.draw(axis, row)
-                    heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N")
-                    bar = bar or shapes.bar(figure, drawn, axis)
-                    writer.grab_frame()
-        except OSError as error:
-            raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
-        return Path(path)
+        bars = []
+
+        def draw(row):
+            axis.clear()
+            drawn = shapes.draw(axis, row)
+            heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N")
+            if not bars:
+                bars.append(shapes.bar(figure, drawn, axis))
+
+        return write_moving(figure, path, rows, draw)
 
     def _draw_shapes(self, figure, axes, values, unit):
         time, _, _ = scaled_time(values["time"])

@@ -9,12 +9,13 @@ import functools
 import numpy as np
 
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, marker
+from bearing_twin.kinds.markers import BLUE, GLASS, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, marker
 from bearing_twin.kinds.soft_discs.derived import resolve
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.urdf import Solid, cylinder
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = "soft_discs_link"
@@ -32,7 +33,7 @@ def topics(parameters: SoftDiscsScene) -> tuple[Topic, ...]:
     about = "the point of first touch" if other == "wall" else "its centre of mass"
     texts = {disc: f"on the disc, by the {other}, about its centre of mass", other: f"on the {other}, about {about}"}
     return (
-        *body_topics(FRAME, wrenches, origins, texts),
+        *body_topics(FRAME, wrenches, origins, texts, solids),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
         Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "outlines of the deformed bodies", FRAME),
     )
@@ -44,6 +45,12 @@ def origins(parameters: SoftDiscsScene, sample: Sample) -> dict[str, np.ndarray]
     height = float(sample["position"])
     below = float(sample["other_position"]) if parameters.against == "other_disc" else height
     return {disc: np.array([0.0, height, 0.0]), other: np.array([0.0, 0.0 if other == "wall" else -below, 0.0])}
+
+
+def solids(parameters: SoftDiscsScene) -> dict[str, list[Solid]]:
+    """The bodies for `robot_description`, which is said once: the discs, undeformed."""
+    shape = [cylinder(parameters.disc.radius, parameters.disc.thickness, GLASS)]
+    return dict.fromkeys((body for body in bodies(parameters) if body != "wall"), shape)
 
 
 def wrenches(parameters: SoftDiscsScene, sample: Sample) -> list[Wrench]:

@@ -22,6 +22,7 @@ from bearing_twin.kinds.markers import (
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.two_bodies.parameters import Shaped, TwoBodiesScene
 from bearing_twin.kinds.two_bodies.wire import lines_of
+from bearing_twin.kinds.urdf import Solid, sphere
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = "two_bodies_link"
@@ -43,7 +44,7 @@ def topics(parameters: TwoBodiesScene) -> tuple[Topic, ...]:
         for body, prefix in ((FIRST, ""), (SECOND, "second_"))
     )  # fmt: skip
     return (
-        *body_topics(FRAME, wrenches, origins, texts),
+        *body_topics(FRAME, wrenches, origins, texts, solids),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
         *poses,
         Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "bodies, contact ellipse, load to look at", FRAME),
@@ -53,6 +54,12 @@ def topics(parameters: TwoBodiesScene) -> tuple[Topic, ...]:
 def origins(parameters: TwoBodiesScene, sample: Sample) -> dict[str, np.ndarray]:
     """The centres [m]."""
     return {FIRST: sample["position"], SECOND: sample["second_position"]}
+
+
+def solids(parameters: TwoBodiesScene) -> dict[str, list[Solid]]:
+    """The bodies for `robot_description`: of those that URDF has, spheres."""
+    both = {FIRST: parameters.first, SECOND: parameters.second}
+    return {body: [sphere(one.radius, STEEL)] for body, one in both.items() if one.shape == "sphere"}
 
 
 def wrenches(parameters: TwoBodiesScene, sample: Sample) -> list[Wrench]:

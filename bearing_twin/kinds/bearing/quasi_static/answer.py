@@ -22,6 +22,20 @@ def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
     The cage's speed is the mean of the orbit speeds by load; a spot on a ball strikes a raceway at twice `ball_spin`.
     """
     cage, spin = (shared(contacts, values) for values in (contacts.orbit, np.hypot(contacts.roll, contacts.pitch)))
+    return _frequencies(cage, spin, balls, speed)
+
+
+def rolling_frequencies(geometry, speed: float) -> dict[str, float]:
+    """As `frequencies_of`, of balls without load that roll at the nominal contact angle.
+
+    Cage w (1 - g)/2 and spin w d_m (1 - g^2)/(2 D), g = D cos a/d_m (Harris, Rolling Bearing Analysis, chapter 8).
+    """
+    ratio = geometry.ball_diameter * math.cos(geometry.contact_angle) / geometry.pitch_diameter
+    spin = 0.5 * speed * geometry.pitch_diameter / geometry.ball_diameter * (1.0 - ratio**2)
+    return _frequencies(0.5 * speed * (1.0 - ratio), spin, geometry.balls, speed)
+
+
+def _frequencies(cage: float, spin: float, balls: int, speed: float) -> dict[str, float]:
     turn = 0.5 / math.pi
     return {
         "bpfo": abs(balls * cage * turn),

@@ -1,0 +1,180 @@
+"""One run of a small bearing against a far tighter one: what every contest of a bearing measures.
+
+Truth is `rodas4` at a tolerance of TIGHT. The product's methods run as shipped, but their refusals are passed by, so
+that a chart shows where a method fails and not where it is refused. Beside them run what a newcomer would take:
+explicit Euler, and SciPy's `solve_ivp` with its default tolerances on the plain right-hand side.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import LSODA, RK45
+
+from bearing_twin.charts.contest import LONG_ENOUGH, Row, judged, timed
+from bearing_twin.charts.work_precision import errors
+from bearing_twin.errors import IntegrationError
+from bearing_twin.kinds.bearing.explicit import explicit_chunk
+from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE, SCIPY
+from bearing_twin.kinds.bearing.layout import BORDER
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_of, write_outputs
+from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.steps import RATES, Results
+from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.steppers import STEPPER_FACTS, RungeKutta
+from bearing_twin.report import Choice
+from bearing_twin.run.scene import load_scene
+
+TIGHT = 1e-8  # tolerance of what is taken as true
+EULER = RungeKutta(np.zeros((1, 5)), np.zeros(1), np.ones(1), np.zeros(2), np.zeros(2), 1)
+
+
+class Case(NamedTuple):
+    """A bearing over `count` instants `period` [s] apart."""
+
+    scene: str
+    overrides: tuple[str, ...]
+    period: float
+    count: int
+
+    @property
+    def times(self) -> np.ndarray:
+        """The instants [s]."""
+        return self.period * np.arange(1, self.count + 1)
+
+
+def motion_of(case: Case, stepper: str, law: str = "hertz", tolerance: float = 1e-3) -> BearingMotion:
+    """The bearing moved by that stepper and law, at that tolerance; a fixed step is set in `step` afterwards."""
+    scene = load_scene(case.scene, (*case.overrides, f"wanted.tolerance={tolerance}"))
+    return BearingMotion(scene.parameters, Choice(law, stepper, 0.0, "", ()))
+
+
+@functools.lru_cache(maxsize=64)
+def truth(case: Case, law: str = "hertz"):
+    """The outputs of a case as they are taken to be true."""
+    return motion_of(case, "rodas4", law, TIGHT).advance(case.times, float(case.times[-1]))
+
+
+def ready(case: Case, stepper: str, setting: float, law: str = "hertz") -> BearingMotion:
+    """A motion at its start whose kernels are there; `setting` is a step [s] of a fixed-step method, else a tolerance.
+
+    A step is set past the refusals.
+    """
+    fixed = stepper in FIXED_STEP
+    motion = motion_of(case, stepper, law, *(() if fixed else (setting,)))
+    if stepper in SCIPY:
+        # As contestants they get the tolerance asked for, not the one that makes them references.
+        motion.scales = motion.scales / REFERENCE_SHARE
+    motion.advance(np.array([1e-8]), 1e-8)
+    to_start(motion, setting)
+    return motion
+
+
+def to_start(motion: BearingMotion, setting: float) -> None:
+    """Back to the start, with that step [s] where steps are fixed."""
+    motion.reset()
+    if motion.stepper in FIXED_STEP:
+        motion.step = setting
+
+
+def found_errors(motion: BearingMotion, case: Case, exact) -> tuple[float, float]:
+    """Errors of load and of friction of a motion from its start; infinite where it fails."""
+    try:
+        return errors(motion, motion.advance(case.times, float(case.times[-1])), exact)
+    except IntegrationError:
+        return math.inf, math.inf
+
+
+def bearing_row(
+    row: Row, case: Case, limit: float, law: str = "hertz", true_law: str = "hertz", enough: float = LONG_ENOUGH
+) -> Row:
+    """The row with what its method gives at its setting; `true_law` is that of the truth.
+
+    Seconds are CPU seconds per simulated second, of runs that together take `enough` [s].
+    """
+    exact = truth(case, true_law)
+    naive = NAIVE.get(row.method)
+    motion = ready(case, "rodas4" if naive else row.method, row.setting if not naive else TIGHT, law)
+
+    def work():
+        if naive:
+            motion.reset()
+            return naive(motion, case, row.setting)
+        to_start(motion, row.setting)
+        return motion.advance(case.times, float(case.times[-1])), motion.costs()["ball_rates"]
+
+    def outcome():
+        (out, evaluations), seconds = timed(work, enough)
+        load, friction = errors(motion, out, exact)
+        per_second = seconds / float(case.times[-1])
+        return {"load_error": load, "friction_error": friction, "seconds": per_second, "evaluations": int(evaluations)}
+
+    return judged(row, outcome, limit)
+
+
+def _plain(motion):
+    """The right-hand side as a user's own function of time and a flat state, with the number of its evaluations."""
+    shape, near, count = motion.state.shape, np.zeros(motion.bearing.balls, np.bool_), [0]
+    rates = np.zeros(shape)
+
+    def right_hand_side(time, flat):
+        count[0] += motion.bearing.balls
+        bearing_rates(motion.bearing, motion.drive, near, time, flat.reshape(shape), rates)
+        return rates.ravel().copy()
+
+    return right_hand_side, count
+
+
+def _given_out(motion, case, states):
+    """Outputs of states (outputs, N, COLUMNS), the balls unturned."""
+    out, times = empty_outputs(motion.parameters, case.count), case.times
+    orientations = np.tile(motion.orientation, (case.count, 1, 1))
+    borders = np.tile(motion.border, (case.count, 1))
+    filled = np.ascontiguousarray(states), orientations, borders
+    partners = motion._partners()
+    write_outputs(motion.parameters, motion.bearing, partners, motion.drive, times, *filled, out, 0)
+    return outputs_of(motion.parameters, out)
+
+
+def _by_solve_ivp(solver, motion, case, setting):
+    """As SciPy's `solve_ivp` does it; `setting` is rtol, and atol a thousandth of it, as in the defaults."""
+    right_hand_side, count = _plain(motion)
+    state, end = motion.state.ravel().copy(), float(case.times[-1])
+    method = solver(right_hand_side, 0.0, state, end, rtol=setting, atol=1e-3 * setting)
+    states, cursor = np.full((case.count, state.size), np.nan), 0
+    while method.status == "running" and np.isfinite(method.y).all():
+        method.step()
+        dense = method.dense_output()
+        while cursor < case.count and case.times[cursor] <= method.t:
+            states[cursor] = dense(case.times[cursor])
+            cursor += 1
+    return _given_out(motion, case, states.reshape(case.count, *motion.state.shape)), count[0]
+
+
+def _by_euler(motion, case, setting):
+    """Explicit Euler in equal steps of about `setting` [s], by the product's own loop."""
+    state, balls, near = motion.state, motion.bearing.balls, np.zeros(motion.bearing.balls, np.bool_)
+    states = np.full((case.count, *state.shape), np.nan)
+    turned, borders = np.zeros((case.count, balls, 4)), np.zeros((case.count, BORDER))
+    counts, failure = np.zeros(4, np.int64), np.zeros(2)
+    results = Results(states, turned, counts, failure, motion.stop, motion.carried, borders, motion.border)
+    what = motion.bearing, motion.drive, near, case.times, float(case.times[-1]), setting, motion.scales
+    if explicit_chunk(EULER, *what, state, motion.orientation, motion.steps, results) != OK:
+        raise IntegrationError(f"not finite, or through a raceway, at {failure[0]:.3g} s")
+    return _given_out(motion, case, states), counts[RATES]
+
+
+NAIVE = {
+    "explicit Euler": _by_euler,
+    "solve_ivp RK45": functools.partial(_by_solve_ivp, RK45),
+    "solve_ivp LSODA": functools.partial(_by_solve_ivp, LSODA),
+}
+"""What a newcomer takes: a step [s] of Euler, the relative tolerance of the others."""
+
+
+def is_adaptive(method: str) -> bool:
+    """Whether a method is set by a tolerance, not by a step."""
+    return method != "explicit Euler" if method in NAIVE else STEPPER_FACTS[method].adaptive

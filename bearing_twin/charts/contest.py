@@ -1,0 +1,264 @@
+"""Contests of methods: one format for what came out, one runner with a limit of cost that can be resumed.
+
+A chart of contests is a list of `Task`s, each a function of a module in `charts/` with its arguments. The runner calls
+them in processes of their own, two at a time. A contestant that goes on for longer than the limit of CPU seconds is
+stopped by the system, whatever it does, and is told as such. What is finished is kept beside the picture until all is
+done, so that a chart that was interrupted goes on where it was; kept answers of other sources are not used.
+"""
+
+import contextlib
+import functools
+import hashlib
+import importlib
+import json
+import math
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import BearingTwinError
+
+LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says otherwise
+WORKERS = 2
+DONE, REFUSED, FAILED, STOPPED = STATUSES = ("done", "refused", "failed", "stopped")
+REPEATS, LONG_ENOUGH = 40, 0.15  # of a timing: most runs, and CPU seconds that are enough of them
+
+
+class Task(NamedTuple):
+    """A function "module:name" below `charts` and its arguments: words, numbers, lists of them."""
+
+    function: str
+    arguments: tuple
+
+    @property
+    def key(self) -> str:
+        """What tells it from others."""
+        return json.dumps([self.function, *self.arguments])
+
+
+class Row(NamedTuple):
+    """One run of a contest: what ran, its relative errors of load and of friction, CPU seconds, evaluations, its end.
+
+    `setting` is the number that a method is tuned by; `across`, NaN in a plain contest, the second number of a map.
+    `command` repeats the run where the software does not refuse it. Friction is NaN where there is none.
+    """
+
+    problem: str
+    method: str
+    setting: float
+    across: float = math.nan
+    load_error: float = math.inf
+    friction_error: float = math.nan
+    seconds: float = math.nan
+    evaluations: float = math.nan
+    status: str = FAILED
+    reason: str = ""
+    command: str = ""
+
+    @property
+    def error(self) -> float:
+        """The greater of both errors; infinite where there is no result."""
+        if self.status != DONE or not math.isfinite(self.load_error):
+            return math.inf
+        return self.load_error if math.isnan(self.friction_error) else max(self.load_error, self.friction_error)
+
+
+@contextlib.contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Within it this process ends, without a word, once it has taken so many CPU seconds more; 0 = no limit.
+
+    Where the system has no such clock (Windows), nothing is limited.
+    """
+    if not hasattr(signal, "setitimer") or not seconds:
+        yield
+        return
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+def timed(work: Callable[[], Any], enough: float = LONG_ENOUGH) -> tuple[Any, float]:
+    """What `work` gives, and its CPU seconds: a mean, for the clocks of some machines tick every 10 ms."""
+    start, runs = time.process_time(), 0
+    while not runs or (runs < REPEATS and time.process_time() - start < enough):
+        found = work()
+        runs += 1
+    return found, (time.process_time() - start) / runs
+
+
+def judged(row: Row, work: Callable[[], dict], limit: float) -> Row:
+    """The row with what `work` gives for its fields, or why it has failed: also where a result is not finite."""
+    try:
+        with limited(limit), np.errstate(all="ignore"):
+            found = row._replace(status=DONE, **work())
+    except BearingTwinError as error:
+        return row._replace(status=FAILED, reason=str(error))
+    except (ArithmeticError, ValueError) as error:
+        return row._replace(status=FAILED, reason=f"{type(error).__name__}: {error}")
+    errors = found.load_error, 0.0 if math.isnan(found.friction_error) else found.friction_error
+    return found if all(map(math.isfinite, errors)) else found._replace(status=FAILED, reason="not finite")
+
+
+@functools.cache
+def sources() -> str:
+    """A digest of the package's own text: answers of other sources are not taken for those of these."""
+    package, digest = Path(__file__).resolve().parent.parent, hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+class Kept:
+    """Answers that are finished, in a file of lines beside the picture; without a path they are in memory alone."""
+
+    def __init__(self, path: Path | None):
+        self.path, self.answers = path, {}
+        if path is None:
+            return
+        with contextlib.suppress(OSError, ValueError):
+            head, *lines = path.read_text(encoding="utf-8").splitlines()
+            if json.loads(head) == sources():
+                for line in lines:
+                    with contextlib.suppress(ValueError):  # the last line of an interrupted run
+                        self.answers.update([json.loads(line)])
+        if not self.answers:
+            self._write(json.dumps(sources()), "w")
+
+    def put(self, key: str, answer) -> None:
+        """Keeps one more."""
+        self.answers[key] = answer
+        self._write(json.dumps([key, answer]), "a")
+
+    def drop(self) -> None:
+        """Forgets the file: all is done."""
+        if self.path is not None:
+            self.path.unlink(missing_ok=True)
+
+    def _write(self, line, how):
+        if self.path is None:
+            return
+        try:
+            with self.path.open(how, encoding="utf-8") as stream:
+                stream.write(line + "\n")
+        except OSError as error:
+            raise BearingTwinError(f"{self.path} cannot be written ({error.strerror}); give another folder") from error
+
+
+def _serve(pipe) -> None:
+    """The other process: answers tasks until its pipe closes. Ctrl-C is for the parent, which ends this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with contextlib.suppress(EOFError):
+        while True:
+            function, arguments = pipe.recv()
+            pipe.send(call(function, arguments))
+
+
+def call(function: str, arguments) -> Any:
+    """The answer to a task, in this process, as plain data."""
+    module, name = function.split(":")
+    answer = getattr(importlib.import_module(f"bearing_twin.charts.{module}"), name)(*arguments)
+    return list(answer) if isinstance(answer, tuple) else answer
+
+
+class _Worker:
+    """One process with the task it is at."""
+
+    def __init__(self):
+        context = multiprocessing.get_context("spawn")
+        self.pipe, other = context.Pipe()
+        self.process = context.Process(target=_serve, args=(other,), daemon=True)
+        self.process.start()
+        other.close()
+        self.task: Task | None = None
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        self.pipe.send((task.function, task.arguments))
+
+    def end(self) -> None:
+        self.pipe.close()
+        self.process.kill()
+        self.process.join()
+
+
+def answers_of(
+    tasks: Iterable[Task],
+    kept: Kept,
+    update: Callable[[float], None] = lambda share: None,
+    workers: int = WORKERS,
+) -> list:
+    """The answers to all tasks in their order, None where one was stopped for its cost; raises what a worker meets.
+
+    `workers` processes share the work; none: all is done in this one, without a limit.
+    """
+    tasks = list(tasks)
+    waiting = [task for task in reversed(tasks) if task.key not in kept.answers]
+    total = max(len(tasks), 1)
+    update(1.0 - len(waiting) / total)
+    if not workers:
+        while waiting:
+            task = waiting.pop()
+            kept.put(task.key, call(*task))
+            update(1.0 - len(waiting) / total)
+        return [kept.answers[task.key] for task in tasks]
+    crew = [_Worker() for _ in range(min(workers, len(waiting)))]
+    try:
+        busy = []
+        for worker in crew:
+            worker.give(waiting.pop())
+            busy.append(worker)
+        while busy:
+            for pipe in wait([worker.pipe for worker in busy]):
+                worker = next(one for one in busy if one.pipe is pipe)
+                kept.put(worker.task.key, _received(worker))
+                busy.remove(worker)
+                if not worker.process.is_alive():
+                    worker.end()
+                    crew.remove(worker)
+                    if waiting:
+                        crew.append(worker := _Worker())
+                if waiting:
+                    worker.give(waiting.pop())
+                    busy.append(worker)
+                update(1.0 - (len(waiting) + len(busy)) / total)
+    finally:
+        for worker in crew:
+            worker.end()
+    return [kept.answers[task.key] for task in tasks]
+
+
+def _received(worker):
+    """What a worker answers; None where the system has stopped it for its cost."""
+    try:
+        return worker.pipe.recv()
+    except EOFError:
+        worker.process.join()
+        if hasattr(signal, "SIGPROF") and worker.process.exitcode == -signal.SIGPROF:
+            return None
+        raise BearingTwinError(
+            f"a process of the chart ended with {worker.process.exitcode} at {worker.task.key}; its words stand above"
+        ) from None
+
+
+def rows_of(tasks: list[Task], answers: list, blank: Callable[[Task], Row], limit: float = LIMIT) -> list[Row]:
+    """The answers as rows; a task that was stopped is the row that `blank` gives, with the cost it was stopped at."""
+    return [
+        blank(task)._replace(status=STOPPED, seconds=limit, reason=f"stopped after {limit:g} CPU seconds")
+        if answer is None
+        else Row(*answer)
+        for task, answer in zip(tasks, answers, strict=True)
+    ]
+
+
+def processors() -> int:
+    """How many contests run side by side here."""
+    return min(WORKERS, os.cpu_count() or 1)

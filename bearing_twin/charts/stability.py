@@ -1,0 +1,175 @@
+"""Maps of where methods fail: error as colour over step and stiffness, tolerance and regularisation.
+
+One ball of a 6203, which rolls in balance or, on the maps `sliding` and `tolerance`, starts at rest. A step is judged
+after SPAN: what grows has grown by then. A step fails where load or friction errs by more than FAILS of the greatest
+load, or of mu N; the limit found is the longest step up to which none that was tried does. The predicted limit is
+`step_limits.stability_limits` of the state at the start; the software refuses steps beyond what the same function says
+of a contact at least 1 micrometre deep.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
+from bearing_twin.charts.contest import LIMIT, Kept, Row, Task, answers_of, rows_of
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, fastest_rates, stability_limits
+from bearing_twin.numerics.steppers import STEPPER_FACTS
+from bearing_twin.parameters import echo, unknown
+
+SCENE, SPAN = "bearing_6203", 2e-3
+FAILS = 0.1
+NEAR = 1.04  # ratio of two steps that are tried one after the other
+FROM, UP_TO = 3.0, 16.0  # a limit is looked for from its prediction over the one to that times the other
+BODIES = ("ball", "inner_ring", "outer_ring")
+
+
+class Axis(NamedTuple):
+    """The second number of a map: what it is, its unit, its values, and the keys of a scene that it sets."""
+
+    title: str
+    unit: str
+    values: tuple[float, ...]
+    keys: Callable[[float], tuple[str, ...]]
+    always: tuple[str, ...] = ()
+
+
+def _spread(low: float, high: float, count: int) -> tuple[float, ...]:
+    return tuple(float(f"{value:.4g}") for value in np.geomspace(low, high, count))
+
+
+def _regularised(value: float) -> tuple[str, ...]:
+    return (f"contact.friction_regularisation={value}",)
+
+
+FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
+AXES = {
+    "stiffness": Axis(
+        "Young's modulus",
+        "Pa",
+        _spread(2e10, 2e12, 9),
+        lambda value: tuple(f"materials.{body}.young_modulus={value}" for body in BODIES),
+    ),
+    "regularisation": Axis(
+        "friction regularisation",
+        "m/s",
+        _spread(1e-3, 1e-1, 9),
+        _regularised,
+    ),
+    "sliding": Axis("friction regularisation", "m/s", _spread(1e-3, 1e-1, 9), _regularised, FROM_REST),
+    "damping": Axis(
+        "relaxation time",
+        "s",
+        _spread(1e-7, 1e-5, 9),
+        lambda value: (f"contact.relaxation_time={value}",),
+        ("contact.friction_coefficient=0.01",),
+    ),
+}
+STEPS = _spread(5e-8, 5e-5, 22)
+TOLERANCES = _spread(1e-1, 1e-7, 7)
+REGULARISATIONS = _spread(1e-4, 1e-1, 7)
+FIXED = tuple(name for name in FIXED_STEP if name in STEPPER_FACTS)
+ADAPTIVE = ("rodas4", "rodas4_landing", "rodas3", "dopri5")
+MAPS = (*AXES, "tolerance")
+
+
+class Limit(NamedTuple):
+    """The longest step [s] of a method: as predicted, where refusal begins, and as found by trying."""
+
+    method: str
+    map: str
+    across: float
+    predicted: float
+    refused: float
+    found: float
+
+    @property
+    def ratio(self) -> float:
+        """Predicted over found: above 1 is unsafe."""
+        return self.predicted / self.found
+
+
+def case_of(name: str, across: float) -> Case:
+    """The small bearing of a map at its second number."""
+    if name == "tolerance":
+        keys = (*FROM_REST, *_regularised(across))
+        return Case(SCENE, ("geometry.balls=1", *keys), 0.05 * SPAN, 10)
+    axis = AXES[name]
+    return Case(SCENE, ("geometry.balls=1", *axis.always, *axis.keys(across)), 0.05 * SPAN, 20)
+
+
+def command_of(name: str, method: str, setting: float, across: float) -> str:
+    """What repeats one cell."""
+    return f'bearing_twin chart stability --cell "{name} {method} {setting:g} {across:g}"'
+
+
+def cell(name: str, method: str, setting: float, across: float, limit: float = LIMIT) -> Row:
+    """One cell of a map."""
+    row = Row(name, method, setting, across, command=command_of(name, method, setting, across))
+    return bearing_row(row, case_of(name, across), limit, enough=0.0)
+
+
+def limit(name: str, method: str, across: float) -> Limit:
+    """The limits of a fixed-step method at one place of a map."""
+    case = case_of(name, across)
+    motion = ready(case, method, 1e-8)
+    slides = motion.parameters.initial.motion == "rest"
+    predicted = min(stability_limits(fastest_rates(motion.bearing, motion.state, 0.0), method, slides))
+    refused = min(stability_limits(motion.rates, method, slides))
+    found = predicted / FROM
+    while found < predicted * UP_TO:
+        to_start(motion, NEAR * found)
+        if max(found_errors(motion, case, truth(case))) > FAILS:
+            break
+        found *= NEAR
+    return Limit(method, name, across, predicted, refused, found)
+
+
+def tasks_of(every: int = 1, steps=STEPS) -> tuple[list[Task], list[Task]]:
+    """The cells and the limits of all maps; with `every` above 1 only every so many-th of the second numbers."""
+    cells, limits = [], []
+    for name, axis in AXES.items():
+        for method in FIXED:
+            for across in axis.values[::every]:
+                cells += [Task("stability:cell", (name, method, step, across)) for step in steps]
+                limits.append(Task("stability:limit", (name, method, across)))
+    for method in ADAPTIVE:
+        for across in REGULARISATIONS[::every]:
+            cells += [Task("stability:cell", ("tolerance", method, one, across)) for one in TOLERANCES]
+    return cells, limits
+
+
+def blank(task: Task) -> Row:
+    """The row of a cell before it has run."""
+    return Row(*task.arguments, command=command_of(*task.arguments))
+
+
+def measure(update, kept: Kept, workers: int, tasks=None) -> tuple[list[Row], list[Limit]]:
+    """All cells and all limits."""
+    cells, limits = tasks or tasks_of()
+    answers = answers_of([*limits, *cells], kept, update, workers)
+    rows = rows_of(cells, answers[len(limits) :], blank)
+    return rows, [Limit(*one) for one in answers[: len(limits)] if one is not None]
+
+
+def one_cell(words: str) -> Row:
+    """The cell named as in `Row.command`; raises BearingTwinError with what is legal."""
+    parts = words.split()
+    if len(parts) != 4:
+        raise BearingTwinError(f"{echo(words)} is no cell; give four words: map, method, setting, second number")
+    name, method = parts[:2]
+    if name not in MAPS:
+        raise BearingTwinError(f"{echo(name)} is not a map of steps; {unknown(name, MAPS)}")
+    legal = ADAPTIVE if name == "tolerance" else FIXED
+    if method not in legal:
+        raise BearingTwinError(f"{echo(method)} is not on the map {name}; {unknown(method, legal)}")
+    try:
+        numbers = [float(part) for part in parts[2:]]
+    except ValueError:
+        numbers = [math.nan]
+    if not all(0.0 < number < math.inf for number in numbers):
+        raise BearingTwinError(f"{echo(words)} ends with two numbers above zero: setting and second number")
+    return cell(name, method, *numbers)

@@ -1,0 +1,103 @@
+"""The pictures, tables and sentences of the maps of where methods fail."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bearing_twin.charts.contest import DONE, Row
+from bearing_twin.charts.map_picture import Curves, add_bar, add_legend, draw_map
+from bearing_twin.charts.stability import ADAPTIVE, AXES, FAILS, FIXED, Limit
+from bearing_twin.charts.table import write_rows
+from bearing_twin.pictures.style import STYLE, stamp
+
+WITHIN = 0.2  # of the limit found: how near a prediction has to be
+SAFE = 1.0  # of predicted over found: greater is unsafe
+KEPT = 1.0  # times the tolerance: errors up to here count as kept
+COLOUR_TEXT = "error of load or friction"
+
+
+def of_steps(rows: list[Row], limits: list[Limit], path: Path) -> None:
+    """Step against stiffness, regularisation and damping, a row a method."""
+    figure = Figure(figsize=(17, 5.2 * len(FIXED) + 1.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(len(FIXED), len(AXES), sharey=True, sharex="col", squeeze=False)
+    for line, method in zip(axes, FIXED, strict=True):
+        for axis, (name, facts) in zip(line, AXES.items(), strict=True):
+            mine = [row for row in rows if (row.method, row.problem) == (method, name)]
+            found = [one for one in limits if (one.method, one.map) == (method, name)]
+            if not mine:
+                continue
+            columns = np.transpose([(one.across, one.predicted, one.found, one.refused) for one in found])
+            drawn = draw_map(axis, mine, Curves(*columns) if found else Curves())
+            axis.set_title(f"{method}: step over {name}", fontsize=18, color=STYLE["ink"], loc="left")
+            if method == FIXED[-1]:
+                axis.set_xlabel(f"{facts.title} [{facts.unit}]", fontsize=17, color=STYLE["ink"])
+        line[0].set_ylabel("step [s]", fontsize=17, color=STYLE["ink"])
+    add_bar(figure, drawn, axes, COLOUR_TEXT)
+    add_legend(figure, True)
+    figure.suptitle(
+        "Where fixed steps fail: one ball of a 6203 that rolls, or slides from rest (sliding)",
+        fontsize=20,
+        color=STYLE["ink"],
+    )
+    stamp(figure)
+    figure.savefig(path, dpi=100)
+
+
+def of_tolerances(rows: list[Row], path: Path) -> None:
+    """Tolerance against regularisation, a map an adaptive method; a dot where the tolerance is not kept."""
+    figure = Figure(figsize=(17, 6.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(1, len(ADAPTIVE), sharey=True)
+    for axis, method in zip(axes, ADAPTIVE, strict=True):
+        mine = [row for row in rows if (row.method, row.problem) == (method, "tolerance")]
+        drawn = draw_map(axis, mine, Curves(), lambda row: row.error > KEPT * row.setting)
+        axis.set_title(method, fontsize=18, color=STYLE["ink"], loc="left")
+        axis.set_xlabel("friction regularisation [m/s]", fontsize=16, color=STYLE["ink"])
+    axes[0].set_ylabel("tolerance", fontsize=17, color=STYLE["ink"])
+    add_bar(figure, drawn, axes, COLOUR_TEXT)
+    add_legend(figure, False, "error above the tolerance")
+    figure.suptitle("What tolerances give: one ball of a 6203 from rest", fontsize=20, color=STYLE["ink"])
+    stamp(figure)
+    figure.savefig(path, dpi=100)
+
+
+def write_limits(limits: list[Limit], path: Path) -> None:
+    """Predicted, refused and found limits as comma-separated values."""
+    header = ["method", "map", "across", "predicted_step", "refused_from_step", "found_step", "predicted_over_found"]
+    write_rows(path, header, ((*one[:3], *(f"{x:.5g}" for x in (*one[3:], one.ratio))) for one in limits))
+
+
+def write_cells(rows: list[Row], path: Path) -> None:
+    """Every cell as comma-separated values, with the command that repeats it."""
+    write_rows(path, Row._fields, ([f"{x:.6g}" if isinstance(x, float) else x for x in row] for row in rows))
+
+
+def reading(rows: list[Row], limits: list[Limit]) -> list[str]:
+    """What the maps say, from their numbers."""
+    sentences = []
+    for method in dict.fromkeys(one.method for one in limits):
+        mine = [one for one in limits if one.method == method]
+        ratios = [one.ratio for one in mine]
+        near = sum(abs(ratio - 1.0) <= WITHIN for ratio in ratios)
+        unsafe = sum(one.refused > one.found * (1.0 + WITHIN) for one in mine)
+        sentences.append(
+            f"{method}: the predicted limit of the step is {min(ratios):.2f} to {max(ratios):.2f} times the one found, "
+            f"within {100 * WITHIN:g} % at {near} of {len(mine)} places; those found reach from "
+            f"{min(one.found for one in mine):.2g} to {max(one.found for one in mine):.2g} s; at {unsafe} places a "
+            f"step is let pass that fails (error above {FAILS:g})."
+        )
+    for method in ADAPTIVE:
+        mine = [row for row in rows if (row.method, row.problem) == (method, "tolerance")]
+        done = [row for row in mine if row.status == DONE]
+        if not done:
+            continue
+        kept = sum(row.error <= KEPT * row.setting for row in done)
+        worst = max(done, key=lambda row: row.error / row.setting)
+        sentences.append(
+            f"{method}: {kept} of {len(mine)} cells keep their tolerance; the worst error is "
+            f"{worst.error / worst.setting:.2g} times it, at {worst.setting:g} and {worst.across:g} m/s."
+        )
+    return sentences

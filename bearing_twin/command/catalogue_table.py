@@ -1,0 +1,96 @@
+"""What a person sees of the catalogue of bearings, in millimetres and kilonewtons, at most 80 columns wide."""
+
+import math
+import textwrap
+
+from bearing_twin.command.outcome import Outcome
+from bearing_twin.command.terminal import show_text
+
+
+def listed_catalogue() -> Outcome:
+    """Every designation with its row, and what the ways are in which ball sets were found."""
+    from bearing_twin.kinds.bearing.catalogue import FOUND, designations
+    from bearing_twin.kinds.bearing.catalogue_answer import row_of
+    from bearing_twin.paths import own_folder
+
+    rows = [row_of(name) for name in designations()]
+    result = {"bearings": rows, "found": FOUND, "own_folder": str(own_folder("bearings"))}
+    return Outcome(result, [], lambda: _list(rows))
+
+
+def _list(rows) -> None:
+    from bearing_twin.kinds.bearing.catalogue import FOUND
+    from bearing_twin.paths import own_folder
+
+    show_text(f"{'':<10}{'bore':>6}{'outside':>8}{'width':>6}  {'balls':<7}{'of':>8}{'± ':>7}{'C [kN]':>10}  found")
+    show_text(f"{'':<10}{'[mm]':>6}{'[mm]':>8}{'[mm]':>6}{'':>9}{'[mm]':>8}{'[mm] ':>7}{'published':>10}")
+    for row in rows:
+        sizes = "".join(
+            f"{_millimetres(row[f'{key}_m']):>{width}}"
+            for key, width in (("bore", 6), ("outside_diameter", 8), ("width", 6))
+        )
+        balls = f"{row['balls']}" + (f" ± {row['balls_doubt']}" if row["balls_doubt"] else "")
+        show_text(
+            f"{row['designation']:<10}{sizes}  {balls:<7}{_millimetres(row['ball_diameter_m']):>8}"
+            f"{_millimetres(row['ball_diameter_doubt_m']):>6} {_range(row['published_dynamic_rating_n'], 1e-3):>10}  "
+            f"{row['found']}"
+        )
+    show_text()
+    for name in sorted({row["found"] for row in rows}):
+        show_text(textwrap.fill(f"{name}: {FOUND[name]}", 80, subsequent_indent="  "))
+    show_text("\nyour own bearings: --catalogue FILE, or YAML files in")
+    show_text(str(own_folder("bearings")))
+
+
+def show_row(result: dict) -> None:
+    """Prints one row with its ratings."""
+    show_text(summary(result) + "\n")
+    clearance = result["radial_clearance_m"]
+    rows = {
+        "bore, outside, width": " x ".join(
+            _millimetres(result[f"{key}_m"]) for key in ("bore", "outside_diameter", "width")
+        )
+        + " mm (ISO 15)",
+        "pitch diameter": f"{_millimetres(result['pitch_diameter_m'])} ± "
+        f"{_millimetres(result['pitch_diameter_doubt_m'])} mm",
+        "groove radius / ball": f"inner {result['inner_conformity']:g}, outer {result['outer_conformity']:g}",
+        "radial clearance": f"{_range(clearance, 1e6)} µm as made; the middle is taken" if clearance else "",
+        "contact angle": f"{math.degrees(result['contact_angle_rad']):.4g}°" if result["contact_angle_rad"] else "",
+        "dynamic rating C": _rating(result, "dynamic", "ISO 281"),
+        "static rating C0": _rating(result, "static", "ISO 76"),
+        "fault frequencies": ", ".join(
+            f"{name.replace('_', ' ')} {value:.5g}" for name, value in result["fault_frequencies_hz"].items()
+        )
+        + f" Hz at {result['speed_rad_s'] * 30.0 / math.pi:.5g} rpm",
+    }
+    for name, value in rows.items():
+        if value:
+            show_text(textwrap.fill(f"{name:<22}{value}", 80, subsequent_indent=" " * 22))
+    show_text()
+    told = result["source"] or result["found_means"]
+    show_text(textwrap.fill(f"{'ball set':<22}{told}", 80, subsequent_indent=" " * 22))
+    show_text(textwrap.fill(f"{'loads':<22}none given; add --load FX,FY,FZ [N]", 80, subsequent_indent=" " * 22))
+
+
+def summary(row: dict) -> str:
+    """One line about a row's ball set and how sure it is."""
+    balls = f"{row['balls']}" + (f" ± {row['balls_doubt']}" if row["balls_doubt"] else "")
+    size, doubt = (_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt"))
+    return f"{row['designation']}: {balls} balls of {size}{f' ± {doubt}' if float(doubt) else ''} mm ({row['found']})"
+
+
+def _millimetres(value) -> str:
+    return "-" if value is None else f"{1e3 * value:.5g}"
+
+
+def _range(pair, scale: float) -> str:
+    if not pair:
+        return "-"
+    low, high = (f"{scale * one:.4g}" for one in pair)
+    return low if low == high else f"{low}-{high}"
+
+
+def _rating(result, name: str, standard: str) -> str:
+    value, published = result[f"basic_{name}_rating_n"], result[f"published_{name}_rating_n"]
+    beside = f"; published {_range(published, 1e-3)} kN" if published else ""
+    return f"{1e-3 * value:.4g} kN by {standard}{beside}"

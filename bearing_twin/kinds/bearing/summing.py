@@ -1,0 +1,186 @@
+"""Outputs of a bearing summed up output by output, so that sums do not depend on how a stream of them is cut."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import kernel
+from bearing_twin.sample import Block, Layout
+
+STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
+MOST_STRETCHES = 256  # that are kept; more are added two by two
+RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
+RING_WIDTH = sum(RING.values())
+AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
+_READ = (
+    "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
+    "pocket_force", *AT_GREATEST, *RING,
+)  # fmt: skip
+MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0
+
+
+class Greatest(NamedTuple):
+    """What is kept of single contacts (2 N,), of a ball's inner one and outer one in turn, over all outputs.
+
+    The greatest load and AT_GREATEST (4, 2 N) there; outputs without a load. `off_even` (1,) [rad] is how far a gap
+    between neighbours came off even spacing, `pocket_force` (1,) [N] the greatest of a cage on a ball.
+    """
+
+    load: np.ndarray
+    there: np.ndarray
+    without: np.ndarray
+    off_even: np.ndarray
+    pocket_force: np.ndarray
+
+
+class Stretches(NamedTuple):
+    """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
+
+    Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side.
+    """
+
+    time: np.ndarray
+    orbit_angle: np.ndarray
+    count: np.ndarray
+    load: np.ndarray
+    torque: np.ndarray
+    drive_torque: np.ndarray
+    roll_rate: np.ndarray
+    speed: np.ndarray
+    cage_slip: np.ndarray
+    ring: np.ndarray
+    ring_least: np.ndarray
+    ring_greatest: np.ndarray
+
+
+LAST = "time", "orbit_angle"
+TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
+
+
+def new_greatest(balls: int) -> Greatest:
+    """Nothing seen yet."""
+    contacts = 2 * balls
+    there, without = np.zeros((len(AT_GREATEST), contacts)), np.zeros(contacts, np.int64)
+    return Greatest(np.zeros(contacts), there, without, np.zeros(1), np.zeros(1))
+
+
+def new_stretches(count: int, balls: int) -> Stretches:
+    """Sums over `count` stretches without an output."""
+    widths = {"orbit_angle": balls, "load": 2 * balls, "torque": balls}
+    found = {name: np.zeros((count, widths[name]) if name in widths else count) for name in Stretches._fields}
+    ring = {name: np.zeros((count, RING_WIDTH)) for name in ("ring", "ring_least", "ring_greatest")}
+    return Stretches(**(found | ring))
+
+
+def columns_of(layout: Layout) -> np.ndarray:
+    """The first column of each channel that is read in a row of all channels."""
+    return np.array([layout.places[name][0].start if name in layout.places else MISSING for name in _READ])
+
+
+@kernel
+def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, sums, stretch):
+    """Adds the outputs `numbers` (count, total width) to `greatest` and to `sums` from row `stretch` on, which is 0.
+
+    Returns how many outputs found room and the row after the last; every call begins a stretch.
+    """
+    load_at, torque_at, drive_at, roll_at = columns[0], columns[1], columns[2], columns[3]
+    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 8
+    ring_at = there_at + len(greatest.there)
+    balls = sums.orbit_angle.shape[1]
+    even = 2.0 * math.pi / balls
+    for number in range(len(numbers)):
+        row, begins = numbers[number], number == 0 or (first_sequence + number) % STRETCH == 0
+        stretch += 1 if begins and number > 0 else 0
+        if stretch == len(sums.time):
+            return number, stretch
+        sums.time[stretch] = 1e-9 * time_ns[number]
+        sums.count[stretch] += 1.0
+        for contact in range(2 * balls):
+            load = row[load_at + contact]
+            sums.load[stretch, contact] += load
+            greatest.without[contact] += 0 if load > 0.0 else 1
+            if load > greatest.load[contact]:
+                greatest.load[contact] = load
+                for k in range(len(greatest.there)):
+                    greatest.there[k, contact] = row[columns[there_at + k] + contact]
+        mean = 0.0
+        for k in range(balls):
+            x, y, z = row[torque_at + 3 * k], row[torque_at + 3 * k + 1], row[torque_at + 3 * k + 2]
+            sums.torque[stretch, k] += math.sqrt(x * x + y * y + z * z)
+            sums.orbit_angle[stretch, k] = row[angle_at + k]
+            mean += row[roll_at + k]
+            if k > 0:
+                off = abs(row[angle_at + k] - row[angle_at + k - 1] - even)
+                greatest.off_even[0] = max(greatest.off_even[0], off)
+            if pocket_at != MISSING:
+                greatest.pocket_force[0] = max(greatest.pocket_force[0], abs(row[pocket_at + k]))
+        sums.roll_rate[stretch] += mean / balls
+        sums.drive_torque[stretch] -= row[drive_at + 2]
+        sums.speed[stretch] += row[speed_at]
+        sums.cage_slip[stretch] += row[slip_at] if slip_at != MISSING else 0.0
+        place = 0
+        for k in range(len(ring_widths)):
+            column = columns[ring_at + k]
+            for axis in range(ring_widths[k]):
+                value = row[column + axis] if column != MISSING else 0.0
+                sums.ring[stretch, place] += value
+                sums.ring_least[stretch, place] = min(value, value if begins else sums.ring_least[stretch, place])
+                sums.ring_greatest[stretch, place] = max(value, value if begins else sums.ring_greatest[stretch, place])
+                place += 1
+    return len(numbers), stretch + 1
+
+
+_RING_WIDTHS = np.array(list(RING.values()))
+
+
+class Sums:
+    """The stretches of a run so far, in memory that does not grow with it, and the greatest of its contacts."""
+
+    def __init__(self, balls: int):
+        self.greatest = new_greatest(balls)
+        self.outputs = self.stretches = 0
+        self._balls = balls
+        self._kept = new_stretches(MOST_STRETCHES + 1, balls)
+
+    def add(self, block: Block, columns: np.ndarray) -> None:
+        """Takes in a block that ends, unless it is the last, before a sequence number divisible by STRETCH."""
+        numbers, times, done = block.matrix(), block.time_ns, 0
+        while done < len(block):
+            taken, self.stretches = _sum_up(
+                columns,
+                _RING_WIDTHS,
+                numbers[done:],
+                times[done:],
+                block.first_sequence + done,
+                self.greatest,
+                self._kept,
+                self.stretches,
+            )
+            done += taken
+            if self.stretches > MOST_STRETCHES:
+                self._halve()
+        self.outputs += len(block)
+
+    def _halve(self) -> None:
+        """Makes one stretch of every two; of an odd number the last stays as it is."""
+        pairs, odd = divmod(self.stretches, 2)
+        for name, kept in self._kept._asdict().items():
+            one, other = kept[0 : 2 * pairs : 2], kept[1 : 2 * pairs : 2]
+            both = other.copy() if name in LAST else TOGETHER.get(name, np.add)(one, other)
+            kept[pairs] = kept[self.stretches - 1]
+            kept[:pairs] = both
+            kept[pairs + odd :] = 0.0
+        self.stretches = pairs + odd
+
+    def from_row(self, first: int) -> dict:
+        """All stretches from number `first` on as one, by the names of `Stretches`."""
+        found = {}
+        for name, kept in self._kept._asdict().items():
+            rows = kept[first : self.stretches]
+            found[name] = rows[-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows, axis=0)
+        return found
+
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times [s] (n,) and orbit angles [rad] (n, N) at the ends of all stretches."""
+        return self._kept.time[: self.stretches], self._kept.orbit_angle[: self.stretches]

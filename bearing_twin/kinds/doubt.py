@@ -1,0 +1,78 @@
+"""What the figures of a run are worth: errors by source, and what was promised of the outputs wanted.
+
+A kind's row names a `Doubt`, which sees the same blocks as the figures; a kind without one knows no error, and says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from bearing_twin.report import Choice
+    from bearing_twin.sample import Block
+
+METHOD, LAW, FRICTION_MODEL, LEFT_OUT = "method", "law", "friction_model", "left_out"
+SOURCES = {
+    METHOD: "of the integration method, by a companion with a tighter tolerance, a bound, or a closed form",
+    LAW: "of the elastic law, against exact Hertz at the geometry met",
+    FRICTION_MODEL: "of the friction model, against friction over the whole spot",
+    LEFT_OUT: "of what the model leaves out: one sentence each, with a number where one can be computed",
+}
+
+
+class Promise(NamedTuple):
+    """One output wanted: its greatest `error` in the norm `norm`, against the `tolerance` asked for.
+
+    `error` is None where none is known. `where` says in which body and when, `mend` what would make it smaller.
+    """
+
+    output: str
+    norm: str
+    error: float | None
+    tolerance: float
+    where: str
+    mend: str
+
+    @property
+    def broken(self) -> bool:
+        """Whether the error is known and exceeds what was asked; a NaN does."""
+        return self.error is not None and not self.error <= self.tolerance
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a run: `figures[key][source]` in the unit and shape of that figure, the `promises`, and `notes`.
+
+    Errors are greatest absolute ones. A source that is missing is not known for that figure; one without effect is 0.
+    `notes` maps sources, and rows of what is left out, to a sentence.
+    """
+
+    figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    promises: tuple[Promise, ...] = ()
+    notes: Mapping[str, str] = field(default_factory=dict)
+
+
+class Doubt(Protocol):
+    """Estimates the errors of a run's figures from its blocks and their records, so that a log gives the same."""
+
+    def add(self, block: Block) -> None:
+        """Takes a block in, in the same pieces as the figures."""
+
+    def errors(self, figures: Mapping[str, Any]) -> Errors:
+        """The errors of these figures so far."""
+
+
+class NothingKnown:
+    """The doubt of a kind that estimates no error."""
+
+    def __init__(self, parameters, choice: Choice):
+        pass
+
+    def add(self, block: Block) -> None:
+        """Takes nothing in."""
+
+    def errors(self, figures: Mapping[str, Any]) -> Errors:
+        """None, which is said."""
+        return Errors(notes={METHOD: "this kind of scene estimates no errors: those of its figures are not known"})

@@ -1,0 +1,87 @@
+"""What a figure is worth: errors by source kept apart and added, and the status that follows from what was promised."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from bearing_twin.kinds.doubt import Errors, Promise
+
+DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
+STATUSES = {
+    DONE: "what was wanted is within the tolerance, as far as errors are known",
+    DOUBTFUL: "an output that was wanted is worse than the tolerance; the flags say by how much",
+    FAILED: "the run broke off, or its energy does not add up: its figures are no result",
+}
+"""What the first word of a report's status means."""
+
+LARGE = 0.1  # of a figure: a greater error is marked
+
+
+class Judgement(NamedTuple):
+    """What follows from errors: the status, sentences for the flags, and the keys that join the figures."""
+
+    status: str
+    flags: tuple[str, ...]
+    keys: dict[str, Any]
+
+
+def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement:
+    """The judgement of a run with these errors and figures whose own status was this."""
+    keys, totals, large = {}, {}, []
+    for figure, parts in errors.figures.items():
+        if figure not in figures or figures[figure] is None or not parts:
+            continue
+        totals[figure] = _added(list(parts.values()))
+        keys[f"{figure}_error"] = totals[figure]
+        if exceeds(figures[figure], totals[figure]):
+            large.append(_said(figure, figures[figure], totals[figure], parts))
+    kept = {figure: dict(errors.figures[figure]) for figure in totals}
+    keys["errors_by_source"] = kept
+    keys["wanted_errors"] = {one.output: _told(one) for one in errors.promises}
+    keys["errors_unknown"] = dict(errors.notes)
+    broken = [one for one in errors.promises if one.broken]
+    flags = [_sentence(one) for one in broken]
+    if large:
+        flags.append(f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(large)}")
+    if broken and status == DONE:
+        status = f"{DOUBTFUL}: {', '.join(one.output for one in broken)}"
+    return Judgement(status, tuple(flags), keys)
+
+
+def exceeds(value, error) -> bool:
+    """Whether an error is over a tenth of its figure; of a list, of its greatest value."""
+    scale, worst = _greatest(value), _greatest(error)
+    return not worst <= LARGE * scale
+
+
+def _added(parts: list):
+    """The sum of errors of several sources: numbers, or lists of equal length."""
+    lists = [part for part in parts if isinstance(part, list)]
+    if not lists:
+        return math.fsum(parts)
+    rows = [part if isinstance(part, list) else [part] * len(lists[0]) for part in parts]
+    return [math.fsum(column) for column in zip(*rows, strict=True)]
+
+
+def _greatest(value) -> float:
+    values = [value] if isinstance(value, (int, float)) else list(value)
+    return math.nan if any(math.isnan(one) for one in values) else max(map(abs, values), default=0.0)
+
+
+def _said(figure: str, value, error, parts: Mapping[str, Any]) -> str:
+    """One figure whose error is large, and its greatest source."""
+    source = max(parts, key=lambda name: _greatest(parts[name]))
+    return f"{figure} {_greatest(value):.2g} +- {_greatest(error):.2g}, mostly {source}"
+
+
+def _told(promise: Promise) -> dict[str, Any]:
+    return {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
+
+
+def _sentence(promise: Promise) -> str:
+    """What was wanted, what came out, and what would mend it."""
+    where = f" ({promise.where})" if promise.where else ""
+    return (
+        f"{promise.output} are off by {promise.error:.2g} {promise.norm}{where}, more than the wanted "
+        f"{promise.tolerance:g}: {promise.mend}"
+    )

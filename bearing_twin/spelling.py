@@ -1,0 +1,60 @@
+"""Which legal word somebody may have meant: words in order of how many slips of the keyboard lie between; echoes."""
+
+from collections.abc import Iterable
+from typing import Any
+
+MOST_NAMED = 48  # legal words in a message
+MOST_NEAR = 3
+LONGEST = 80  # letters compared
+SWAP = 0.75
+LONGEST_ECHO = 60
+
+
+def slips(first: str, second: str) -> float:
+    """Letters to insert, leave out, replace or swap with their neighbour to turn one word into the other.
+
+    The optimal string alignment distance (Damerau 1964; Boytsov 2011, section 2.2), but that a swap counts `SWAP`: what
+    has the same letters is nearer than what has others.
+    """
+    rows = [[float(place) for place in range(len(second) + 1)]]
+    for i, letter in enumerate(first, start=1):
+        row = [float(i)]
+        for j, other in enumerate(second, start=1):
+            fewest = min(rows[-1][j] + 1, row[-1] + 1, rows[-1][j - 1] + (letter != other))
+            if i > 1 and j > 1 and letter == second[j - 2] and first[i - 2] == other:
+                fewest = min(fewest, rows[-2][j - 2] + SWAP)
+            row.append(fewest)
+        rows.append(row)
+    return rows[-1][-1]
+
+
+def nearest(word: Any, legal: Iterable[str], most: int = MOST_NEAR) -> list[str]:
+    """The legal words with the fewest slips from `word`, at most `most` of them; none where all are too many.
+
+    Too many are more than half of the letters of the longer word. Case does not count; what goes on where `word`
+    ends is nearer than what does not.
+    """
+    asked = str(word).lower()[:LONGEST]
+    counted = []
+    for place, one in enumerate(legal):
+        other = one.lower()[:LONGEST]
+        if (number := slips(asked, other)) <= 0.5 * max(len(asked), len(other)):
+            begun = len(asked) > 1 and other.startswith(asked)
+            counted.append((min(number, SWAP) if begun else number, number, place, one))
+    counted.sort()
+    return [one for key, _, _, one in counted if key == counted[0][0]][:most]
+
+
+def unknown(word: Any, legal: Iterable[str]) -> str:
+    """The tail of a message about an unknown word: the nearest legal ones, if any is near, and the legal ones."""
+    legal = [str(one) for one in legal]
+    near = nearest(word, legal)
+    hint = f"did you mean {' or '.join([', '.join(near[:-1]), near[-1]] if near[1:] else near)}? " if near else ""
+    more = f" and {len(legal) - MOST_NAMED} more" if len(legal) > MOST_NAMED else ""
+    return f"{hint}legal: {', '.join(legal[:MOST_NAMED])}{more}"
+
+
+def echo(value: Any) -> str:
+    """The offending value as a user may recognise it, cut to a readable length."""
+    text = repr(value)
+    return text if len(text) <= LONGEST_ECHO else text[: LONGEST_ECHO - 3] + "..."

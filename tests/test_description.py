@@ -1,0 +1,79 @@
+"""robot_description: the URDF of every kind names the frames of its tf tree, and its shapes are the bodies'."""
+
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+from made_up_run import made_up_block, made_up_scene
+
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import ONCE, Output
+from bearing_twin.kinds.urdf import box, sphere, urdf
+from bearing_twin.log import cdr
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.scene import load_scene
+
+PREFIX = "left/"
+SCENES = {
+    "bearing": "bearing_6203",
+    "two_spheres": "two_spheres",
+    "two_discs": "two_discs",
+    "sphere_on_beam": "sphere_on_beam",
+    "ellipsoid_on_plane": "ellipsoid_on_plane",
+    "two_bodies": "two_bodies_groove",
+    "soft_discs": "soft_discs_mean",
+}
+
+
+def described(scene, prefix=""):
+    """The URDF of a scene, parsed."""
+    kind = KINDS[scene.kind]
+    [row] = [topic for topic in kind.topics(scene.parameters) if topic.name == "robot_description"]
+    assert row.rate == ONCE
+    text = row.fields(Output(scene.parameters, "", None, prefix))["data"]
+    return ElementTree.fromstring(text)
+
+
+def test_every_kind_is_described_here():
+    assert set(SCENES) == {name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_every_body_is_a_link_below_the_frame_of_the_scene(kind):
+    scene = load_scene(SCENES[kind])
+    robot = described(scene, PREFIX)
+    root = f"{PREFIX}{KINDS[kind].frame}"
+    wrenches = [topic for topic in KINDS[kind].topics(scene.parameters) if topic.name.endswith("/wrench")]
+    bodies = [f"{PREFIX}{topic.frame}" for topic in wrenches]
+    assert [link.get("name") for link in robot.findall("link")] == [root, *bodies]
+    joints = robot.findall("joint")
+    assert [joint.find("child").get("link") for joint in joints] == bodies
+    assert {joint.find("parent").get("link") for joint in joints} == {root}
+    assert {joint.get("type") for joint in joints} == {"floating"}
+    assert len({joint.get("name") for joint in joints}) == len(joints)
+
+
+def test_links_of_a_bearing_are_the_frames_that_tf_places_and_balls_are_as_thick_as_they_are():
+    scene = made_up_scene()
+    stream = MessageStream(scene, frame_prefix=PREFIX)
+    messages = list(stream.messages(made_up_block(scene, 1)))
+    assert [topic.name for topic, _, _ in messages[:2]] == ["scene", "robot_description"]
+    said = {topic.name: cdr.deserialise(topic.ros_type, data) for topic, _, data in messages}
+    robot = ElementTree.fromstring(said["robot_description"].data)
+    placed = said["/tf"].transforms
+    assert {f"{PREFIX}bearing_link"} | {one.child_frame_id for one in placed} == {
+        link.get("name") for link in robot.findall("link")
+    }
+    assert {one.header.frame_id for one in placed} == {f"{PREFIX}bearing_link"}
+    geometry = scene.parameters.geometry
+    for ball in range(geometry.balls):
+        [shape] = robot.findall(f"link[@name='{PREFIX}ball_{ball}']/visual/geometry/sphere")
+        assert float(shape.get("radius")) == pytest.approx(0.5 * geometry.ball_diameter, rel=1e-8)
+
+
+def test_numbers_colours_and_places_are_written_in_full():
+    text = urdf("base", ["one"], {"one": [sphere(1.25e-7, (0.1, 0.2, 0.3, 1.0)), box((1.0, 2.0, 3.0), (0, 0, 0, 1))]})
+    visuals = ElementTree.fromstring(text).findall("link[@name='one']/visual")
+    assert float(visuals[0].find("geometry/sphere").get("radius")) == 1.25e-7
+    assert visuals[0].find("material/color").get("rgba") == "0.1 0.2 0.3 1"
+    assert np.array_equal(np.fromstring(visuals[1].find("geometry/box").get("size"), sep=" "), (1.0, 2.0, 3.0))

@@ -1,0 +1,61 @@
+"""What a run says of its own figures: errors by source are added, a promise that is broken is never called done."""
+
+import math
+
+import pytest
+
+from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Errors, Promise
+from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, exceeds, judged
+
+FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
+
+
+def promise(error, tolerance=1e-3):
+    return Promise("loads", "over the greatest load", error, tolerance, "ball 3", "tighten it")
+
+
+def test_errors_of_several_sources_are_kept_apart_and_added():
+    parts = {
+        "torque_nm": {METHOD: 0.01, LAW: 0.02},
+        "load_n": {METHOD: [1.0, 2.0, 3.0], LAW: 0.5},
+        "none_j": {LAW: 1.0},
+    }
+    found = judged(Errors(parts), FIGURES, "done")
+    assert found.keys["torque_nm_error"] == 0.03
+    assert found.keys["load_n_error"] == [1.5, 2.5, 3.5]
+    assert found.keys["errors_by_source"] == {key: parts[key] for key in ("torque_nm", "load_n")}
+    assert "none_j_error" not in found.keys
+    assert "speed_rad_s_error" not in found.keys
+    assert (found.status, found.flags) == ("done", ())
+
+
+@pytest.mark.parametrize("error", [2e-3, math.nan, math.inf])
+def test_worse_than_wanted_is_never_done(error):
+    found = judged(Errors(promises=(promise(error),)), FIGURES, "done")
+    assert found.status == f"{DOUBTFUL}: loads"
+    assert "loads are off by" in found.flags[0]
+    assert "wanted 0.001: tighten it" in found.flags[0]
+    assert judged(Errors(promises=(promise(error),)), FIGURES, f"{FAILED}: energy").status == f"{FAILED}: energy"
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-3, None])
+def test_what_keeps_the_promise_or_is_not_known_is_done(error):
+    found = judged(Errors(promises=(promise(error),)), FIGURES, "done")
+    assert (found.status, found.flags) == ("done", ())
+
+
+def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_greatest_source():
+    parts = {"torque_nm": {METHOD: 1e-6, FRICTION_MODEL: 0.3}, "load_n": {METHOD: [1.0, 9.0, 9.9]}}
+    (flag,) = judged(Errors(parts), FIGURES, "done").flags
+    assert "torque_nm 2 +- 0.3, mostly friction_model" in flag
+    assert "load_n" not in flag
+    # An error of a list counts against its greatest value; nothing is within a tenth of zero but zero.
+    assert exceeds(0.0, 1e-12)
+    assert not exceeds(0.0, 0.0)
+    assert exceeds(FIGURES["load_n"], [0.0, 0.0, 11.0])
+    assert exceeds(1.0, math.nan)
+
+
+def test_the_first_word_of_every_status_is_in_the_table():
+    for found in (judged(Errors(), {}, "done"), judged(Errors(promises=(promise(1.0),)), {}, "done")):
+        assert found.status.partition(":")[0] in STATUSES

@@ -1,0 +1,87 @@
+"""Recordings that other programs write from the wire, without our metadata: `report` and `verify` take the scene from
+its topic."""
+
+import json
+
+import pytest
+from mcap.writer import Writer as McapWriter
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as BagWriter
+
+from bearing_twin.command.cli import main
+from bearing_twin.log import cdr
+from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+
+SCENE = load_scene("bearing_6203", ["run.duration=0.06"])
+ARRIVAL = 1_790_000_000_000_000_000  # ns, when a recorder heard the first message
+
+
+def wire(scene, namespaces):
+    """(topic, type, time of arrival [ns], bytes) of everything that nodes in these namespaces publish of a run."""
+    simulation = Simulation(scene)
+    stream, block = MessageStream(scene, choice=simulation.choice), simulation.advance(scene.outputs)
+    for topic, stamp_ns, data in (*stream.messages(block), *stream.flush()):
+        for namespace in namespaces:
+            name = topic.full_name.replace("/bearing/", f"{namespace}/", 1)
+            yield name, topic.ros_type, ARRIVAL + stamp_ns, data
+
+
+def by_rosbags(path, messages):
+    """Written by rosbags, as a bag folder."""
+    with BagWriter(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        connections = {}
+        for name, ros_type, time_ns, data in messages:
+            if name not in connections:
+                definition = cdr.schema_text(ros_type)
+                given = {"msgdef": definition, "rihs01": cdr.type_hash(ros_type)}
+                connections[name] = bag.add_connection(name, ros_type, typestore=cdr._typestore(), **given)
+            bag.write(connections[name], time_ns, data)
+
+
+def by_mcap(path, messages):
+    """Written by the library of the format's authors, as one file."""
+    with path.open("wb") as file:
+        writer, channels = McapWriter(file), {}
+        writer.start(profile="ros2", library="another program")
+        for name, ros_type, time_ns, data in messages:
+            if name not in channels:
+                schema = writer.register_schema(ros_type, "ros2msg", cdr.schema_text(ros_type).encode())
+                channels[name] = writer.register_channel(name, "cdr", schema)
+            writer.add_message(channels[name], time_ns, data, time_ns)
+        writer.finish()
+
+
+def said(capsys, *words):
+    """The result of a command as its JSON."""
+    assert main([*words, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(("write", "name"), [(by_rosbags, "bag"), (by_mcap, "run.mcap")])
+def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_path, capsys):
+    write(tmp_path / name, wire(SCENE, ["/left/bearing"]))
+    log = read_log(tmp_path / name)
+    assert "bearing_twin" not in log.metadata
+    assert log.scene.parameters == SCENE.parameters
+    run = simulate(SCENE)
+    samples = sum(len(block) for block in run.blocks())
+    found = said(capsys, "report", str(tmp_path / name))
+    assert {key: found[key] for key in run.report.figures} == run.report.figures
+    assert found["samples"] == samples
+    assert found["law"] == run.choice.law
+    assert said(capsys, "verify", str(tmp_path / name))["greatest_deviation"] == 0.0
+
+
+def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, capsys):
+    path = tmp_path / "both.mcap"
+    by_mcap(path, wire(SCENE, ["/left", "/right"]))
+    assert main(["verify", str(path)]) == 2
+    sentence = capsys.readouterr().err
+    assert "/left/samples, /right/samples" in sentence
+    assert "--topic" in sentence
+    for topic in ("/left/samples", "/right/samples"):
+        assert said(capsys, "verify", str(path), "--topic", topic)["greatest_deviation"] == 0.0
+        assert said(capsys, "report", str(path), "--topic", topic)["samples"] == SCENE.outputs

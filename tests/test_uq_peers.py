@@ -1,0 +1,85 @@
+"""Studies against chaospy, a library written by others: densities, moments, Sobol indices, correlated inputs.
+
+chaospy draws and expands; the contact time of two spheres is Hertz' closed form, written out here once more.
+"""
+
+import math
+
+import chaospy
+import numpy as np
+import pytest
+
+from bearing_twin import parse_study, run_study
+from bearing_twin.uq.inputs import Joint, read_input
+
+MODULUS, SPEED, RADIUS = "first.material.young_modulus", "motion.first_velocity", "second.radius"
+INPUTS = {
+    MODULUS: {"distribution": "gamma", "mean": 2.1e11, "std": 4.2e10},
+    SPEED: {"distribution": "lognormal", "mean": 20.0, "std": 5.0},
+    RADIUS: {"distribution": "uniform", "low": 10e-3, "high": 30e-3},
+}
+THEIRS = {
+    MODULUS: chaospy.Gamma(25.0, 2.1e11 / 25.0),
+    SPEED: chaospy.LogNormal(math.log(20.0 / 1.0625**0.5), math.log(1.0625) ** 0.5),
+    RADIUS: chaospy.Uniform(10e-3, 30e-3),
+}
+OTHERS = {
+    "truncated_normal": (
+        {"mean": 20.0, "std": 6.0, "low": 5.0, "high": 40.0},
+        chaospy.TruncNormal(5.0, 40.0, 20.0, 6.0),
+    ),
+    "beta": ({"low": 1.0, "high": 3.0, "a": 2.0, "b": 5.0}, chaospy.Beta(2.0, 5.0, 1.0, 3.0)),
+    "exponential": ({"mean": 0.3}, chaospy.Exponential(0.3)),
+}
+QUANTITIES = ("contact_duration", "peak_force")
+
+
+def contact(modulus, speed, radius):
+    """Contact time [s] and peak force [N] of two spheres by Hertz, the second one with the modulus of its scene."""
+    stiffness = 4.0 / 3.0 / (0.91 / modulus + 0.91 / 2.1e11) * np.sqrt(1.0 / (1.0 / 19.05e-3 + 1.0 / radius))
+    approach = (1.25 * 0.5 * 0.2258 * speed**2 / stiffness) ** 0.4
+    shape = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
+    return shape * approach / speed, stiffness * approach**1.5
+
+
+def summary(**changes):
+    mapping = {"scene": "two_spheres", "inputs": INPUTS, "quantities": list(QUANTITIES), "modality": "no", **changes}
+    return run_study(parse_study(mapping, "peers")).summary["quantities"]
+
+
+@pytest.mark.parametrize("name", [*INPUTS, *OTHERS])
+def test_quantiles_and_densities_of_inputs_are_theirs(name):
+    given, theirs = (INPUTS[name], THEIRS[name]) if name in INPUTS else OTHERS[name]
+    mine = read_input("x", given if name in INPUTS else {"distribution": name, **given})
+    share = np.array([1e-3, 0.05, 0.3, 0.5, 0.9, 0.999])
+    assert mine.ppf(share) == pytest.approx(np.asarray(theirs.inv(share)), rel=1e-6)
+    assert mine.pdf(mine.ppf(share)) == pytest.approx(np.asarray(theirs.pdf(mine.ppf(share))), rel=1e-6)
+
+
+def test_correlated_inputs_follow_their_copula():
+    correlation = np.array([[1.0, 0.6], [0.6, 1.0]])
+    keys = (MODULUS, RADIUS)
+    joint = Joint([read_input(key, INPUTS[key]) for key in keys], {keys: 0.6})
+    theirs = chaospy.Nataf(chaospy.J(*(THEIRS[key] for key in keys)), correlation)
+    unit = np.random.default_rng(1).random((200, 2))
+    assert joint.values(unit) == pytest.approx(np.asarray(theirs.inv(unit.T)).T, rel=1e-6)
+
+
+SETTINGS = {"chaos": {}, "ensemble": {"sampler": "sobol", "samples": 2048, "sensitivity": 2048}}
+
+
+@pytest.mark.parametrize("method", SETTINGS)
+def test_moments_and_sobol_indices_are_those_of_their_expansion(method):
+    joint = chaospy.J(*THEIRS.values())
+    nodes, weights = chaospy.generate_quadrature(6, joint, rule="gaussian")
+    basis = chaospy.generate_expansion(4, joint)
+    found = summary(method=method, **SETTINGS[method])
+    for name, values in zip(QUANTITIES, contact(*nodes), strict=True):
+        scale = float(np.mean(values))
+        theirs = chaospy.fit_quadrature(basis, nodes, weights, values / scale)
+        mine, near = found[name], 1e-4 if method == "chaos" else 0.02
+        assert mine["mean"] == pytest.approx(scale * float(chaospy.E(theirs, joint)), rel=near)
+        assert mine["std"] == pytest.approx(scale * float(chaospy.Std(theirs, joint)), rel=near)
+        for kind, indices in (("first", chaospy.Sens_m(theirs, joint)), ("total", chaospy.Sens_t(theirs, joint))):
+            got = [mine["sobol"][key][kind]["value"] for key in THEIRS]
+            assert got == pytest.approx(list(indices), abs=near)
