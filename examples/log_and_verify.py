@@ -7,13 +7,15 @@ import numpy as np
 
 from bearing_twin import load_scene, read_log, simulate, write_log
 
-scene = load_scene("bearing_6205", ["run.duration=0.1", "materials.ball=silicon_nitride"])
+scene = load_scene(
+    "bearing_6205", ["run.duration=0.1", "drive.offset=[0.0,-4e-6,0.0]", "materials.ball=silicon_nitride"]
+)
 Path("ceramic.mcap").unlink(missing_ok=True)  # a log is never overwritten
 write_log(simulate(scene), "ceramic.mcap")
 log = read_log("ceramic.mcap")
 logged = np.concatenate([block.values["normal_load"][:, 0, 1] for block in log.blocks()])  # N, ball 0, outer raceway
 again = np.concatenate([block.values["normal_load"][:, 0, 1] for block in simulate(log.scene).blocks()])
-steel = load_scene("bearing_6205", ["run.duration=0.1"])
+steel = load_scene("bearing_6205", ["run.duration=0.1", "drive.offset=[0.0,-4e-6,0.0]"])
 other = np.concatenate([block.values["normal_load"][:, 0, 1] for block in simulate(steel).blocks()])
 
 figure, axes = plt.subplots(figsize=(8, 4.5), layout="constrained")
