@@ -48,7 +48,7 @@ def test_imex_rings_where_slip_ought_to_die_within_a_step():
 
 
 def test_imex_at_eight_microseconds_is_refused_and_would_fail():
-    with pytest.raises(SceneError, match="use .* s or less"):
+    with pytest.raises(SceneError, match=r"use .* s or less"):
         motion(*TURNED_REST, "solver.step=8e-6", stepper="imex")
     moving = motion(*TURNED_REST, stepper="imex")
     good = moving.advance(np.array([2e-3]), 2e-3)

@@ -67,6 +67,8 @@ class Doubt(Protocol):
 class NothingKnown:
     """The doubt of a kind that estimates no error."""
 
+    in_stretches = False
+
     def __init__(self, parameters, choice: Choice):
         pass
 
