@@ -111,7 +111,7 @@ test: setup $(STAMPS)/variants
 	$(call stage,tests)
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest $(T)
 
-test-environments: setup
+test-environments: setup $(STAMPS)/docs
 	$(call stage,tests of environments)
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest -m environment -v $(T)
 
