@@ -6,11 +6,12 @@ import numpy as np
 
 from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
+from bearing_twin.kinds.bearing.error_scales import error_scales
 from bearing_twin.kinds.bearing.integrate import Chunk, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.partners import Loading, caged_start, partners_of, settled_start
+from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
@@ -23,8 +24,6 @@ from bearing_twin.stopping import SIGNALLED
 NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
-APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
-STEP_SHARE = 0.2  # share of the wanted accuracy that one adaptive step may spend
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
@@ -50,18 +49,15 @@ class BearingMotion:
         self.stepper = choice.stepper
         self.stop = SIGNALLED
         self.loading = Loading(parameters)
-        # A load errs with its approach; friction, over mu N, by at most the error of the slip over this speed.
-        speed = parameters.contact.friction_regularisation
-        radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
-        unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
-        self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
-        self.partners = partners_of(parameters, self.scales)
-        self.longest_chunk = None if self.partners.active else LONGEST_ALONE
+        partners = partners_of(parameters)
+        self.longest_chunk = None if partners.active else LONGEST_ALONE
         if self.bearing.ring:
-            start, self._start_border = settled_start(parameters, choice.law, self.partners)
+            start, self._start_border = settled_start(parameters, choice.law, partners)
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
-            start, self._start_border = caged_start(start, self.partners)
+            start, self._start_border = caged_start(start, partners)
+        self.scales = error_scales(parameters, self.bearing, start, partners.active)
+        self.partners = partners._replace(scales=border_scales(parameters, self.scales))
         self._start = start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:

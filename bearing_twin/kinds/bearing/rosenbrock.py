@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
+    BORDERED_ROWS,
     CARRIED_INNER,
     COLUMNS,
     END,
@@ -216,7 +217,9 @@ def _judge(task, coupling, ball, count, dense, counts, blocks):
 @kernel
 def _blocks_of(coupling, balls):
     """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
-    return new_blocks(balls if len(coupling) > 0 else 1, ROSENBROCK_ROWS)
+    if len(coupling) > 0:
+        return new_blocks(balls, BORDERED_ROWS)
+    return new_blocks(1, ROSENBROCK_ROWS)
 
 
 @kernel
