@@ -53,7 +53,11 @@ setup(
         "zstandard>=0.22",
         "rich>=13.0",
     ],
-    extras_require={"dask": ["distributed>=2024.1"]},
+    extras_require={
+        "completion": ["argcomplete>=3.1"],
+        "dask": ["distributed>=2024.1"],
+        "export": ["pandas>=2.2", "pyarrow>=15.0", "xarray>=2024.3", "h5netcdf>=1.3", "h5py>=3.10"],
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),

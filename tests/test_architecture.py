@@ -19,6 +19,7 @@ GROUND = (
         "code_cache",
         "compiled",
         "errors",
+        "extras",
         "spelling",
         "units",
         "parameters",

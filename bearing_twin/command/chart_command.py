@@ -8,6 +8,7 @@ from bearing_twin.command.outcome import Outcome
 from bearing_twin.errors import BearingTwinError
 
 HELP = "accuracy against speed of steppers, laws, friction and samplers; the figures of papers on bounces and impacts"
+EXAMPLES = ("bearing_twin chart laws --out charts", "bearing_twin chart steppers")
 
 CHARTS = {  # name: module in charts/, what it shows
     "steppers": ("work_precision", "error in load and friction against cost"),
@@ -31,9 +32,8 @@ OPTIONS = {"problem": ("steppers",), "only": SHEETS}  # option: the charts it go
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `chart` to its parser."""
-    parser.add_argument(
-        "chart", choices=tuple(CHARTS), help="; ".join(f"{name}: {text}" for name, (_, text) in CHARTS.items())
-    )
+    which = "; ".join(f"{name}: {text}" for name, (_, text) in CHARTS.items())
+    parser.add_argument("chart", choices=tuple(CHARTS), metavar="CHART", help=which.replace("%", "%%"))
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
     parser.add_argument(
         "--problem", action="append", metavar="NAME", help="of steppers: only this one; may be repeated"

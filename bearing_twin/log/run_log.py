@@ -94,6 +94,12 @@ class LogStream:
         for block in self.blocks():
             yield from block
 
+    def to_xarray(self):
+        """The whole log as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
+        from bearing_twin.run.dataset import dataset_of
+
+        return dataset_of(self)
+
     def blocks(self) -> Iterator[Block]:
         """The blocks as recorded; raises LogError where the log is damaged or outputs are missing."""
         self.missing = 0

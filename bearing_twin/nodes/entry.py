@@ -43,7 +43,13 @@ def _run(name: str) -> int:
         signal.signal(number, lambda *_: os._exit(0))
     try:
         importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
-        return importlib.import_module(f"bearing_twin.nodes.{name}").main()
+        node = importlib.import_module(f"bearing_twin.nodes.{name}")
+        if hasattr(node, "PARAMETERS") and {"-h", "--help"} & set(sys.argv[1:]):
+            from bearing_twin.nodes.node_parameters import help_of
+
+            print(help_of(name, node.__doc__.partition("\n\n")[0].replace("\n", " "), node.PARAMETERS))
+            return 0
+        return node.main()
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)
     except ModuleNotFoundError as error:

@@ -283,6 +283,12 @@ class Run:
         for block in self.blocks():
             yield from block
 
+    def to_xarray(self):
+        """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
+        from bearing_twin.run.dataset import dataset_of
+
+        return dataset_of(self)
+
 
 def simulate(
     scene: Scene | str, progress: Callable[[float], None] | None = None, failure: Failure | None = None
