@@ -162,7 +162,9 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
     # what --system-site-packages does for Debian's Python, for one that lives in a virtual environment itself
     seen = f"import site; site.addsitedir({str(next((system / 'lib').glob('python3*')) / 'site-packages')!r})"
     place = f"{tmp_path}/twin_venv/lib/python3.{sys.version_info.minor}/site-packages/system.pth"
-    there |= {"AMENT_PREFIX_PATH": str(system), "ROS_DISTRO": "jazzy"}
+    # what /opt/ros/jazzy/setup.bash sets; the wheels keep libraries of others in folders of their own
+    libraries = ":".join(map(str, [system / "lib", *(system / "lib").glob("python3*/site-packages/ros_*.libs")]))
+    there |= {"AMENT_PREFIX_PATH": str(system), "ROS_DISTRO": "jazzy", "LD_LIBRARY_PATH": libraries}
     (tmp_path / "colcon.yaml").write_text(
         f"build: {{cmake-args: [-DCMAKE_PROJECT_INCLUDE={source}/cmake/relocate.cmake, -DBUILD_TESTING=OFF, -Wno-dev]}}"
     )
