@@ -57,6 +57,7 @@ def as_restructured_text(app, what, name, obj, options, lines: list[str]) -> Non
 
 
 def setup(app) -> None:
-    """Connects the two."""
+    """Connects the two; the index is read again at every build, for pages that are new."""
+    app.connect("env-get-outdated", lambda *_: ["index"])
     app.connect("source-read", filled_in)
     app.connect("autodoc-process-docstring", as_restructured_text)
