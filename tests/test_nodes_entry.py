@@ -102,6 +102,11 @@ def test_a_missing_ros_is_named():
     one_sentence(run("", python=without("rclpy", "sim_node")), "ROS 2 cannot be imported", "source env.bash")
 
 
+@pytest.mark.parametrize("name", ["sim_node", "uq_node"])
+def test_a_missing_python_package_is_named(name):
+    one_sentence(run("", python=without("numba", name)), f"{name}: the Python package numba is not installed", "rosdep")
+
+
 def test_the_executables_of_the_package_are_these():
     assert all(callable(getattr(entry, name)) for name in ("sim_node", "recorder_node", "replay_node", "uq_node"))
 

@@ -17,7 +17,7 @@ import textwrap
 from bearing_twin import __version__
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import complete
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.processors import one_processor
 from bearing_twin.report import json_text, plain_json
 
@@ -48,6 +48,9 @@ def main(argv=None) -> int:
             return _main(sys.argv[1:] if argv is None else list(argv))
     except BearingTwinError as error:
         print(f"bearing_twin: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except ModuleNotFoundError as error:
+        print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         print("bearing_twin: interrupted; what was written so far is kept", file=sys.stderr)

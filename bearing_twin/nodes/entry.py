@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.processors import one_processor
 
 
@@ -57,7 +57,9 @@ def _run(name: str) -> int:
         return node.main()
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)
-        return 2
+    except ModuleNotFoundError as error:
+        print(f"{name}: {missing_package(error)}", file=sys.stderr)
+    return 2
 
 
 if __name__ == "__main__":
