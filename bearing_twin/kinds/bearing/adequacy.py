@@ -36,13 +36,17 @@ def _jump(parameters, share) -> str:
     )
 
 
-def _hurry(parameters, share) -> str:
+def hurried(parameters) -> bool:
+    """Whether the scene's change of speed comes faster than balls follow in rolling."""
     drive = parameters.drive
-    hurried = drive.change.time and drive.change.speed
     slowest = min(abs(drive.speed), abs(drive.speed + drive.change.speed))
-    if hurried and drive.acceleration > FASTEST_CHANGE * max(slowest, 1.0):
-        return f"at {drive.acceleration:g} rad/s^2 the speed changes faster than balls follow in rolling"
-    return ""
+    return bool(drive.change.time and drive.change.speed) and drive.acceleration > FASTEST_CHANGE * max(slowest, 1.0)
+
+
+def _hurry(parameters, share) -> str:
+    if not hurried(parameters):
+        return ""
+    return f"at {parameters.drive.acceleration:g} rad/s^2 the speed changes faster than balls follow in rolling"
 
 
 def _spin(parameters, share) -> str:

@@ -1,6 +1,7 @@
 """From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
 
 import functools
+import math
 
 import numpy as np
 
@@ -54,7 +55,8 @@ class BearingMotion:
         speed = parameters.contact.friction_regularisation
         radius, pitch = self.bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
         unit = [APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3]
-        self.scales = parameters.wanted.tolerance * STEP_SHARE * np.array(unit)
+        tolerance = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
+        self.scales = tolerance * STEP_SHARE * np.array(unit)
         self.partners = partners_of(parameters, self.scales)
         self.longest_chunk = None if self.partners.active else LONGEST_ALONE
         if self.bearing.ring:
