@@ -15,6 +15,7 @@ CHARTS = {  # name: module in charts/, what it shows
     "laws": ("laws", "error and cost of the elastic laws"),
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
     "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
+    "fidelity": ("fidelity", "what is chosen for bearings: error against what was wanted, cost against the least"),
     "dimensions": ("dimensions", "equilibria against balls that move: error and cost over speed and load"),
     "samplers": ("samplers", "error of mean and deviation of a contact time against realisations and cost"),
     "coverage": ("coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples"),
@@ -24,7 +25,7 @@ CHARTS = {  # name: module in charts/, what it shows
     "paper2": ("paper2", "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them"),
 }
 SAYING = ("coverage", "cost")  # charts that say what they measure
-SHARES = {"samplers": "sampling", "dimensions": "running"}  # charts that tell the share done, and of what
+SHARES = {"samplers": "sampling", "dimensions": "running", "fidelity": "trying"}  # tell the share done, and of what
 SHEETS = ("studies", "paper2")
 OPTIONS = {"problem": ("steppers",), "only": SHEETS}  # option: the charts it goes with
 

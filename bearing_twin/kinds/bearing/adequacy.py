@@ -58,7 +58,13 @@ def _spin(parameters, share) -> str:
     )
 
 
-DOUBTS = (_start, _jump, _hurry, _spin)
+def _spacing(parameters, share) -> str:
+    if parameters.cage.kind != "none" or not any(parameters.drive.offset[:2]):
+        return ""
+    return "what a ball carries depends on where it is, and no cage keeps the balls evenly spaced"
+
+
+DOUBTS = (_start, _jump, _hurry, _spin, _spacing)
 """What may speak against equilibria: functions of parameters and the share that give a sentence, or ""."""
 
 

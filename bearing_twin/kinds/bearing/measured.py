@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
-from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.paths import share_path
@@ -19,7 +18,9 @@ from bearing_twin.paths import share_path
 STICKY = 1e-3  # m/s: a regularisation of friction below this is like the sticking one of the table
 FAST = 3e5  # mm/min of speed times pitch diameter, the n d_m of catalogues
 LOOSEST = 30.0  # times the wanted tolerance
-LIKE_MEASURED = 10.0  # what a scene of the same motion may err more than the one measured
+LIKE_MEASURED = 30.0, 2.0  # what a scene of the same motion may err more: settings looser than wanted, and others
+LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
+FINEST = 1e-9  # no setting is finer
 SPREAD = 0.05  # of costs, measured again
 ROOM = 1.1  # ball diameters from centre to centre: less, and neighbours soon meet
 RATES = (1000.0, 100.0)  # outputs a second, of the columns of costs of dimensions
@@ -58,6 +59,10 @@ def _sticks(parameters) -> bool:
     return parameters.contact.friction_regularisation <= STICKY
 
 
+def _uneven(parameters) -> bool:
+    return any(parameters.drive.offset[:2]) or bool(cage_needed(parameters))
+
+
 def _fast(parameters) -> bool:
     turns = 60.0 * abs(parameters.drive.speed) / (2.0 * math.pi)
     return turns * 1e3 * parameters.geometry.pitch_diameter >= FAST
@@ -67,7 +72,7 @@ MOTIONS = {
     "sudden": ("the ring jumps", _jump),
     "sliding": ("balls start from rest", _rest),
     "sticking": ("friction is regularised below 1 mm/s", _sticks),
-    "lift-off": ("balls leave a raceway", lambda parameters: bool(cage_needed(parameters))),
+    "lift-off": ("the load of a ball changes on its way round", _uneven),
     "fast": ("speed times pitch diameter is above 3e5 mm/min", _fast),
     "settled": ("balls roll", lambda parameters: True),
 }
@@ -87,7 +92,9 @@ def unmeasured(parameters) -> str:
         return "a cage"
     if dimension_of(parameters) == FREE_RING:
         return "a ring that moves"
-    geometry = parameters.geometry
+    contact, geometry = parameters.contact, parameters.geometry
+    if 0.0 < contact.relaxation_time < LEAST_DAMPING:
+        return "so little damping"
     room = geometry.pitch_diameter * math.sin(math.pi / geometry.balls) / geometry.ball_diameter
     return "balls that can touch" if geometry.balls > 1 and room < ROOM else ""
 
@@ -108,14 +115,17 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
     return {key: tuple(sorted(rungs, reverse=True)) for key, rungs in found.items()}
 
 
-def _enough(rungs: tuple[Rung, ...], wanted) -> Rung | None:
-    """The loosest rung that keeps what is wanted; one looser than the wanted tolerance LIKE_MEASURED times over."""
+def _enough(rungs: tuple[Rung, ...], wanted: float) -> Rung | None:
+    """The loosest rung that keeps a tolerance LIKE_MEASURED times over; beyond the tightest errors fall as settings."""
     for rung in rungs:
-        worst = rung.load_error if wanted.outputs == LOADS else max(rung.load_error, rung.friction_error)
-        margin = LIKE_MEASURED if rung.setting > wanted.tolerance else 1.0
-        if worst * margin <= wanted.tolerance and rung.setting <= LOOSEST * wanted.tolerance:
+        worst = max(rung.load_error, rung.friction_error)
+        if worst * LIKE_MEASURED[rung.setting <= wanted] <= wanted and rung.setting <= LOOSEST * wanted:
             return rung
-    return None
+    if not rungs:
+        return None
+    share = min(1.0, wanted / (LIKE_MEASURED[True] * max(rungs[-1].load_error, rungs[-1].friction_error)))
+    last = rungs[-1]._replace(setting=min(wanted, share * rungs[-1].setting))
+    return last._replace(load_error=share * last.load_error, friction_error=share * last.friction_error)
 
 
 def predictions(parameters) -> list[Prediction]:
@@ -125,12 +135,13 @@ def predictions(parameters) -> list[Prediction]:
     """
     found = []
     for stepper in ROSENBROCK:
-        rungs = {one: _enough(ladders().get((one, stepper), ()), parameters.wanted) for one in motions_of(parameters)}
+        motions, wanted = motions_of(parameters), parameters.wanted.tolerance
+        rungs = {one: _enough(ladders().get((one, stepper), ()), wanted) for one in motions}
         if None in rungs.values():
             continue
         # The motion that costs most decides; what it errs by at a setting tighter than its own is less than measured.
         motion, worst = max(rungs.items(), key=lambda one: one[1].cost)
-        setting = min(rung.setting for rung in rungs.values())
+        setting = max(FINEST, min(rung.setting for rung in rungs.values()))
         found.append(Prediction(motion, stepper, *worst._replace(setting=setting)))
     least = min((one.cost for one in found), default=0.0)
     return sorted(found, key=lambda one: one.cost if one.cost > (1.0 + SPREAD) * least else least)

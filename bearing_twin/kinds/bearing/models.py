@@ -8,7 +8,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, share_at_start, still_error
-from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, motions_of, predictions, unmeasured
+from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, predictions, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
@@ -81,11 +81,8 @@ def _stepper(parameters) -> tuple[str, Prediction | None, str]:
     if unlike:
         return DEFAULT, None, f"{DEFAULT} at the wanted tolerance, because no stepper was measured with {unlike}"
     found, wanted = predictions(parameters), parameters.wanted
-    if not found:
-        like = " and ".join(motions_of(parameters))
-        return DEFAULT, None, f"{DEFAULT} at the wanted tolerance, finer than any stepper was measured ({like})"
     first, *others = found
-    worst = first.load_error if wanted.outputs == LOADS else max(first.load_error, first.friction_error)
+    worst = max(first.load_error, first.friction_error)
     why = (
         f"{first.stepper} at a tolerance of {first.setting:g}, because it was the cheapest within the wanted "
         f"{wanted.tolerance:g} where the motion was most like this one ({first.motion}): off by {worst:.2g}"
