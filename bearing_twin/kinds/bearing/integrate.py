@@ -10,7 +10,7 @@ from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
 from bearing_twin.kinds.bearing.linear_system import new_coupling
-from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
@@ -46,6 +46,19 @@ def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
     if stepper == "imex":
         return imex_chunk(*what, chunk.step, *moving[:2], results)
     return scipy_chunk(SCIPY[stepper], *what, REFERENCE_SHARE * chunk.scales, *moving[:2], results)
+
+
+def groups_of(near) -> list[list[int]]:
+    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
+    balls = len(near)
+    first = next((k for k in range(balls) if not near[k - 1]), 0)
+    groups = [[first]]
+    for k in range(first + 1, first + balls):
+        if near[(k - 1) % balls]:
+            groups[-1].append(k % balls)
+        else:
+            groups.append([k % balls])
+    return groups
 
 
 def _by_rosenbrock(task, partners, near, moving, results) -> int:
