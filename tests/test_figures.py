@@ -193,7 +193,10 @@ def late_half(outputs, half, begun=0):
     load = np.where(late, 30.0, 10.0)
     load[half // 2] = 100.0
     values["normal_load"] = load[:, None, None] * np.array([1.0, 2.0])[None, :, None] * np.ones((1, 1, 2))
-    values["inner_ring_torque"] = np.where(late, -0.3, -0.1)[:, None] * np.array([0.0, 0.0, 1.0])
+    torque = np.where(late, 0.3, 0.1)
+    values["inner_ring_torque"] = -torque[:, None] * np.array([0.0, 0.0, 1.0])
+    values["inner_ring_angle"] = np.cumsum(np.full(outputs, 0.18))
+    values["drive_work"] = np.cumsum(0.18 * torque)
     values["raceway_torque"] = np.where(late, 1.0, 9.0)[:, None, None] * np.array([3.0, 0.0, -4.0]) * np.ones((1, 2, 1))
     values["roll_rate"] = np.where(late, -7.0, -5.0)[:, None] * np.ones((1, 2))
     values["orbit_angle"] = np.cumsum(np.where(late, 0.07, 0.05))[:, None] * np.ones((1, 2))
@@ -292,5 +295,5 @@ def test_the_figures_of_a_bearing_take_memory_that_does_not_grow():
     for number in range(2000):
         figures.add(dataclasses.replace(block, first_sequence=50 * number, time_ns=block.time_ns + 50_000_000 * number))
     sums = figures._sums
-    assert len(sums.ends()[0]) <= MOST_STRETCHES
+    assert len(sums.times()) <= MOST_STRETCHES
     assert figures.samples == sums.from_row(0)["count"] == 100_000
