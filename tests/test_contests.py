@@ -7,7 +7,15 @@ import os
 
 import pytest
 
-from bearing_twin.charts import bearing_laws, contest, newcomers, scene_contests, stability, stability_picture
+from bearing_twin.charts import (
+    bearing_laws,
+    bearing_outputs,
+    contest,
+    newcomers,
+    scene_contests,
+    stability,
+    stability_picture,
+)
 from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Kept, Row, Task, Wanted, answers_of, rows_of
 from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError
@@ -148,6 +156,17 @@ def test_a_contest_writes_picture_and_table(tmp_path, monkeypatch, capsys):
     assert main(["chart", "beams", "--read", "--out", str(tmp_path)]) == 2
     assert "closed_form" in made.reading[0]
     assert [row["status"] for row in csv.DictReader((tmp_path / "pairs.csv").open())].count(REFUSED) == 2
+
+
+def test_peaks_need_outputs_and_quantiles_need_samples(monkeypatch):
+    monkeypatch.setattr(bearing_outputs, "FINEST", 2e4)
+    few, many = (bearing_outputs.judge_rate("lift-off", "heaviest load", rate, 0.0).error for rate in (100.0, 1e4))
+    assert many < few
+    for name, value in (("SEEDS", 1), ("TRUE_SAMPLES", 16)):
+        monkeypatch.setattr(bearing_outputs, name, value)
+    row = bearing_outputs.judge_quantile("tolerances", "sobol", 8.0, 0.0)
+    assert (row.status, row.evaluations) == (DONE, 8)
+    assert 0.0 < row.error < 3.0
 
 
 def test_what_charts_there_are_and_words_that_fit_none(capsys):
