@@ -36,7 +36,12 @@ setup(
         "zstandard>=0.22",
         "rich>=13.0",
     ],
-    extras_require={"dask": ["distributed>=2024.1"]},
+    extras_require={
+        "dask": ["distributed>=2024.1"],
+        "rerun": ["rerun-sdk>=0.41"],
+        "view": ["playwright>=1.40", "imageio-ffmpeg>=0.5"],
+    },
+    package_data={f"{PACKAGE}.view": ["*.js", "*.css", "*.html", "libraries/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -50,6 +55,7 @@ setup(
             "recorder_node = bearing_twin.nodes.entry:recorder_node",
             "replay_node = bearing_twin.nodes.entry:replay_node",
             "uq_node = bearing_twin.nodes.entry:uq_node",
+            "watch_node = bearing_twin.nodes.entry:watch_node",
         ],
     },
 )

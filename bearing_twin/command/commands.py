@@ -13,9 +13,12 @@ from bearing_twin.command import (
     compile_command,
     contact_command,
     explain_command,
+    layouts_command,
     node_command,
     study_command,
     topics_command,
+    view_command,
+    watch_command,
 )
 from bearing_twin.command.outcome import Outcome, failure_kept, listed, new_log, picture_path
 from bearing_twin.errors import BearingTwinError
@@ -274,7 +277,10 @@ COMMANDS = {
     "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
     "bearing": Command(bearing_command.HELP, bearing_command.add_arguments, bearing_command.run),
     "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
+    "view": Command(view_command.HELP, view_command.add_arguments, view_command.run),
     "node": Command(node_command.HELP, node_command.add_arguments, node_command.run),
     "topics": Command(topics_command.HELP, topics_command.add_arguments, topics_command.run),
+    "layouts": Command(layouts_command.HELP, layouts_command.add_arguments, layouts_command.run),
+    "watch": Command(watch_command.HELP, watch_command.add_arguments, watch_command.run),
     "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
 }

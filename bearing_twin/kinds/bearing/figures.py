@@ -122,8 +122,7 @@ class BearingFigures:
         return {
             "time": 1e-9 * int(block.time_ns[row]),
             "orbit_angle": block.values["orbit_angle"][row].copy(),
-            "ring_angle": float(block.values["inner_ring_angle"][row]),
-            "drive_work": math.nan,
+            "turned": (values.get("drive_work", math.nan), float(block.values["inner_ring_angle"][row])),
             **values,
         }
 

@@ -10,7 +10,7 @@ from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apar
 from bearing_twin.kinds.bearing.error_scales import error_scales
 from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
-from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, rows_of, write_outputs
+from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.start import bearing_of, start_state

@@ -31,4 +31,5 @@ BEARING = Kind(
     catalogue=late(f"{HERE}.catalogue:scenes"),
     completed=late(f"{HERE}.catalogue:completed"),
     picture=late(f"{HERE}.picture:BearingPicture"),
+    view=late(f"{HERE}.view:view"),
 )

@@ -17,7 +17,7 @@ _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
     "pocket_force", "drive_work", "inner_ring_angle", *AT_GREATEST, *RING,
 )  # fmt: skip
-MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0, work unknown
+MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0
 
 
 class Greatest(NamedTuple):
@@ -35,7 +35,7 @@ class Greatest(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """Sums over stretches of outputs, one row each; what LAST names is that of their last outputs.
+    """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
 
     So are `turned` (2,), the drive's work [J] and the inner ring's angle [rad].
 
@@ -98,8 +98,6 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
         if stretch == len(sums.time):
             return number, stretch
         sums.time[stretch] = 1e-9 * time_ns[number]
-        sums.drive_work[stretch] = row[work_at] if work_at != MISSING else math.nan
-        sums.ring_angle[stretch] = row[columns[9]]
         sums.count[stretch] += 1.0
         for contact in range(2 * balls):
             load = row[load_at + contact]

@@ -51,23 +51,12 @@ class WatchedMotion(BearingMotion):
         self._found: np.ndarray | None = None
         super().reset()
 
-    def ask(self, share: float) -> None:
-        """Back to the start with a setting this many times looser; the tolerance that is kept stays."""
-        scales, step, border = self._asked
-        self._asked = share * scales, step, share * border
-        self.reset()
-
     def _set(self, setting: float) -> None:
         """Takes steps that spend this share of what the scene allows them."""
         scales, border = self._asked
         self.step *= (setting / self.setting) ** (1.0 / STEPPER_FACTS[self.stepper].order)
         self.scales, self.partners = setting * scales, self.partners._replace(scales=setting * border)
         self.setting = setting
-
-    def _follow(self) -> None:
-        super()._follow()
-        scales, _, border = self._asked
-        self._asked = scales, self.step / self.setting ** (1.0 / STEPPER_FACTS[self.stepper].order), border
 
     @property
     def tolerance(self) -> float:
