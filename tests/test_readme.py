@@ -12,6 +12,7 @@ from doc_tables import PAGES, ROOT, TABLES, names_in, written
 
 from bearing_twin.command import cli
 from bearing_twin.command.chart_table import ALL, CHARTS
+from bearing_twin.command.node_start import NODES
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
@@ -91,6 +92,8 @@ def shortened(words):
     """The words of a command that takes little time, and whether it is to be run or only read."""
     command = words[0]
     arguments = cli._parsers()[0].parse_args(words)
+    if command == "node":
+        return words, False  # tests/test_journeys.py runs them
     if command == "simulate":
         overrides = [*arguments.set, *([f"run.duration={arguments.duration}"] if arguments.duration else [])]
         scene = load_scene(arguments.scene, overrides)
@@ -158,6 +161,8 @@ def test_nodes_topics_and_launch_files_exist():
         assert f'"{line.split()[3]} = ' in setup, line
     for _, line in lines("ros2 launch"):
         assert (ROOT / "launch" / line.split()[3]).is_file(), line
-    for _, line in lines("ros2 topic"):
+    for _, line in lines("bearing_twin node start"):
+        assert line.split()[3] in NODES, line
+    for _, line in lines("bearing_twin node topic"):
         (topic,) = (word for word in line.split() if word.startswith("/"))
         assert topic in known | own, line

@@ -9,6 +9,7 @@ from bearing_twin.command.outcome import Outcome
 from bearing_twin.errors import BearingTwinError
 
 HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
+EXAMPLES = ("bearing_twin chart laws --out charts", "bearing_twin chart steppers", "bearing_twin chart --list")
 
 OPTIONS = {  # option: the charts it goes with
     "problem": made_by("problems", "contest"),
@@ -22,7 +23,9 @@ OPTIONS = {  # option: the charts it goes with
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `chart` to its parser."""
     texts = "; ".join(f"{name}: {chart.shows}" for name, chart in CHARTS.items()).replace("%", "%%")
-    parser.add_argument("chart", nargs="?", choices=(*CHARTS, ALL), help=f"{texts}; {ALL}: every one of them")
+    parser.add_argument(
+        "chart", nargs="?", choices=(*CHARTS, ALL), metavar="CHART", help=f"{texts}; {ALL}: every one of them"
+    )
     parser.add_argument("--list", action="store_true", help="what each chart compares, and about how long it takes")
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
     which = f"of {', '.join(OPTIONS['problem'])}: only this problem, or map; may be repeated"
