@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BALL_BY_BORDER,
     BORDER_BY_BALL,
-    BORDER_BY_BORDER,
+    BORDERED_ROWS,
     COLUMNS,
     JACOBIAN,
     LANE_RATES,
@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.layout import (
     MOTION,
     PLACES,
     RING_SPEED,
-    ROSENBROCK_ROWS,
     from_blocks,
     into_blocks,
     new_blocks,
@@ -54,7 +53,7 @@ class System:
 
     def evaluated(self, state, border):
         coupling = new_coupling(np.zeros(len(state), np.bool_), self.balls, self.partners, border)
-        blocks = new_blocks(len(state), ROSENBROCK_ROWS)
+        blocks = new_blocks(len(state), BORDERED_ROWS)
         into_blocks(state, blocks, AXIS_DISTANCE)
         put_pockets(self.bearing, self.balls, blocks)
         follow_cage(coupling.border, border, blocks, AXIS_DISTANCE)
@@ -82,7 +81,6 @@ class System:
     def jacobian(self):
         """By balls: (balls, COLUMNS, MOTION); balls by border; accelerations of the border by balls and by itself."""
         coupling, blocks = self.linear()
-        own, room = coupling.border, coupling.border.blocks
         bearing = self.bearing
         couple_jacobians(bearing.ring, bearing.pockets, bearing, self.drive, 0.0, coupling, blocks)
 
@@ -91,12 +89,11 @@ class System:
             parts = [array[row * LANES : (row + rows) * LANES].reshape(*shape, LANES) for array in arrays]
             return np.moveaxis(np.concatenate(parts, axis=-1), -1, 0)[: len(self.state)]
 
-        corner = read(room, BORDER_BY_BORDER, PLACES, 2 * PLACES).sum(axis=0) + own.own
         return (
             read(blocks, JACOBIAN, COLUMNS, MOTION),
-            read(room, BALL_BY_BORDER, ANSWERING, 2 * PLACES),
-            read(room, BORDER_BY_BALL, PLACES, MOTION),
-            corner,
+            read(blocks, BALL_BY_BORDER, ANSWERING, 2 * PLACES),
+            read(blocks, BORDER_BY_BALL, PLACES, MOTION),
+            coupling.border.own,
         )
 
 

@@ -157,7 +157,7 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
 
 
 FILE_OF_A_PART = {
-    **{part: part for part in ("motion", "figures", "quantities", "topics", "picture", "view")},
+    **{part: part for part in ("motion", "figures", "doubt", "quantities", "topics", "picture", "view")},
     "choose": "models",
     "records": "figures",
     "meanings": "figures",

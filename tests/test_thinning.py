@@ -20,6 +20,7 @@ from bearing_twin.nodes.recording import Recording
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.run.verification import verify
+from bearing_twin.sample import joined
 
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 1000)
@@ -86,11 +87,11 @@ def test_an_hour_of_the_default_log_is_half_a_gigabyte_and_verifies_where_it_has
 
 def test_an_altered_output_of_a_thinned_log_is_found(tmp_path):
     run = simulate(load_scene("bearing_6203", ["run.duration=0.5", "solver.stepper=rodas4", "contact.normal=hertz"]))
-    blocks = list(run.blocks())
-    blocks[2].values["normal_load"][1, 0, 0] += 1e-9  # output 201 is in none of the 5 a second
-    assert verify(read_log(thin_log(tmp_path / "same.mcap", run, blocks))).greatest == 0.0
-    blocks[2].values["normal_load"][0, 0, 0] += 0.5  # output 200 is
-    assert verify(read_log(thin_log(tmp_path / "other.mcap", run, blocks))).greatest == pytest.approx(0.5)
+    block = joined(list(run.blocks()))
+    block.values["normal_load"][201, 0, 0] += 1e-9  # it is in none of the 5 a second
+    assert verify(read_log(thin_log(tmp_path / "same.mcap", run, [block]))).greatest == 0.0
+    block.values["normal_load"][200, 0, 0] += 0.5  # this one is
+    assert verify(read_log(thin_log(tmp_path / "other.mcap", run, [block]))).greatest == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(("period", "count", "kept"), [(1_000_000, 50, 1), (1_000, 5000, 5000), (10_000_000, 50, 1)])

@@ -11,6 +11,7 @@ HELP = "accuracy against speed of steppers, laws, friction and samplers; the fig
 
 CHARTS = {  # name: module in charts/, what it shows
     "steppers": ("work_precision", "error in load and friction against cost"),
+    "tolerance": ("tolerance", "the error asked for against the error got, and what runs say of it"),
     "cost": ("cost", "where the time of a run goes, from the contacts to a log"),
     "laws": ("laws", "error and cost of the elastic laws"),
     "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
@@ -24,7 +25,12 @@ CHARTS = {  # name: module in charts/, what it shows
     "paper2": ("paper2", "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them"),
 }
 SAYING = ("coverage", "cost")  # charts that say what they measure
-SHARES = {"samplers": "sampling", "dimensions": "running"}  # charts that tell the share done, and of what
+SHARES = {
+    "samplers": "sampling",
+    "dimensions": "running",
+    "tolerance": "running",
+}
+"""Charts that tell the share done, and of what."""
 SHEETS = ("studies", "paper2")
 OPTIONS = {"problem": ("steppers",), "only": SHEETS}  # option: the charts it goes with
 

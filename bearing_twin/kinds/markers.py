@@ -22,7 +22,7 @@ _COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
 def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=_UPRIGHT, *, points=None, text=""):
     """One marker: `kind` as CUBE ... TEXT, `scale` and `points` [m], `color` red, green, blue, opacity."""
     pose = {"position": position, "orientation": orientation}
-    points = np.empty((0, 3)) if points is None else np.reshape(points, (-1, 3))
+    points = () if points is None else np.reshape(points, (-1, 3))
     return {
         "ns": namespace, "id": number, "type": kind, "pose": pose, "scale": scale, "color": color, "points": points,
         "text": text,
@@ -39,5 +39,5 @@ def crossed(a, b) -> np.ndarray:
 
 
 def outlines(centres, major, minor) -> np.ndarray:
-    """Both ends of every side of polygons around the ellipses with these centres and semi-axes (n, 3) [m]."""
-    return centres[:, None] + _COSINES * major[:, None] + _SINES * minor[:, None]
+    """Both ends of every side of polygons around the ellipses with these centres and semi-axes (..., 3) [m]."""
+    return centres[..., None, :] + _COSINES * major[..., None, :] + _SINES * minor[..., None, :]

@@ -1,5 +1,6 @@
 """What rosbag2 wants to know about a log: quality of service in words, and the contents of `metadata.yaml`."""
 
+import functools
 from typing import NamedTuple
 
 import yaml
@@ -58,6 +59,12 @@ def qos_profiles(profiles: tuple[Qos, ...]) -> list[dict]:
     ]
 
 
+@functools.cache
+def qos_text(profiles: tuple[Qos, ...]) -> str:
+    """`qos_profiles` as YAML: topics of a log share a few."""
+    return as_yaml(qos_profiles(profiles))
+
+
 def as_yaml(value) -> str:
     """YAML in the order given, in block style."""
     return yaml.dump(value, Dumper=_PlainDumper, sort_keys=False, default_flow_style=False)
@@ -112,7 +119,7 @@ def _when(span: Span) -> dict:
     }
 
 
-class _PlainDumper(yaml.SafeDumper):
+class _PlainDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
     """No anchors and aliases: other YAML readers of ROS do not all follow them."""
 
     def ignore_aliases(self, data):

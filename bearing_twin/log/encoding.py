@@ -1,4 +1,4 @@
-"""Plain values in, little-endian CDR out: one message, or all messages of a topic within a block at once.
+"""Plain values in, little-endian CDR out, one message at a time; `encoder` makes many.
 
 Kinds of scenes describe their messages by mappings of fields without knowing any message class; what is left out is
 zero or empty. The bytes are those that rclpy sends and rosbag2 stores.
@@ -6,7 +6,7 @@ zero or empty. The bytes are those that rclpy sends and rosbag2 stores.
 
 import functools
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ _FORMATS = {
 }  # fmt: skip
 _DTYPES = {name: np.dtype(f"<{letter}") for name, letter in _FORMATS.items()}
 _TEXTS = ("string", "wstring")
-_SECOND = 1_000_000_000  # ns
+SECOND = 1_000_000_000  # ns
 
 
 def encoded(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str) -> bytes:
@@ -33,70 +33,10 @@ def encoded(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str)
     another frame. Sequences of messages may be arrays with one row each. Raises LogError for a field it has not.
     Filled up to whole words of four bytes, as the middleware does before it hands a message over.
     """
-    return bytes(_laid_out(ros_type, values, _Draft(stamp_ns, frame, None)).data)
+    return bytes(laid_out(ros_type, values, Draft(stamp_ns, frame, None)).data)
 
 
-class Encoder:
-    """All messages of one topic, many at once: how they are laid out is found with the first and kept.
-
-    Fields are those of `encoded`, but an array has one row a message in front; what is no array is the same in all
-    messages that this encoder ever makes.
-    """
-
-    def __init__(self, ros_type: str, frame: str):
-        self._type, self._frame = ros_type, frame
-        self._shapes: list[tuple[int, ...]] | None = None
-
-    def encoded(self, values: Mapping[str, Any], stamps_ns: np.ndarray, stamps: np.ndarray | None = None) -> list:
-        """One message a stamp [ns], in order; `stamps` are `stamps_of` them, if they are at hand."""
-        count, arrays = len(stamps_ns), list(_arrays(values))
-        if self._shapes != [array.shape[1:] for array in arrays]:
-            self._lay_out(values, stamps_ns, arrays)
-        records = np.empty(count, self._record)
-        records.view((np.uint8, self._record.itemsize))[...] = self._template
-        stamps = stamps_of(stamps_ns) if stamps is None else stamps
-        for name, place in self._filled:
-            records[name] = stamps if place is None else arrays[place].reshape(count, -1)
-        data, size = records.tobytes(), self._record.itemsize
-        return [data[low : low + size] for low in range(0, count * size, size)]
-
-    def _lay_out(self, values, stamps_ns, arrays) -> None:
-        for array in arrays:
-            if len(array) != len(stamps_ns):
-                raise LogError(f"a field of {self._type} has {len(array)} rows for {len(stamps_ns)} messages")
-        draft = _laid_out(self._type, values, _Draft(stamps_ns, self._frame, len(stamps_ns)))
-        numbers = {id(array): place for place, array in enumerate(arrays)}
-        self._template = np.frombuffer(bytes(draft.data), np.uint8)
-        self._filled = [
-            (f"f{i}", None if array is None else numbers[id(array)]) for i, (_, _, array) in enumerate(draft.places)
-        ]
-        self._record = np.dtype(
-            {
-                "names": [name for name, _ in self._filled],
-                "formats": [what for _, what, _ in draft.places],
-                "offsets": [offset for offset, _, _ in draft.places],
-                "itemsize": len(draft.data),
-            }
-        )
-        self._shapes = [array.shape[1:] for array in arrays]
-
-
-def stamps_of(stamps_ns: np.ndarray) -> np.ndarray:
-    """Stamps as they stand in a header: eight bytes, seconds first, then nanoseconds."""
-    seconds, nanoseconds = np.divmod(stamps_ns, _SECOND)
-    return seconds + (nanoseconds << 32)
-
-
-def _arrays(values) -> Iterator[np.ndarray]:
-    """Every array in nested mappings and sequences, in order."""
-    for value in values.values() if isinstance(values, dict) else values:
-        if isinstance(value, np.ndarray):
-            yield value
-        elif isinstance(value, dict) or (isinstance(value, (list, tuple)) and value and isinstance(value[0], dict)):
-            yield from _arrays(value)
-
-
-class _Draft:
+class Draft:
     """A message while it is laid out; of many (`count`), the first, with the places of what differs."""
 
     __slots__ = ("count", "data", "frame", "places", "stamp_ns")
@@ -113,7 +53,11 @@ class _Draft:
     def text(self, value: str) -> None:
         """A string: its length with the closing zero, then both."""
         self.align(4)
-        content = value.encode()
+        if isinstance(value, np.ndarray):
+            self.places.append((len(self.data) + 4, (value.dtype, (1,)), value))
+            content = bytes(value.flat[0])
+        else:
+            content = value.encode()
         self.data += struct.pack("<I", len(content) + 1) + content + b"\0"
 
     def number(self, value, letter: str, kind: np.dtype) -> None:
@@ -144,11 +88,12 @@ class _Draft:
         if self.count is not None:
             self.places.append((len(self.data), np.dtype("<i8"), None))
             stamp_ns = int(stamp_ns[0])
-        self.data += struct.pack("<iI", *divmod(stamp_ns, _SECOND))
+        self.data += struct.pack("<iI", *divmod(stamp_ns, SECOND))
         self.text(frame)
 
 
-def _laid_out(ros_type: str, values, draft: _Draft) -> _Draft:
+def laid_out(ros_type: str, values, draft: Draft) -> Draft:
+    """The draft with a whole message of that type in it."""
     _writer(ros_type)(values, draft)
     draft.data += bytes(-len(draft.data) % 4)
     return draft
@@ -201,7 +146,7 @@ def _left_out(fields: list[tuple[Callable, Any]]) -> list[bytes]:
     """The bytes of fields one after the other that are left out, behind any number of bytes modulo eight."""
     found = []
     for before in range(8):
-        draft = _Draft(0, "", None)
+        draft = Draft(0, "", None)
         draft.data = bytearray(8 + before)
         for put, default in fields:
             put(default, draft)

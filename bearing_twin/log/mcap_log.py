@@ -1,8 +1,10 @@
 """Logs of runs: MCAP files that ROS tools open and play, and that give back every sample bit for bit."""
 
+import functools
 import hashlib
 import json
 import platform
+import sys
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -178,11 +180,17 @@ def content_digest(path) -> str:
     return digest.hexdigest()
 
 
+@functools.cache
 def _versions() -> dict[str, str]:
     found = {"bearing_twin_version": bearing_twin.__version__, "python_version": platform.python_version()}
     for package in _PACKAGES:
-        try:
-            found[f"{package}_version"] = version(package)
-        except PackageNotFoundError:
-            found[f"{package}_version"] = "unknown"
+        found[f"{package}_version"] = getattr(sys.modules.get(package), "__version__", "") or _installed(package)
     return found
+
+
+def _installed(package: str) -> str:
+    """The version of a package that is not imported: to ask for it parses a file."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"

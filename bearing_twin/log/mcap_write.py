@@ -11,7 +11,7 @@ import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import zstandard
@@ -112,32 +112,38 @@ class McapWriter:
 
         A patient file takes it all the same, and raises LogError when it has no room for it in memory either.
         """
-        if not self._patient:
-            self._check()
-        elif self._failure is not None and self._used + len(data) > HELD_BYTES:
-            self.dropped += 1
-            self._check()
-        if self._chunk_messages:
-            first, last = self._chunk_times
-            if not first <= log_time <= last:
-                self._chunk_times = (min(first, log_time), max(last, log_time))
-        else:
-            self._chunk_times = (log_time, log_time)
-        self._chunk_messages += 1
-        entries = self._chunk_index.get(channel)
-        if entries is None:
-            entries = self._chunk_index[channel] = []
-        begin = self._used
-        middle = begin + _MESSAGE.size
-        end = middle + len(data)
-        if end > len(self._room):
-            self._widen(end)
-        entries += (log_time, begin)
-        _MESSAGE.pack_into(self._room, begin, _OPCODE, _MESSAGE_FIELDS + len(data), channel, 0, log_time, publish_time)
-        self._room[middle:end] = data
-        self._used = end
-        if end >= CHUNK_BYTES and self._failure is None:
-            self.end_chunk()
+        self.write_all(((channel, log_time, publish_time, data),))
+
+    def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
+        """`write` for many: (channel, log time, publish time, data) each."""
+        patient, index, head, pack = self._patient, self._chunk_index, _MESSAGE.size, _MESSAGE.pack_into
+        for channel, log_time, publish_time, data in messages:
+            if not patient:
+                self._check()
+            elif self._failure is not None and self._used + len(data) > HELD_BYTES:
+                self.dropped += 1
+                self._check()
+            if self._chunk_messages:
+                first, last = self._chunk_times
+                if not first <= log_time <= last:
+                    self._chunk_times = (min(first, log_time), max(last, log_time))
+            else:
+                self._chunk_times = (log_time, log_time)
+            self._chunk_messages += 1
+            begin = self._used
+            middle = begin + head
+            end = middle + len(data)
+            if end > len(self._room):
+                self._widen(end)
+            if channel in index:
+                index[channel] += (log_time, begin)
+            else:
+                index[channel] = [log_time, begin]
+            pack(self._room, begin, _OPCODE, _MESSAGE_FIELDS + len(data), channel, 0, log_time, publish_time)
+            self._room[middle:end] = data
+            self._used = end
+            if end >= CHUNK_BYTES and self._failure is None:
+                self.end_chunk()
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Adds a metadata record; it ends the chunk in progress."""
@@ -163,7 +169,7 @@ class McapWriter:
         self._described += self._waiting
         self._waiting = []
         self._used = 0
-        self._chunk_index = {}
+        self._chunk_index.clear()
         self._chunk_messages = 0
 
     def flush(self) -> None:

@@ -3,14 +3,14 @@
 Each file can be read alone: topics, metadata and the last latched messages are repeated in it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import bearing_twin
 from bearing_twin.errors import LogError
-from bearing_twin.log.bag import LoggedTopic, Span, as_yaml, bag_information, qos_profiles
+from bearing_twin.log.bag import LoggedTopic, Span, as_yaml, bag_information, qos_text
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.thinning import KEPT_KEY
 
@@ -109,6 +109,15 @@ class Parts:
         self._writer.write(topic, log_time, publish_time, data)
         return new
 
+    def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
+        """Adds messages to a log that is not split; see `McapWriter.write`."""
+        self._writer.write_all(messages)
+
+    @property
+    def splits(self) -> bool:
+        """Whether a message may begin a new file."""
+        return self._splits
+
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Adds a record of texts, which the following files repeat as it was last."""
         self._metadata[name] = dict(values)
@@ -143,7 +152,7 @@ class Parts:
 
     def _describe(self, described: _Described) -> int:
         row = described.row
-        metadata = {"offered_qos_profiles": as_yaml(qos_profiles(row.qos)), "topic_type_hash": row.type_hash}
+        metadata = {"offered_qos_profiles": qos_text(row.qos), "topic_type_hash": row.type_hash}
         if row.kept:
             metadata[KEPT_KEY] = f"{row.kept:g}"
         return self._writer.register(row.name, row.ros_type, described.definition, metadata)

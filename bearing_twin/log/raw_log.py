@@ -102,6 +102,11 @@ class RawLogWriter:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
         with self._unbroken, self._lock:
+            if not (self._thinned or self._writer.splits or self._safety.patient):
+                if self._stale:
+                    self._write_bag_file()
+                self._writer.write_all(messages)
+                return
             patience = self._patience()
             for message in messages:
                 if message[0] in self._thinned and message[0] not in self._whole:

@@ -16,7 +16,8 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output, Topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.encoding import Encoder, encoded, stamps_of
+from bearing_twin.log.encoder import Encoder, stamps_of
+from bearing_twin.log.encoding import encoded
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
 from bearing_twin.sample import Block, Channel, Sample, Table
@@ -88,17 +89,16 @@ def samples_message(
     frame: str = "",
 ) -> bytes:
     """bearing_twin_msgs/SampleBlock of outputs at `time_ns` (count,) with `values` (count, total width)."""
-    names, units, widths = _columns(channels)
+    encoder, described = _block_encoder(channels, frame)
     fields = {
-        "first_sequence": first_sequence,
-        "count": len(time_ns),
-        "channel_name": names,
-        "channel_unit": units,
-        "channel_width": widths,
-        "time_ns": time_ns,
-        "values": values,
+        "first_sequence": np.array([first_sequence]),
+        "count": np.array([len(time_ns)]),
+        **described,
+        "time_ns": time_ns[None],
+        "values": values[None],
     }
-    return encoded(cdr.SAMPLE_BLOCK, fields, start_time_ns + int(time_ns[0]), frame)
+    [message] = encoder.encoded(fields, np.array([start_time_ns + int(time_ns[0])]))
+    return message
 
 
 class MessageStream:
@@ -234,17 +234,19 @@ class MessageStream:
                 ready = self._encoders[topic.name].encoded(topic.row.fields(output), stamps_ns, stamps)
             if due:
                 entries.append((topic, due, ready))
-        silent = self._by_name["samples"]
+        silent, times_ns = self._by_name["samples"], (self.start_time_ns + block.time_ns).tolist()
+        made = {}  # what is due together: (topic, its rows, its messages if they are made) each
 
         def instant(row: int) -> Iterator[tuple[Channelled, int, bytes]]:
-            output, stamp_ns = None, self.start_time_ns + int(block.time_ns[row])
-            if wanted is not None and not any(row in due for _, due, _ in entries):
+            output, stamp_ns = None, times_ns[row]
+            together = tuple([rate for rate, due in rows.items() if row in due])
+            if together not in made:
+                made[together] = [entry for entry in entries if entry[0].rate in together]
+            if wanted is not None and not made[together]:
                 yield silent, stamp_ns, b""
-            for topic, due, ready in entries:
-                if row not in due:
-                    continue
+            for topic, due, ready in made[together]:
                 if ready is not None:
-                    yield topic, stamp_ns, ready[due.index(row)]
+                    yield topic, stamp_ns, ready[(row - due.start) // due.step]
                     continue
                 output = output or self._output(block[row])
                 frame = output.frame(topic.row.frame)
@@ -261,6 +263,8 @@ def _whole(parts: list[np.ndarray]) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)
-def _columns(channels: tuple[Channel, ...]) -> tuple[list[str], list[str], np.ndarray]:
-    widths = np.array([channel.width for channel in channels], dtype=np.uint32)
-    return [channel.name for channel in channels], [channel.unit for channel in channels], widths
+def _block_encoder(channels: tuple[Channel, ...], frame: str) -> tuple[Encoder, dict]:
+    """What encodes the SampleBlocks of these channels, and the fields that are the same in all of them."""
+    names, units = [channel.name for channel in channels], [channel.unit for channel in channels]
+    widths = [channel.width for channel in channels]
+    return Encoder(cdr.SAMPLE_BLOCK, frame), {"channel_name": names, "channel_unit": units, "channel_width": widths}

@@ -94,7 +94,7 @@ def _put_corner(tile, row, column, block):
 
 
 @kernel
-def _invert(tile):
+def invert_tile(tile):
     """Replaces a tile by its inverse."""
     upper = inverse(_corner(tile, 0, 0))
     left = product(_corner(tile, 3, 0), upper)
@@ -173,7 +173,7 @@ def factorise_chain(chain):
     tiles, last = chain.tiles, chain.bodies - 1 if chain.linked else 0
     for i in range(chain.bodies):
         own, ahead, behind = tiles[own_tile(i)], tiles[ahead_tile(i)], tiles[behind_tile(i)]
-        _invert(own)
+        invert_tile(own)
         if i < last:
             _multiply(own, ahead)
             _subtract(tiles[own_tile(i + 1)], behind, ahead)
@@ -186,7 +186,7 @@ def factorise_chain(chain):
                 _subtract(tiles[column_tile(chain, i + 1, b)], behind, column)
                 _subtract(tiles[row_tile(chain, b, i + 1)], tiles[row_tile(chain, b, i)], ahead)
     for a in range(chain.border):
-        _invert(tiles[corner_tile(chain, a, a)])
+        invert_tile(tiles[corner_tile(chain, a, a)])
         for b in range(a + 1, chain.border):
             right = tiles[corner_tile(chain, a, b)]
             _multiply(tiles[corner_tile(chain, a, a)], right)

@@ -24,7 +24,6 @@ from bearing_twin.kinds.bearing.layout import (
     BORDER,
     BORDER_MOTION,
     BORDER_PUSH,
-    BORDER_ROWS,
     CAGE,
     LANE_RATES,
     LANES,
@@ -33,10 +32,10 @@ from bearing_twin.kinds.bearing.layout import (
     PLACES,
     POCKET,
     RADIAL_VELOCITY,
+    SHARES,
     TANGENTIAL_VELOCITY,
     WORK_DONE,
     get,
-    new_blocks,
     put,
 )
 from bearing_twin.kinds.bearing.ring_seat import RingMotion
@@ -48,10 +47,12 @@ CAGE_SPEED = PLACES + CAGE
 class Partners(NamedTuple):
     """What meets all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
-    `free` is 1 where a place follows its loads, else 0. `load` grows by `load_rate` a second; `unbalance` [kg m] turns
-    with the ring, `phase` [rad] ahead of it. `scales` (2 PLACES,) are the errors a step may make.
+    `ring` is empty where the ring is held: kernels then know the cage alone. `free` is 1 where a place follows its
+    loads, else 0. `load` grows by `load_rate` a second; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead of
+    it. `scales` (2 PLACES,) are the errors a step may make.
     """
 
+    ring: tuple
     active: bool
     even: bool
     varying: bool
@@ -72,8 +73,9 @@ class Partners(NamedTuple):
 class Border(NamedTuple):
     """Room for a Rosenbrock step of ring and cage: arrays (BORDER,), `stages` (stages, BORDER).
 
-    `own` (PLACES, 2 PLACES) is their Jacobian by themselves, `inverse` (PLACES,) of their inertia, `error` (1,) that of
-    the step; `blocks`, of BORDER_ROWS rows each, stands beside the balls'.
+    `own` (PLACES, 2 PLACES) is the Jacobian of the border's accelerations by its own motion, `inverse` (PLACES,) of
+    their inertia, `error` (1,) that of the step; `corner` (PLACES * PLACES,) is what the elimination of the balls
+    leaves of the linear system.
     """
 
     partners: Partners
@@ -91,7 +93,7 @@ class Border(NamedTuple):
     own: np.ndarray
     inverse: np.ndarray
     error: np.ndarray
-    blocks: np.ndarray
+    corner: np.ndarray
 
 
 @kernel
@@ -99,11 +101,10 @@ def new_border(partners, count, state):
     """Room for so many balls, holding `state` (BORDER,)."""
     rooms = np.zeros((9, BORDER))
     rooms[0] = state
-    stages, own = np.zeros((MOST_STAGES, BORDER)), np.zeros((PLACES, 2 * PLACES))
-    blocks = new_blocks(count if partners.active else 0, BORDER_ROWS)
     return Border(
-        partners, count, rooms[0], rooms[1], rooms[2], rooms[3], rooms[4], rooms[5], rooms[6], rooms[7], rooms[8],
-        stages, own, np.zeros(PLACES), np.zeros(1), blocks,
+        partners, count, rooms[0], rooms[1], rooms[2], rooms[3], rooms[4], rooms[5], rooms[6], rooms[7],
+        rooms[8], np.zeros((MOST_STAGES, BORDER)), np.zeros((PLACES, 2 * PLACES)), np.zeros(PLACES), np.zeros(1),
+        np.zeros(PLACES * PLACES),
     )  # fmt: skip
 
 
@@ -167,14 +168,35 @@ def follow_cage(border, state, blocks, row):
 
 
 @inlined
-def _pull(bearing, lanes, k):
-    """r (F_t - 2 m v_r w) of an even cage's ball [N m]."""
-    radius = get(lanes, AXIS_DISTANCE, k)
-    turning = get(lanes, TANGENTIAL_VELOCITY, k) * get(lanes, RADIAL_VELOCITY, k) / radius
-    return bearing.ball_mass * radius * (get(lanes, LANE_RATES + TANGENTIAL_VELOCITY, k) - turning)
+def sum_of(lanes, row):
+    """The sum of the LANES numbers in a row, two and two."""
+    at = row * LANES
+    low = (lanes[at] + lanes[at + 1]) + (lanes[at + 2] + lanes[at + 3])
+    return low + ((lanes[at + 4] + lanes[at + 5]) + (lanes[at + 6] + lanes[at + 7]))
 
 
 @kernel
+def leave_out_spares(count, blocks, row, rows):
+    """Puts zeros into so many rows from `row` on of lanes that repeat the last ball, so that sums leave them out."""
+    if count % LANES != 0:
+        last = blocks[count // LANES]
+        for at in range(row, row + rows):
+            for k in range(count % LANES, LANES):
+                put(last, at, k, 0.0)
+
+
+@kernel
+def _pulls(bearing, lanes):
+    """Of an even cage's balls r (F_t - 2 m v_r w) [N m] and m r^2 [kg m^2]."""
+    for k in range(LANES):
+        radius = get(lanes, AXIS_DISTANCE, k)
+        turning = get(lanes, TANGENTIAL_VELOCITY, k) * get(lanes, RADIAL_VELOCITY, k) / radius
+        lever = bearing.ball_mass * radius
+        put(lanes, BORDER_PUSH + CAGE, k, lever * (get(lanes, LANE_RATES + TANGENTIAL_VELOCITY, k) - turning))
+        put(lanes, SHARES, k, lever * radius)
+
+
+@inlined
 def applied_load(partners, drive, time, i):
     """What acts on the ring from outside along coordinate i at `time` [s] into the part, weight left out [N, N m]."""
     found = partners.load[i] + time * partners.load_rate[i]
@@ -190,32 +212,39 @@ def border_rates(bearing, drive, border, time, blocks):
     """Fills `border.rates` at the state `border.now`, from the pushes and rates of the balls in `blocks`."""
     partners, state, rates = border.partners, border.now, border.rates
     inertia = partners.mass[CAGE]
-    for i in range(PLACES):
-        total = 0.0
-        for place in range(border.count):
-            lanes, k = blocks[place // LANES], place % LANES
-            if i == CAGE and partners.even:
-                total += _pull(bearing, lanes, k)
-                inertia += bearing.ball_mass * get(lanes, AXIS_DISTANCE, k) ** 2
-            else:
-                total += get(lanes, BORDER_PUSH + i, k)
-        border.inverse[i] = partners.free[i] / (inertia if i == CAGE else partners.mass[i])
+    for block in range(len(blocks)):
+        if partners.even:
+            _pulls(bearing, blocks[block])
+    leave_out_spares(border.count, blocks, BORDER_PUSH, PLACES)
+    if partners.even:
+        leave_out_spares(border.count, blocks, SHARES, 1)
+        for block in range(len(blocks)):
+            inertia += sum_of(blocks[block], SHARES)
+    first = 0 if len(partners.ring) > 0 else CAGE
+    rates[:] = 0.0
+    for i in range(first, PLACES):
         rates[i] = state[PLACES + i]
-        rates[PLACES + i] = total if partners.free[i] > 0.0 else 0.0
-    rates[WORK_DONE] = rates[LOST] = 0.0
+        for block in range(len(blocks)):
+            rates[PLACES + i] += sum_of(blocks[block], BORDER_PUSH + i)
+        border.inverse[i] = partners.free[i] / (inertia if i == CAGE else partners.mass[i])
+    if len(partners.ring) > 0:
+        _load_ring(partners, drive, time, state, rates)
+    for i in range(first, PLACES):
+        rates[PLACES + i] *= border.inverse[i]
+
+
+@kernel
+def _load_ring(partners, drive, time, state, rates):
+    """Adds to the forces on the ring, and fills the rates of work done and lost."""
     spin = partners.polar_inertia * (drive.speed + drive.acceleration * time)
     rates[PLACES + 3] -= spin * state[PLACES + 4]
     rates[PLACES + 4] += spin * state[PLACES + 3]
-    for i in range(PLACES):
-        if i < CAGE:
-            load, speed = applied_load(partners, drive, time, i), state[PLACES + i]
-            drag = partners.damping[i] * speed
-            rates[PLACES + i] += (
-                load + partners.weight[i] - drag - partners.stiffness[i] * (state[i] - partners.rest[i])
-            )
-            rates[WORK_DONE] += partners.free[i] * load * speed
-            rates[LOST] += partners.free[i] * drag * speed
-        rates[PLACES + i] *= border.inverse[i]
+    for i in range(CAGE):
+        load, speed = applied_load(partners, drive, time, i), state[PLACES + i]
+        drag = partners.damping[i] * speed
+        rates[PLACES + i] += load + partners.weight[i] - drag - partners.stiffness[i] * (state[i] - partners.rest[i])
+        rates[WORK_DONE] += partners.free[i] * load * speed
+        rates[LOST] += partners.free[i] * drag * speed
 
 
 @kernel

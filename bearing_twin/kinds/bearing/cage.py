@@ -1,10 +1,11 @@
 """A cage whose balls stand in pockets: contact of each ball with its pocket, in lanes.
 
 The cage has one angle psi_c. Ball j leaves the middle of its pocket by s = R (psi_j - psi_c - 2 pi j / Z) along the
-pitch circle of radius R; beyond half the pocket clearance c_p the pocket pushes back with N = k (p + T dp/dt) >= 0,
-p = |s| - c_p / 2 (Kelvin and Voigt). Friction acts on the ball's surface where it meets the pocket, a ball radius ahead
-or behind, smoothed as on the raceways. What the ball loses of angular momentum about the axis the cage gains. The cage
-stays centred: forces along the radius and the axis are taken by what guides it.
+pitch circle of radius R; beyond half the pocket clearance c_p the pocket pushes back with N = k (p + T a dp/dt) >= 0,
+p = |s| - c_p / 2 (Kelvin and Voigt). With a = p / (p + ONSET) the viscous part sets in over the roughness of the wall;
+all at once, it would be a jump that no step can pass over. Friction acts on the ball's surface where it meets the
+pocket, a ball radius ahead or behind, smoothed as on the raceways. What the ball loses of angular momentum about the
+axis the cage gains. The cage stays centred: forces along the radius and the axis are taken by what guides it.
 """
 
 import math
@@ -13,6 +14,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.layout import (
     AXIAL_SPIN,
+    AXIAL_VELOCITY,
     AXIS_DISTANCE,
     BALL_BY_BORDER,
     BORDER_BY_BALL,
@@ -28,7 +30,9 @@ from bearing_twin.kinds.bearing.layout import (
     PLACES,
     POCKET,
     RADIAL_SPIN,
+    RADIAL_VELOCITY,
     SPIN,
+    TANGENTIAL_VELOCITY,
     VELOCITY,
     entry,
     get,
@@ -36,6 +40,8 @@ from bearing_twin.kinds.bearing.layout import (
     increase,
     put,
 )
+
+ONSET = 1e-6  # m: the approach over which the viscous part of a pocket sets in, about the roughness of its wall
 
 
 class Pockets(NamedTuple):
@@ -75,7 +81,7 @@ def bump(pockets, bearing, radius, ahead, velocity, spin, cage_speed):
     rate = side * pockets.radius * (velocity[1] / radius - cage_speed)
     depth, lever = max(approach, 0.0), side * bearing.ball_radius
     elastic = pockets.stiffness * depth
-    viscous = pockets.stiffness * pockets.relaxation_time * rate if approach > 0.0 else 0.0
+    viscous = pockets.stiffness * pockets.relaxation_time * rate * depth / (depth + ONSET)
     load = max(elastic + viscous, 0.0)
     slip = (velocity[0] - lever * (spin[2] - cage_speed), velocity[2] + lever * spin[0])
     square = slip[0] * slip[0] + slip[1] * slip[1]
@@ -137,7 +143,10 @@ def _change(pockets, bearing, found, radius, approach, rate, slip_radial, slip_a
     lever, smoothing = side * bearing.ball_radius, bearing.friction_regularisation
     touching = 1.0 if found.approach > 0.0 and found.load > 0.0 else 0.0
     stiff = pockets.stiffness if found.approach > 0.0 else 0.0
-    load = touching * pockets.stiffness * (approach + pockets.relaxation_time * rate)
+    depth = max(found.approach, 0.0)
+    share = 1.0 / (depth + ONSET)
+    viscous = pockets.relaxation_time * share * (rate * depth + found.rate * approach * ONSET * share)
+    load = touching * pockets.stiffness * (approach + viscous)
     q = slip[0] * slip[0] + slip[1] * slip[1]
     inverse = 1.0 / math.sqrt(q + smoothing * smoothing)
     along = slip[0] * slip_radial + slip[1] * slip_axial
@@ -152,41 +161,60 @@ def _change(pockets, bearing, found, radius, approach, rate, slip_radial, slip_a
     return (radial, tangential, axial), lever, push + lever * radial, loss
 
 
+@inlined
+def _put_answer(inverse_mass, inverse_inertia, lanes, first, stride, own, k, change):
+    """Adds one column of answers: the ball's from row `first` on, `stride` rows apart, the cage's in row `own`."""
+    force, arm, torque, loss = change
+    increase(lanes, first, k, inverse_mass * force[0])
+    increase(lanes, first + stride, k, inverse_mass * force[1])
+    increase(lanes, first + 2 * stride, k, inverse_mass * force[2])
+    increase(lanes, first + (RADIAL_SPIN - VELOCITY) * stride, k, inverse_inertia * arm * force[2])
+    increase(lanes, first + (AXIAL_SPIN - VELOCITY) * stride, k, -inverse_inertia * arm * force[0])
+    increase(lanes, first + (DISSIPATED - VELOCITY) * stride, k, loss)
+    increase(lanes, own, k, torque)
+
+
 @kernel
-def pocket_answers(pockets, bearing, lanes, out):
-    """Adds to the Jacobian in `lanes` and to that by the border in `out` how the pockets answer."""
+def pocket_answers(pockets, bearing, lanes):
+    """Adds to the Jacobians of balls and border how the pockets answer."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
-    cage = BORDER_BY_BALL + CAGE * MOTION
+    own, reacting, stride = entry(VELOCITY, 0), BORDER_BY_BALL + CAGE * MOTION, 2 * PLACES
+    corner = BORDER_BY_BORDER + CAGE * stride
+    # One kind of displacement at a time: a loop over all of them would not become vector instructions.
     for k in range(LANES):
-        radius = get(lanes, AXIS_DISTANCE, k)
-        orbit = get(lanes, VELOCITY + 1, k) / radius
-        found = bump_in_lane(pockets, bearing, lanes, k)
+        found, radius = bump_in_lane(pockets, bearing, lanes, k), get(lanes, AXIS_DISTANCE, k)
+        arc = found.side * pockets.radius
+        closing = -arc * get(lanes, VELOCITY + 1, k) / (radius * radius)
+        change = _change(pockets, bearing, found, radius, 0.0, closing, 0.0, 0.0, 1.0)
+        column = AXIS_DISTANCE
+        _put_answer(inverse_mass, inverse_inertia, lanes, own + column, MOTION, reacting + column, k, change)
+        change = _change(pockets, bearing, found, radius, arc, 0.0, 0.0, 0.0, 0.0)
+        column = ORBIT_ANGLE
+        _put_answer(inverse_mass, inverse_inertia, lanes, own + column, MOTION, reacting + column, k, change)
+        change = _change(pockets, bearing, found, radius, -arc, 0.0, 0.0, 0.0, 0.0)
+        column = CAGE
+        _put_answer(inverse_mass, inverse_inertia, lanes, BALL_BY_BORDER + column, stride, corner + column, k, change)
+    for k in range(LANES):
+        found, radius = bump_in_lane(pockets, bearing, lanes, k), get(lanes, AXIS_DISTANCE, k)
         arc, lever = found.side * pockets.radius, found.side * bearing.ball_radius
-        for column, approach, rate, slip_radial, slip_axial, outwards in (
-            (AXIS_DISTANCE, 0.0, -arc * orbit / radius, 0.0, 0.0, 1.0),
-            (ORBIT_ANGLE, arc, 0.0, 0.0, 0.0, 0.0),
-            (VELOCITY, 0.0, 0.0, 1.0, 0.0, 0.0),
-            (VELOCITY + 1, 0.0, arc / radius, 0.0, 0.0, 0.0),
-            (VELOCITY + 2, 0.0, 0.0, 0.0, 1.0, 0.0),
-            (RADIAL_SPIN, 0.0, 0.0, 0.0, lever, 0.0),
-            (AXIAL_SPIN, 0.0, 0.0, -lever, 0.0, 0.0),
-        ):
-            force, arm, torque, loss = _change(
-                pockets, bearing, found, radius, approach, rate, slip_radial, slip_axial, outwards
-            )
-            for axis in range(3):
-                increase(lanes, entry(VELOCITY + axis, column), k, inverse_mass * force[axis])
-            increase(lanes, entry(RADIAL_SPIN, column), k, inverse_inertia * arm * force[2])
-            increase(lanes, entry(AXIAL_SPIN, column), k, -inverse_inertia * arm * force[0])
-            increase(lanes, entry(DISSIPATED, column), k, loss)
-            increase(out, cage + column, k, torque)
-        for column, approach, rate, slip_radial in ((CAGE, -arc, 0.0, 0.0), (PLACES + CAGE, 0.0, -arc, lever)):
-            force, arm, torque, loss = _change(pockets, bearing, found, radius, approach, rate, slip_radial, 0.0, 0.0)
-            stride = 2 * PLACES
-            for axis in range(3):
-                increase(out, BALL_BY_BORDER + axis * stride + column, k, inverse_mass * force[axis])
-            spins = BALL_BY_BORDER + (RADIAL_SPIN - VELOCITY) * stride + column
-            increase(out, spins, k, inverse_inertia * arm * force[2])
-            increase(out, spins + 2 * stride, k, -inverse_inertia * arm * force[0])
-            increase(out, BALL_BY_BORDER + (DISSIPATED - VELOCITY) * stride + column, k, loss)
-            increase(out, BORDER_BY_BORDER + CAGE * stride + column, k, torque)
+        change = _change(pockets, bearing, found, radius, 0.0, 0.0, 1.0, 0.0, 0.0)
+        column = RADIAL_VELOCITY
+        _put_answer(inverse_mass, inverse_inertia, lanes, own + column, MOTION, reacting + column, k, change)
+        change = _change(pockets, bearing, found, radius, 0.0, arc / radius, 0.0, 0.0, 0.0)
+        column = TANGENTIAL_VELOCITY
+        _put_answer(inverse_mass, inverse_inertia, lanes, own + column, MOTION, reacting + column, k, change)
+        change = _change(pockets, bearing, found, radius, 0.0, 0.0, 0.0, 1.0, 0.0)
+        column = AXIAL_VELOCITY
+        _put_answer(inverse_mass, inverse_inertia, lanes, own + column, MOTION, reacting + column, k, change)
+        change = _change(pockets, bearing, found, radius, 0.0, -arc, lever, 0.0, 0.0)
+        column = PLACES + CAGE
+        _put_answer(inverse_mass, inverse_inertia, lanes, BALL_BY_BORDER + column, stride, corner + column, k, change)
+    for k in range(LANES):
+        found, radius = bump_in_lane(pockets, bearing, lanes, k), get(lanes, AXIS_DISTANCE, k)
+        lever = found.side * bearing.ball_radius
+        change = _change(pockets, bearing, found, radius, 0.0, 0.0, 0.0, lever, 0.0)
+        column = RADIAL_SPIN
+        _put_answer(inverse_mass, inverse_inertia, lanes, own + column, MOTION, reacting + column, k, change)
+        change = _change(pockets, bearing, found, radius, 0.0, 0.0, -lever, 0.0, 0.0)
+        column = AXIAL_SPIN
+        _put_answer(inverse_mass, inverse_inertia, lanes, own + column, MOTION, reacting + column, k, change)

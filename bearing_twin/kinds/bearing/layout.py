@@ -36,7 +36,8 @@ MOTION_SPAN, STATE_SPAN = MOTION * LANES, COLUMNS * LANES  # numbers in a stretc
 # Bodies that meet all balls, the inner ring and the cage: places (the ring's centre, its tilt about x and y, the cage's
 # angle), the velocities of these, and two integrals that only listen: work of what acts on the ring, and what is lost.
 PLACES = 6
-CAGE, WORK_DONE, LOST = 5, 12, 13
+RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE = np.arange(PLACES)
+WORK_DONE, LOST = 12, 13
 BORDER = 14
 
 # What the rates need besides the motion: speed of the ring, load coefficients, what a law carries (see `carried`),
@@ -64,7 +65,8 @@ TANGENTIAL_VELOCITY_BEFORE = VELOCITY_BEFORE + TANGENTIAL_VELOCITY - VELOCITY
 
 # Rosenbrock methods. What `factorise_body` leaves; a stage's right-hand side and what it solves to; a step's start,
 # middle and end; h times the explicit change of the rates with time; 1 / h in every row; the stages; and of each lane:
-# time, step, h gamma, the error estimated, the share of the step to its first landing, and the step before its cut.
+# time, step, h gamma, the error estimated, the share of the step to its first landing, the step before its cut, and
+# what the error does to acceleration and angular acceleration, squared.
 FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, RIGHT = _rows(
     _SHARED, 1, 1, 9, 9, 9, 9
 )
@@ -72,7 +74,7 @@ SOLUTION, START, MIDDLE, END, SLOPE, INVERSE_STEP, _STAGES, TIME = _rows(
     RIGHT + COLUMNS, *(COLUMNS,) * 6, MOST_STAGES * COLUMNS
 )
 FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
-STEP, GAIN, ERROR, SHARE, WANTED, ROSENBROCK_ROWS = _rows(TIME + 1, 1, 1, 1, 1, 1)
+STEP, GAIN, ERROR, SHARE, WANTED, FORCE_ERROR, TORQUE_ERROR, ROSENBROCK_ROWS = _rows(TIME + 1, 1, 1, 1, 1, 1, 1, 1)
 SYSTEM = FACTOR_INVERSE  # coupled balls: what is left of 1/g - J without positions, column after column
 
 # Balls that may touch, in an array of their own: nine numbers of a ball and of the next ahead, whether they may touch,
@@ -83,12 +85,12 @@ OWN_BY_OWN, OWN_BY_AHEAD, AHEAD_BY_OWN, AHEAD_BY_AHEAD, UPPER, LOWER, PAIR_ROWS 
     _ANSWERS, *(8 * MOTION,) * 2, *(6 * MOTION,) * 2, 36, 36
 )
 
-# How ball and border (ring and cage) answer to each other, in an array of their own: rates of a ball from VELOCITY on
-# by the border's places and velocities, the border's accelerations by a ball's motion and by its own, all row after
-# row; and three tiles of the linear system without positions, column after column.
+# How ball and border (ring and cage) answer to each other, after the rows of Rosenbrock methods: rates of a ball from
+# VELOCITY on by the border's places and velocities, the border's accelerations by a ball's motion and by its own, all
+# row after row; two tiles of the linear system without positions, column after column; and what goes into sums.
 ANSWERING = COLUMNS - VELOCITY
-BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, CORNER_TILE, BORDER_ROWS = _rows(
-    0, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, 36
+BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, SHARES, BORDERED_ROWS = _rows(
+    ROSENBROCK_ROWS, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, PLACES
 )
 
 

@@ -8,14 +8,8 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.border import Border, new_border
-from bearing_twin.kinds.bearing.border_system import (
-    border_follow,
-    border_jacobian,
-    border_known,
-    border_tiles,
-    put_border_tiles,
-    still_balls,
-)
+from bearing_twin.kinds.bearing.border_solve import border_tiles, factorise_border, put_border_tiles, solve_border
+from bearing_twin.kinds.bearing.border_system import border_follow, border_jacobian, border_known, still_balls
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_linear
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -164,17 +158,27 @@ def couple_jacobians(ring, pockets, bearing, drive, time, coupling, blocks):
 @kernel
 def factorise_together(coupling, blocks):
     """Factors of the linear system of all balls, ring and cage."""
+    if coupling.pairs.touching:
+        _factorise_chain(coupling, blocks)
+    else:
+        for block in range(len(blocks)):
+            factorise_alone(blocks[block])
+        factorise_border(get(blocks[0], GAIN, 0), coupling.border, blocks)
+
+
+@kernel
+def _factorise_chain(coupling, blocks):
+    """Factors where balls touch."""
     pairs, chain, border = coupling.pairs, coupling.chain, coupling.border
     tiles, bodies, g = chain.tiles, chain.bodies, get(blocks[0], GAIN, 0)
     tiles[:] = 0.0
     for block in range(len(blocks)):
         _system(blocks[block])
-        if pairs.touching:
-            pair_tiles(g, pairs.blocks[block])
+        pair_tiles(g, pairs.blocks[block])
         if border.partners.active:
-            border_tiles(g, blocks[block], border.blocks[block])
+            border_tiles(g, border, blocks[block])
     if border.partners.active:
-        put_border_tiles(g, border, chain)
+        put_border_tiles(g, border, chain, blocks)
     for place in range(pairs.count):
         lanes, pair, k = blocks[place // LANES], pairs.blocks[place // LANES], place % LANES
         if place == bodies:
@@ -183,8 +187,6 @@ def factorise_together(coupling, blocks):
             _fill_tile(pair, LOWER, k, tiles[chain_solve.column_tile(chain, 0, 0)])
             continue
         _fill_tile(lanes, SYSTEM, k, tiles[chain_solve.own_tile(place)])
-        if not pairs.touching:
-            continue
         if place + 1 < bodies:
             _fill_tile(pair, UPPER, k, tiles[chain_solve.ahead_tile(place)])
             _fill_tile(pair, LOWER, k, tiles[chain_solve.behind_tile(place)])
@@ -223,17 +225,11 @@ def _follow(lanes):
 
 
 @kernel
-def solve_together(drive, time, coupling, blocks):
-    """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
+def _solve_chain(coupling, blocks):
+    """Velocities and spins of balls that touch, and velocities of the border, from what is known."""
     pairs, right, border = coupling.pairs, coupling.chain.right, coupling.border
-    g, last = get(blocks[0], GAIN, 0), len(coupling.chain.right) - 1
-    still_balls(border, blocks)
-    for block in range(len(blocks)):
-        _known(blocks[block])
-    if pairs.touching:
-        add_known(pairs, blocks, SOLUTION)
+    last = len(right) - 1
     if border.partners.active:
-        border_known(g, border, blocks)
         for i in range(chain_solve.SIDE):
             right[last, i] = border.solution[PLACES + i]
     for place in range(pairs.count):
@@ -244,11 +240,29 @@ def solve_together(drive, time, coupling, blocks):
         for i in range(chain_solve.SIDE):
             solved = right[place, i] if place < pairs.count else 0.0
             put(blocks[place // LANES], SOLUTION + VELOCITY + i, place % LANES, solved)
+    if border.partners.active:
+        for i in range(chain_solve.SIDE):
+            border.solution[PLACES + i] = right[last, i]
+
+
+@kernel
+def solve_together(drive, time, coupling, blocks):
+    """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
+    pairs, border, g = coupling.pairs, coupling.border, get(blocks[0], GAIN, 0)
+    still_balls(border, blocks)
+    for block in range(len(blocks)):
+        _known(blocks[block])
+    if pairs.touching:
+        add_known(pairs, blocks, SOLUTION)
+    if border.partners.active:
+        border_known(g, border, blocks)
+    if pairs.touching:
+        _solve_chain(coupling, blocks)
+    else:
+        solve_border(border, blocks)
     for block in range(len(blocks)):
         _follow(blocks[block])
     if pairs.touching:
         add_losses(g, pairs, blocks, SOLUTION)
     if border.partners.active:
-        for i in range(chain_solve.SIDE):
-            border.solution[PLACES + i] = right[last, i]
         border_follow(g, drive, time, border, blocks)

@@ -32,12 +32,48 @@ LONGEST_ARROW = 1.0  # ball diameters
 _SPOKES = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))
 
 
-def markers(parameters, sample, details):
-    """Fields of each marker of one output: balls, pins, rings, ellipses, load arrows and their scale."""
-    yield from _balls(parameters, sample)
-    yield from _rings(parameters, sample)
-    yield from _ellipses(parameters, sample, details)
-    yield from _loads(parameters, sample, details)
+def markers(parameters, sample, details) -> list[tuple[np.ndarray, list[dict]]]:
+    """(outputs, fields of each marker) of many outputs: balls, pins, rings, ellipses, load arrows and their scale.
+
+    Outputs in one entry show as many ellipses and arrows, and as many letters.
+    """
+    load = sample["normal_load"]
+    greatest = np.maximum(load.max(axis=(1, 2)), 1e-30)
+    ellipses, arrows = details["semi_minor"] > 0.0, load > 1e-3 * greatest[:, None, None]
+    texts = np.array([_scale_text(one).encode() for one in greatest.tolist()])
+    lengths = np.char.str_len(texts)
+    sizes = np.stack([ellipses.sum(axis=(1, 2)), arrows.sum(axis=(1, 2)), lengths], axis=1)
+    balls, rings = list(_balls(parameters, sample)), list(_rings(parameters, sample))
+    outlined, pushed = _outlines(sample, details), _arrows(parameters, sample, details, greatest)
+    diameter, found = parameters.geometry.ball_diameter, []
+    for size in np.unique(sizes, axis=0):
+        rows = np.flatnonzero((sizes == size).all(axis=1))
+        whole = len(rows) == len(sizes)
+        shared = [one if whole else _part(one, rows) for one in (*balls, *rings)]
+        ends = [
+            one[rows][mask[rows]].reshape(len(rows), -1, 3) for one, mask in ((outlined, ellipses), (pushed, arrows))
+        ]
+        width, thick = (0.03 * diameter, 0.0, 0.0), (0.06 * diameter, 0.0, 0.0)
+        text = texts[rows].astype(f"S{size[2]}")
+        height, above = (0.0, 0.0, 0.5 * diameter), (0.0, 0.0, diameter)
+        drawn = [
+            marker("contact_ellipses", 0, LINE_LIST, width, RED) | {"points": ends[0]},
+            marker("loads", 0, LINE_LIST, thick, GREEN) | {"points": ends[1]},
+            marker("scale", 0, TEXT, height, GREEN, above) | {"text": text},
+        ]
+        found.append((rows, shared + drawn))
+    return found
+
+
+def _part(fields: dict, rows) -> dict:
+    """The fields of these outputs alone."""
+    kept = {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields.items()}
+    pose = {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields["pose"].items()}
+    return kept | {"pose": pose}
+
+
+def _scale_text(greatest: float) -> str:
+    return f"longest arrow = {greatest:.4g} N, ellipses x {ELLIPSE_SCALE:g}"
 
 
 def ring_sizes(parameters) -> tuple[float, float, float]:
@@ -62,55 +98,45 @@ def _balls(parameters, sample):
     diameter = parameters.geometry.ball_diameter
     position, orientation = sample["position"], sample["orientation"]
     size = (diameter, diameter, diameter)
-    yield marker("balls", 0, SPHERE_LIST, size, STEEL, points=(position))
-    x, y, z, w = orientation.T
+    yield marker("balls", 0, SPHERE_LIST, size, STEEL) | {"points": position}
+    x, y, z, w = np.moveaxis(orientation, -1, 0)
     own_x = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)], axis=-1)
     own_y = np.stack([2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)], axis=-1)
     reach = 0.53 * diameter
     ends = [position - reach * own_x, position + reach * own_x, position - reach * own_y, position + reach * own_y]
     width = (0.1 * diameter, 0.0, 0.0)
-    yield marker("ball_pins", 0, LINE_LIST, width, BLUE, points=(np.stack(ends, axis=1)))
+    points = np.stack(ends, axis=-2).reshape(len(position), -1, 3)
+    yield marker("ball_pins", 0, LINE_LIST, width, BLUE) | {"points": points}
 
 
 def _rings(parameters, sample):
     """A solid inner ring with spokes, so that its turning is seen, in a translucent outer one."""
     diameter = parameters.geometry.ball_diameter
     inner, outer, wide = ring_sizes(parameters)
-    tilt = sample["inner_ring_tilt"]
-    leaning, turned = (ring_attitude(tilt, angle).tolist() for angle in (0.0, sample["inner_ring_angle"]))
-    centre = sample["inner_ring_offset"].tolist()
+    tilt, angle = sample["inner_ring_tilt"], sample["inner_ring_angle"]
+    leaning, turned = ring_attitude(tilt, np.zeros(angle.shape)), ring_attitude(tilt, angle)
+    centre = sample["inner_ring_offset"]
     spokes = [(0.5 * inner * x, 0.5 * inner * y, 0.61 * diameter) for x, y in _SPOKES]
     width = (0.05 * diameter, 0.0, 0.0)
     yield marker("rings", 0, CYLINDER, (inner, inner, wide), ORANGE, centre, leaning)
     yield marker("rings", 1, CYLINDER, (outer, outer, wide), GLASS)
-    yield marker("spokes", 0, LINE_LIST, width, BLUE, centre, turned, points=spokes)
+    yield marker("spokes", 0, LINE_LIST, width, BLUE, centre, turned) | {"points": spokes}
 
 
-def _ellipses(parameters, sample, details):
-    """Outlines of all contact ellipses, as polygons of OUTLINE_SIDES sides."""
-    rows = details["semi_minor"] > 0.0
-    along = details["major_axis"][rows]
-    across = crossed(sample["normal"][rows], along)
-    major = ELLIPSE_SCALE * details["semi_major"][rows][:, None] * along
-    minor = ELLIPSE_SCALE * details["semi_minor"][rows][:, None] * across
-    ends = outlines(sample["point"][rows], major, minor)
-    width = (0.03 * parameters.geometry.ball_diameter, 0.0, 0.0)
-    yield marker("contact_ellipses", 0, LINE_LIST, width, RED, points=(ends))
+def _outlines(sample, details) -> np.ndarray:
+    """Outlines of all contact ellipses, as polygons of OUTLINE_SIDES sides: both ends of every side."""
+    along = details["major_axis"]
+    across = crossed(sample["normal"], along)
+    major = ELLIPSE_SCALE * details["semi_major"][..., None] * along
+    minor = ELLIPSE_SCALE * details["semi_minor"][..., None] * across
+    return outlines(sample["point"], major, minor)
 
 
-def _loads(parameters, sample, details):
-    """Arrows of a shaft and two barbs, their tips at the contacts; and a line of text with their scale."""
-    diameter = parameters.geometry.ball_diameter
-    load = sample["normal_load"]
-    greatest = max(float(load.max()), 1e-30)
-    rows = load > 1e-3 * greatest
-    tip = sample["point"][rows]
-    along = sample["normal"][rows] * (LONGEST_ARROW * diameter / greatest * load[rows])[:, None]
-    barb = 0.12 * crossed(details["major_axis"][rows], along)
+def _arrows(parameters, sample, details, greatest) -> np.ndarray:
+    """Both ends of a shaft and two barbs of an arrow at every contact, their tips there."""
+    length = LONGEST_ARROW * parameters.geometry.ball_diameter / greatest
+    tip = sample["point"]
+    along = sample["normal"] * (length[:, None, None] * sample["normal_load"])[..., None]
+    barb = 0.12 * crossed(details["major_axis"], along)
     left, right = tip - 0.25 * along + barb, tip - 0.25 * along - barb
-    ends = np.stack([tip - along, tip, left, tip, right, tip], axis=1)
-    width = (0.06 * diameter, 0.0, 0.0)
-    yield marker("loads", 0, LINE_LIST, width, GREEN, points=(ends))
-    text = f"longest arrow = {greatest:.4g} N, ellipses x {ELLIPSE_SCALE:g}"
-    height = (0.0, 0.0, 0.5 * diameter)
-    yield marker("scale", 0, TEXT, height, GREEN, (0.0, 0.0, diameter), text=text)
+    return np.stack([tip - along, tip, left, tip, right, tip], axis=-2)

@@ -23,6 +23,7 @@ from bearing_twin.kinds.bearing.equations import (
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
+    COLUMNS,
     DISSIPATED,
     DRIVE_WORK,
     GIVEN_INNER,
@@ -38,7 +39,6 @@ from bearing_twin.kinds.bearing.layout import (
     get,
     get_quaternion,
     get_vector,
-    into_lane,
     new_lanes,
     put,
     put_quaternion,
@@ -184,14 +184,34 @@ def _turn(bearing, lanes):
 
 
 @kernel
-def _spread(places, lanes, k, ball, row):
-    """Writes one lane's ball into a row of all channels, and adds its shares; ball 0 begins the sums."""
+def _load(states, orientations, sample, ball, lanes):
+    """Copies the balls of all lanes, number `ball[k]` of `sample[k]`, into them."""
+    for column in range(COLUMNS):
+        for k in range(LANES):
+            put(lanes, AXIS_DISTANCE + column, k, states[sample[k], ball[k], column])
+    for part in range(4):
+        for k in range(LANES):
+            put(lanes, OWN_ORIENTATION + part, k, orientations[sample[k], ball[k], part])
+
+
+@kernel
+def _spread(places, lanes, count, ball, begin, out):
+    """Writes the first `count` lanes into rows of all channels and adds their shares, ball by ball; ball 0 begins.
+
+    `begin[k]` is where the row of lane k begins in the flat `out`. Row after row of the lanes, whose numbers follow
+    each other.
+    """
     first, step = places.first, places.step
     for i in range(OWN_ROWS):
-        row[first[i] + ball * step[i]] = get(lanes, ANGLE_OUT + i, k)
+        at, apart = first[i], step[i]
+        for k in range(count):
+            out[begin[k] + at + ball[k] * apart] = get(lanes, ANGLE_OUT + i, k)
     for i in range(SHARED_ROWS):
-        share = get(lanes, INNER_FORCE + i, k)
-        row[places.shared + i] = share if ball == 0 else row[places.shared + i] + share
+        total = out[begin[0] + places.shared + i]
+        for k in range(count):
+            share = get(lanes, INNER_FORCE + i, k)
+            total = share if ball[k] == 0 else total + share
+            out[begin[k] + places.shared + i] = total
 
 
 @kernel
@@ -236,11 +256,11 @@ def _write_pairs(bearing, state, near, elastic, load, row):
 
 
 @inlined
-def _put_ring(ring, border, lanes, k):
+def _put_ring(ring, borders, sample, lanes, k):
     """Gives a lane the place and motion of a ring that tilts or moves."""
     if len(ring) > 0:
         for i in range(2 * PLACES):
-            put(lanes, BORDER_MOTION + i, k, border[i])
+            put(lanes, BORDER_MOTION + i, k, borders[sample, i])
 
 
 @inlined
@@ -259,23 +279,22 @@ def write_rows(bearing, drive, times, states, orientations, borders, places, out
     `borders` (count, BORDER) are those of ring and cage, where the bearing's `ring` is not empty. `times`
     count from the instant the drive's angle and speed belong to.
     """
-    balls = bearing.balls
-    lanes, total = new_lanes(OUTPUT_ROWS), len(times) * balls
-    for begin in range(0, total, LANES):
+    balls, lanes, flat = bearing.balls, new_lanes(OUTPUT_ROWS), out.reshape(-1)
+    sample, ball, begin = np.zeros((3, LANES), np.int64)
+    total, width = len(times) * balls, out.shape[1]
+    for done in range(0, total, LANES):
         for k in range(LANES):
-            pair = min(begin + k, total - 1)
-            sample, ball = pair // balls, pair % balls
-            into_lane(states[sample, ball], lanes, AXIS_DISTANCE, k)
-            into_lane(orientations[sample, ball], lanes, OWN_ORIENTATION, k)
-            put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * times[sample])
-            _put_ring(bearing.ring, borders[sample], lanes, k)
+            pair = min(done + k, total - 1)
+            sample[k], ball[k] = pair // balls, pair % balls
+            begin[k] = (first + sample[k]) * width
+            put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * times[sample[k]])
+            _put_ring(bearing.ring, borders, sample[k], lanes, k)
+        _load(states, orientations, sample, ball, lanes)
         give_coefficients(bearing, lanes)
         _contacts(bearing, lanes)
         _add_spots(bearing.spot, bearing, lanes)
         _turn(bearing, lanes)
-        for k in range(min(LANES, total - begin)):
-            pair = begin + k
-            _spread(places, lanes, k, pair % balls, out[first + pair // balls])
+        _spread(places, lanes, min(LANES, total - done), ball, begin, flat)
     near = np.zeros(balls, np.bool_)
     for sample in range(len(times)):
         row, time = out[first + sample], times[sample]

@@ -30,7 +30,7 @@ from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, dimension_of, free
 from bearing_twin.kinds.bearing.start import cage_inertia
 
 NEVER = math.inf
-RING_SHARE = 0.1  # of the errors that a ball's motion may make: those of ring and cage
+RING_SHARE = 0.3  # of the errors that a ball's motion may make: those of ring and cage
 SAME = 1e-12  # relative: instants nearer than this are one
 
 
@@ -69,17 +69,23 @@ class Loading:
         return load + knots[row, 1:] + rate * (elapsed - knots[row, 0]), rate
 
 
-def partners_of(parameters: BearingScene, scales: np.ndarray) -> Partners:
-    """Ring and cage without loads; `scales` (MOTION,) are the errors that a step of a ball may make."""
-    ring, cage, support = parameters.rings.inner, parameters.cage, parameters.rings.inner.support
-    moving, caged = dimension_of(parameters) == FREE_RING, cage.kind != "none"
-    free = np.array([*(free_coordinates(parameters) if moving else (False,) * 5), caged], float)
+def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
+    """Errors (2 PLACES,) that a step of ring and cage may make, from those of a ball (MOTION,)."""
     pitch = 0.5 * parameters.geometry.pitch_diameter
     # Little stops a shaft that rings, so that errors of its motion add up for longer than a ball's.
     place, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
+    return np.array([*(place,) * 3, *(place / pitch,) * 3, *(speed,) * 3, *(speed / pitch,) * 3])
+
+
+def partners_of(parameters: BearingScene) -> Partners:
+    """Ring and cage without loads, and without scales: those are `border_scales`."""
+    ring, cage, support = parameters.rings.inner, parameters.cage, parameters.rings.inner.support
+    moving, caged = dimension_of(parameters) == FREE_RING, cage.kind != "none"
+    free = np.array([*(free_coordinates(parameters) if moving else (False,) * 5), caged], float)
     about = ring.inertia[0] or 1.0
     inertia = cage_inertia(parameters) if caged else 1.0
     return Partners(
+        ring=(1.0,) if moving else (),
         active=moving or caged,
         even=cage.kind == EVEN,
         varying=moving and ring.unbalance != 0.0,
@@ -94,7 +100,7 @@ def partners_of(parameters: BearingScene, scales: np.ndarray) -> Partners:
         polar_inertia=ring.inertia[1],
         unbalance=ring.unbalance if moving else 0.0,
         phase=0.0,
-        scales=np.array([*(place,) * 3, *(place / pitch,) * 3, *(speed,) * 3, *(speed / pitch,) * 3]),
+        scales=np.zeros(2 * PLACES),
     )
 
 

@@ -5,6 +5,7 @@ A (v - v_c - w x d') and A (s - w). `contact_gradient` differentiates it there; 
 velocities are put in by the chain rule, in the axes of the ball's frame.
 """
 
+import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
@@ -27,6 +28,7 @@ from bearing_twin.kinds.bearing.layout import (
     get,
     get_vector,
     put,
+    put_vector,
 )
 from bearing_twin.kinds.bearing.ring_seat import Seat, ring_in_lane, seat_of, seen_from
 from bearing_twin.numerics.block_solve import combined, minus_block, negative, plus, product, times
@@ -157,29 +159,30 @@ def inner_gradient(ring, bearing, given, slope, place, cosine, sine, speed, posi
 
 
 @inlined
-def _put_columns(lanes, row, stride, k, cosine, sine, size, place, turn, velocity, rate):
-    """Writes how three rows from `row` on, in any axes, answer to the ring's places and velocities in fixed axes."""
-    for r in range(3):
-        at = row + r * stride
-        shift, push = about_z(cosine, sine, place[r]), about_z(cosine, sine, velocity[r])
-        tilt, faster = about_z(cosine, sine, turn[r]), about_z(cosine, sine, rate[r])
-        _put_row(lanes, at, k, size, shift, tilt, push, faster)
+def _put_columns(lanes, row, stride, k, cosine, sine, size, answer):
+    """Writes how a vector, three rows from `row` on, answers to the ring's places and velocities in fixed axes."""
+    place, turn, velocity, rate = answer.place, answer.turn, answer.velocity, answer.rate
+    _put_turned_row(lanes, row, k, cosine, sine, size, place[0], turn[0], velocity[0], rate[0])
+    _put_turned_row(lanes, row + stride, k, cosine, sine, size, place[1], turn[1], velocity[1], rate[1])
+    _put_turned_row(lanes, row + 2 * stride, k, cosine, sine, size, place[2], turn[2], velocity[2], rate[2])
 
 
 @inlined
-def _put_row(lanes, at, k, size, shift, tilt, push, faster):
-    for axis in range(3):
-        put(lanes, at + axis, k, -size * shift[axis])
-        put(lanes, at + PLACES + axis, k, -size * push[axis])
-    for axis in range(2):
-        put(lanes, at + 3 + axis, k, size * tilt[axis])
-        put(lanes, at + PLACES + 3 + axis, k, size * faster[axis])
+def _put_turned_row(lanes, at, k, cosine, sine, size, place, turn, velocity, rate):
+    """Writes one row of answers to a ball's place and velocity as answers to the ring's."""
+    shift, push = about_z(cosine, sine, place), about_z(cosine, sine, velocity)
+    tilt, faster = about_z(cosine, sine, turn), about_z(cosine, sine, rate)
+    put_vector(lanes, at, k, scaled(-size, shift))
+    put_vector(lanes, at + PLACES, k, scaled(-size, push))
+    put(lanes, at + 3, k, size * tilt[0])
+    put(lanes, at + 4, k, size * tilt[1])
+    put(lanes, at + PLACES + 3, k, size * faster[0])
+    put(lanes, at + PLACES + 4, k, size * faster[1])
 
 
 @inlined
 def _put_number(lanes, at, k, cosine, sine, sign, answer):
-    shift, push = about_z(cosine, sine, answer.place), about_z(cosine, sine, answer.velocity)
-    _put_row(lanes, at, k, sign, shift, about_z(cosine, sine, answer.turn), push, about_z(cosine, sine, answer.rate))
+    _put_turned_row(lanes, at, k, cosine, sine, sign, answer.place, answer.turn, answer.velocity, answer.rate)
 
 
 @inlined
@@ -193,8 +196,19 @@ def _turned(cosine, sine, block):
 
 
 @inlined
-def _put_reaction(lanes, out, first, count, k, cosine, sine, value, answer):
-    """Writes how the first `count` components of a force or moment on the ring, the opposite of `value`, answer.
+def _put_reaction_row(lanes, i, k, cosine, sine, place, turn, velocity, spin, rate, angle):
+    """Writes how component i of what acts on the ring, in fixed axes, answers to a ball's motion and to the ring's."""
+    row = BORDER_BY_BALL + i * MOTION
+    put_vector(lanes, row, k, (place[0], angle, place[2]))
+    put_vector(lanes, row + VELOCITY, k, velocity)
+    put_vector(lanes, row + SPIN, k, spin)
+    at = BORDER_BY_BORDER + i * 2 * PLACES
+    _put_turned_row(lanes, at, k, cosine, sine, 1.0, place, turn, velocity, rate)
+
+
+@inlined
+def _put_reaction(lanes, first, all_three, k, cosine, sine, value, answer):
+    """Writes how a force or moment on the ring, the opposite of `value`, answers: all three components, or x and y.
 
     From coordinate `first` of the border on; `value` and `answer` are in the ball's frame and on the ball.
     """
@@ -202,17 +216,10 @@ def _put_reaction(lanes, out, first, count, k, cosine, sine, value, answer):
     spin, turn = _turned(cosine, sine, negative(answer.spin)), _turned(cosine, sine, negative(answer.turn))
     rate = _turned(cosine, sine, negative(answer.rate))
     angle = about_z(cosine, sine, scaled(-1.0, add(answer.angle, cross(UP, value))))
-    for r in range(count):
-        row = out + BORDER_BY_BALL + (first + r) * MOTION
-        put(lanes, row, k, place[r][0])
-        put(lanes, row + 1, k, angle[r])
-        put(lanes, row + 2, k, place[r][2])
-        for axis in range(3):
-            put(lanes, row + VELOCITY + axis, k, velocity[r][axis])
-            put(lanes, row + SPIN + axis, k, spin[r][axis])
-        shift, push = about_z(cosine, sine, place[r]), about_z(cosine, sine, velocity[r])
-        tilt, faster = about_z(cosine, sine, turn[r]), about_z(cosine, sine, rate[r])
-        _put_row(lanes, out + BORDER_BY_BORDER + (first + r) * 2 * PLACES, k, 1.0, shift, tilt, push, faster)
+    _put_reaction_row(lanes, first, k, cosine, sine, place[0], turn[0], velocity[0], spin[0], rate[0], angle[0])
+    _put_reaction_row(lanes, first + 1, k, cosine, sine, place[1], turn[1], velocity[1], spin[1], rate[1], angle[1])
+    if all_three:
+        _put_reaction_row(lanes, first + 2, k, cosine, sine, place[2], turn[2], velocity[2], spin[2], rate[2], angle[2])
 
 
 @inlined
@@ -234,8 +241,8 @@ def _moment(found):
 
 
 @kernel
-def ring_answers(ring, bearing, lanes, out):
-    """Fills `out` (BORDER_ROWS) with how the balls in `lanes` and the ring answer to each other's motion.
+def ring_answers(ring, bearing, lanes):
+    """Fills the rows of how balls and ring answer to each other's motion.
 
     Forces and moments on the ring are not yet divided by its inertia. `ring` is the bearing's, not empty; friction
     acts at a point.
@@ -250,20 +257,13 @@ def ring_answers(ring, bearing, lanes, out):
             get(lanes, RING_SPEED, k), lane_position(lanes, k), get_vector(lanes, VELOCITY, k),
             get_vector(lanes, SPIN, k),
         )  # fmt: skip
-        force, torque = found.force, found.torque
-        _put_columns(
-            out, BALL_BY_BORDER, stride, k, cosine, sine, inverse_mass,
-            force.place, force.turn, force.velocity, force.rate,
-        )  # fmt: skip
-        _put_columns(
-            out, BALL_BY_BORDER + 3 * stride, stride, k, cosine, sine, inverse_inertia,
-            torque.place, torque.turn, torque.velocity, torque.rate,
-        )  # fmt: skip
+        _put_columns(lanes, BALL_BY_BORDER, stride, k, cosine, sine, inverse_mass, found.force)
+        _put_columns(lanes, BALL_BY_BORDER + 3 * stride, stride, k, cosine, sine, inverse_inertia, found.torque)
         work = BALL_BY_BORDER + (ANSWERING - 3) * stride
-        _put_number(out, work, k, cosine, sine, 1.0, found.power)
-        _put_number(out, work + stride, k, cosine, sine, 1.0, found.loss)
-        sign = 1.0 if found.contact.drive_power >= 0.0 else -1.0
-        _put_number(out, work + 2 * stride, k, cosine, sine, sign, found.power)
-        _put_reaction(out, 0, 0, 3, k, cosine, sine, found.contact.force, force)
+        _put_number(lanes, work, k, cosine, sine, 1.0, found.power)
+        _put_number(lanes, work + stride, k, cosine, sine, 1.0, found.loss)
+        sign = math.copysign(1.0, found.contact.drive_power)
+        _put_number(lanes, work + 2 * stride, k, cosine, sine, sign, found.power)
+        _put_reaction(lanes, 0, True, k, cosine, sine, found.contact.force, found.force)
         value, answer = _moment(found)
-        _put_reaction(out, 0, 3, 2, k, cosine, sine, value, answer)
+        _put_reaction(lanes, 3, False, k, cosine, sine, value, answer)

@@ -1,6 +1,6 @@
 """The topics of a bearing: wrenches, contacts, state, joints and markers, as fields of messages.
 
-All but the markers take many outputs at once, with one row an output in front of every array.
+They take many outputs at once, with one row an output in front of every array.
 """
 
 import numpy as np
@@ -45,7 +45,8 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             together=True,
         ),
         Topic(
-            "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME
+            "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME,
+            together=True,
         ),
     )  # fmt: skip
 
@@ -105,10 +106,10 @@ def joints(output: Output) -> dict:
     }
 
 
-def marker_fields(output: Output) -> dict:
-    """visualization_msgs/MarkerArray."""
-    details = output.once(contact_details)
-    return {"markers": list(markers(output.parameters, output.sample, details))}
+def marker_fields(output: Output) -> list[tuple[np.ndarray, dict]]:
+    """visualization_msgs/MarkerArray, for each number of ellipses and arrows that occurs."""
+    found = markers(output.parameters, output.sample, output.once(contact_details))
+    return [(rows, {"markers": fields}) for rows, fields in found]
 
 
 def orbit_rates(sample: Sample) -> np.ndarray:
