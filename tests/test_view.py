@@ -31,7 +31,7 @@ from bearing_twin.view.packing import STEPS, packed
 from bearing_twin.view.page import SCRIPTS, html
 from bearing_twin.view.run_page import document_of_run
 from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.tables import ball_tables, figure_rows
+from bearing_twin.view.tables import ball_tables, error_notes, figure_rows
 
 SHORT = {  # a short run of each kind
     "bearing": ("bearing_6203_loose", "run.duration=0.02"),
@@ -209,6 +209,10 @@ def test_figures_have_readable_units_and_their_errors():
     (table,) = ball_tables(figures, errors, {})
     assert table["rows"] == [["1"], ["2"], ["3"], ["4.5"]]
     assert table["errors"] == ["0.2"]
+    promise = {"norm": "of the load", "tolerance": 1e-4, "where": "at 1 s"}
+    wanted = {"loads": {"error": 2e-3, **promise}, "slip": {"error": None, **promise}}
+    (note,) = error_notes({"wanted_errors": wanted, "errors_unknown": {}})
+    assert note == "loads are off by 0.002 of the load, wanted 0.0001 at 1 s"
 
 
 @pytest.fixture
