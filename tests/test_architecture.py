@@ -19,6 +19,7 @@ GROUND = (
         "code_cache",
         "compiled",
         "errors",
+        "extras",
         "spelling",
         "units",
         "parameters",
@@ -69,7 +70,16 @@ LATE_ROOMS = {"charts", "log", "nodes", "run", "uq", "view"}  # what the command
 FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
 REQUIRED = (
     *("README.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "package.xml", "setup.py", "setup.cfg", "pyproject.toml"),
-    *(".ci/run", "resource/bearing_twin", "requirements", "config/scenes", "config/studies", "launch", "tests"),
+    *(
+        ".ci/run",
+        "resource/bearing_twin",
+        "requirements",
+        "config/bearings",
+        "config/scenes",
+        "config/studies",
+        "launch",
+        "tests",
+    ),
     *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
 )
 
@@ -276,9 +286,12 @@ def named_late(node: ast.AST) -> set[str]:
 
 
 def test_what_only_tests_reach_is_listed_or_gone():
-    """From the public API, the entry points and what runs on import, by name; `reference` exists for tests."""
+    """From the public API, entry points, launch files and what runs on import; `reference` exists for tests."""
     defined, entries = (ast.FunctionDef, ast.ClassDef), PACKAGE / "nodes" / "entry.py"
     reached = {"main", *dir(bearing_twin), *(node.name for node in TREES[entries].body if isinstance(node, defined))}
+    for path in (ROOT / "launch").glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        reached |= {one.attr for one in ast.walk(tree) if isinstance(one, ast.Attribute)}
     inside, named = {}, {}
     for path, tree in TREES.items():
         for node in tree.body:

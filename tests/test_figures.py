@@ -121,7 +121,7 @@ def test_the_figures_of_every_kind_are_listed_with_units(capsys):
             assert key.endswith(suffix_of(row["unit"]))
     assert not listed
     assert main(["scenes", "--figures"]) == DONE
-    assert "mean over the second half of the run" in "".join(capsys.readouterr())
+    assert "mean over the second half of the run" in " ".join("".join(capsys.readouterr()).split())
 
 
 def test_missing_outputs_are_counted(tmp_path, capsys):
