@@ -2,6 +2,7 @@
 # make check   the tests that a change wants, within about a minute
 # make test    set up what is missing, then run the tests; one file: make test T=tests/test_x.py
 # make test-environments   what needs slow or strange surroundings: empty caches, a busy processor, other Pythons
+# make docs    the documentation as pages for a browser, in build/docs; works without a network
 # make lint    style and formatting
 # make bench   how fast runs and static solves are in the user's hand, on this machine
 # make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; 45 minutes, docs/reliability.md
@@ -11,7 +12,7 @@
 SHELL := /bin/bash
 PYTHON ?= python3
 .DEFAULT_GOAL := help
-.PHONY: help setup base bench check test test-environments torture lint format demo clean missing
+.PHONY: help setup base bench check test test-environments torture docs lint format demo clean missing
 .NOTPARALLEL:
 
 , := ,
@@ -26,12 +27,15 @@ HEADERS_FOUND := $(shell $(PYTHON) -c 'import os, sysconfig; print(*filter(os.pa
 MISSING := $(if $(CXX_FOUND),$(if $(HEADERS_FOUND),,the headers of Python (Debian: apt install python3-dev)),a C++ compiler (Debian: apt install g++))
 ifdef MISSING
   FLAVOUR := plain
+  MEGABYTES := 550
   REQUIREMENTS := requirements/runtime.txt requirements/test.txt
 else
   FLAVOUR := ros
+  MEGABYTES := 950
   REQUIREMENTS := requirements/runtime.txt requirements/test.txt requirements/ros.txt requirements/build.txt
 endif
 PACKAGES := $(STAMPS)/packages-$(FLAVOUR)
+SIZE := about $(MEGABYTES) MB of disk
 INTERFACES := $(if $(MISSING),missing,install/.interfaces)
 
 help:
@@ -47,21 +51,24 @@ missing:
 
 $(STAMPS)/venv:
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 10) or sys.exit("Python 3.10 or newer is needed and $(PYTHON) is %d.%d: use make PYTHON=/path/to/python3." % sys.version_info[:2])'
-	$(call stage,virtual environment .venv with $(PYTHON))
-	@.ci/stage $(LOGS)/venv.txt "making .venv" $(PYTHON) -m venv .venv
-	@.ci/stage $(LOGS)/pip.txt "installing pip" .venv/bin/python -m pip install -r requirements/pip.txt
+	$(call stage,virtual environment .venv with $(PYTHON): it will take $(SIZE)$(,) all of it below this folder)
+	@free=$$(df -Pm . | awk 'NR == 2 {print $$4}'); test "$$free" -gt $(MEGABYTES) || \
+	  { echo "Only $$free MB are free here and the set-up takes $(MEGABYTES) MB: make room, or move the checkout." >&2; exit 1; }
+	@.ci/stage $(LOGS)/venv.txt 5 "making .venv" $(PYTHON) -m venv .venv
+	@.ci/stage $(LOGS)/pip.txt 5 "installing pip" .venv/bin/python -m pip install -r requirements/pip.txt
 	@mkdir -p $(STAMPS) && touch $@
 
 # One resolver call for everything: faster than one a file, and the pins are checked against each other.
 $(PACKAGES): $(STAMPS)/venv $(REQUIREMENTS)
 	$(call stage,Python packages$(if $(MISSING),, and ROS 2 Jazzy)$(,) about 40 s)
-	@.ci/stage $(LOGS)/packages.txt "installing packages" .venv/bin/python -m pip install $(addprefix -r ,$(REQUIREMENTS))
+	@.ci/stage $(LOGS)/packages.txt 40 "installing packages" .venv/bin/python -m pip install $(addprefix -r ,$(REQUIREMENTS))
 	@touch $@
 
-$(STAMPS)/package: $(PACKAGES) setup.py setup.cfg pyproject.toml package.xml
+$(STAMPS)/package: $(PACKAGES) .ci/ament_index.py setup.py setup.cfg pyproject.toml package.xml
 	$(call stage,bearing_twin into .venv)
-	@.ci/stage $(LOGS)/package.txt "installing bearing_twin" \
+	@.ci/stage $(LOGS)/package.txt 5 "installing bearing_twin" \
 	  .venv/bin/python -m pip install --no-deps --no-build-isolation --editable .
+	@.venv/bin/python .ci/ament_index.py .venv
 	@touch $@
 
 # tf2_msgs is built too where this ROS has none: its wheels lack the package.
@@ -69,7 +76,7 @@ install/.interfaces: $(PACKAGES) $(shell find cmake msg_schemas -type f)
 	$(call stage,interface packages$(,) about 60 s)
 	@mkdir -p install && rm -f install/local_setup.bash && source env.bash && \
 	  tf=$$(python -c 'import importlib.util as u; print("" if u.find_spec("tf2_msgs") else "tf2_msgs")') && \
-	  .ci/stage $(LOGS)/interfaces.txt "building bearing_twin_msgs $$tf" \
+	  .ci/stage $(LOGS)/interfaces.txt 60 "building bearing_twin_msgs $$tf" \
 	  colcon --log-level error build --base-paths msg_schemas $${tf:+cmake/$$tf} --packages-select bearing_twin_msgs $$tf \
 	  --event-handlers console_direct+ console_cohesion- --cmake-clean-cache \
 	  --cmake-args -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DCMAKE_INSTALL_MESSAGE=NEVER \
@@ -104,7 +111,7 @@ test: setup $(STAMPS)/variants
 	$(call stage,tests)
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest $(T)
 
-test-environments: setup
+test-environments: setup $(STAMPS)/docs
 	$(call stage,tests of environments)
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest -m environment -v $(T)
 
@@ -112,6 +119,7 @@ bench: setup
 	@.venv/bin/python bench/speed.py
 	@.venv/bin/python bench/static_solve.py
 	@.venv/bin/python bench/native.py
+	@.venv/bin/python bench/view.py
 ifndef MISSING
 	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/watch_cost.py
 endif
@@ -119,6 +127,14 @@ endif
 torture: setup
 	$(call stage,torture$(,) about 45 min)
 	@source env.bash && python tests/torture.py --write
+
+$(STAMPS)/docs: $(PACKAGES) requirements/docs.txt
+	@.ci/stage $(LOGS)/docs_packages.txt 15 "installing what builds the docs" .venv/bin/python -m pip install -r requirements/docs.txt
+	@touch $@
+
+docs: $(STAMPS)/package $(STAMPS)/docs
+	@.ci/stage $(LOGS)/docs.txt 20 "building the docs" .venv/bin/python -m sphinx -W --keep-going -b html docs build/docs
+	@echo "file://$(CURDIR)/build/docs/index.html"
 
 lint: $(PACKAGES)
 	@.venv/bin/ruff check .
@@ -132,7 +148,8 @@ demo: setup
 	$(call stage,demo)
 ifdef MISSING
 	@mkdir -p demo && run=demo/$$(date +%Y%m%d_%H%M%S) && \
-	  .venv/bin/bearing_twin simulate bearing_6203 --duration 5 --out $$run.mcap --plot $$run.png
+	  .venv/bin/bearing_twin simulate bearing_6203_load_and_speed --out $$run.mcap --plot $$run.png && \
+	  .venv/bin/bearing_twin view $$run.mcap --out $$run.html
 else
 	@source env.bash && python -m bearing_twin.nodes.entry demo
 endif

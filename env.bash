@@ -8,6 +8,9 @@ fi
 unset RMW_IMPLEMENTATION
 source "$bearing_twin_root/.venv/bin/activate"
 export AMENT_PREFIX_PATH="$VIRTUAL_ENV" ROS_DISTRO=jazzy
+# For C++: headers and CMake packages of the messages, and their libraries. install/ puts its own before these.
+export CMAKE_PREFIX_PATH="$VIRTUAL_ENV${CMAKE_PREFIX_PATH:+:$CMAKE_PREFIX_PATH}"
+export LD_LIBRARY_PATH="$VIRTUAL_ENV/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
 export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
 if [ -f "$bearing_twin_root/install/local_setup.bash" ]; then
   source "$bearing_twin_root/install/local_setup.bash"

@@ -20,6 +20,7 @@ _HOMES = {
     "write_study": "bearing_twin.log.study_log",
     "read_log": "bearing_twin.log.mcap_log",
     "write_log": "bearing_twin.log.mcap_log",
+    "export_log": "bearing_twin.log.export",
     "BearingTwinError": "bearing_twin.errors",
     "SceneError": "bearing_twin.errors",
     "StudyError": "bearing_twin.errors",

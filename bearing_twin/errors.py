@@ -1,5 +1,7 @@
 """Errors a user can cause; each message is one sentence that says what to do."""
 
+import sys
+
 
 class BearingTwinError(Exception):
     """Base of every error raised for bad input or a failed run; the command line turns it into exit code 2."""
@@ -42,3 +44,15 @@ class Stopped(BearingTwinError):
 
 class MissingInterfacesError(BearingTwinError):
     """ROS 2 or the interface package bearing_twin_msgs cannot be imported."""
+
+
+def missing_package(error: ModuleNotFoundError) -> str:
+    """The sentence for a Python package that is not installed; raises `error` again where it is a module of our own."""
+    name = (error.name or "").partition(".")[0]
+    if name in ("", "bearing_twin"):
+        raise error
+    return (
+        f"the Python package {name} is not installed for {sys.executable}: "
+        f"run `{sys.executable} -m pip install {name}`; "
+        "in a ROS workspace `rosdep install --from-paths src` or requirements/workspace.txt bring all that is needed"
+    )

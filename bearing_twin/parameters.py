@@ -17,6 +17,7 @@ from bearing_twin.units import NO_LIMITS, UNITS, Limits, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
+SOME = 3  # examples of a free text
 LONGEST_TEXT = 1000  # letters of a text that a file may hold
 
 
@@ -287,8 +288,10 @@ def _describe(cls, instance, path):
             yield Parameter(key, "table", value, "", metadata["help"], limits, NO_LIMITS, ())
         elif "options" in metadata:
             options = metadata["options"]()
-            kind = "free text" if "open" in metadata else "text"
-            yield Parameter(key, kind, value, "", metadata["help"], ", ".join(options), NO_LIMITS, options)
+            kind, legal = "text", ", ".join(options)
+            if "open" in metadata:
+                kind, legal = "free text", f"such as {', '.join(options[:SOME])}" if options else ""
+            yield Parameter(key, kind, value, "", metadata["help"], legal, NO_LIMITS, options)
         else:
             limits, unit = metadata["limits"], metadata["unit"]
             kind = "integer" if isinstance(value, int) else "number"

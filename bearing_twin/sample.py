@@ -15,12 +15,16 @@ import numpy as np
 
 
 class Channel(NamedTuple):
-    """One named quantity of a scene: `shape` of one sample, SI `unit`, and what it means (frame, sign, point)."""
+    """One named quantity of a scene: `shape` of one sample, SI `unit`, and what it means (frame, sign, point).
+
+    `axes` names the axes of `shape`, where they are not the kind's bodies and contacts, x, y, z, or a quaternion.
+    """
 
     name: str
     unit: str
     shape: tuple[int, ...]
     meaning: str
+    axes: tuple[str, ...] = ()
 
     @property
     def width(self) -> int:

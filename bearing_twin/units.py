@@ -49,8 +49,9 @@ NO_LIMITS = Limits()
 
 
 class Unit(NamedTuple):
-    """A row of UNITS: `suffix` of keys ("" = none is used), `shown` to people, the `prefixes` it may take.
+    """A row of UNITS: `suffix` of keys ("" = none is used), `shown` in tables of SI, the `prefixes` it may take.
 
+    `people` is the unit that engineers read in its place, and the factor into it; without one, `shown` with a prefix.
     `least` and `greatest` are the sizes between which a declared parameter must lie if it names no bounds of its own:
     wider than any bearing, ball or beam, and far from where products of such numbers leave double precision.
     """
@@ -60,6 +61,7 @@ class Unit(NamedTuple):
     prefixes: str = ""
     least: float = 0.0
     greatest: float = math.inf
+    people: tuple[str, float] | None = None
 
 
 UNITS = {  # by the symbol that declarations use
@@ -67,16 +69,16 @@ UNITS = {  # by the symbol that declarations use
     "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4),
     "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
     "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
-    "rad": Unit("rad", "rad", greatest=1e6),
+    "rad": Unit("rad", "rad", greatest=1e6, people=("°", 180.0 / math.pi)),
     "K": Unit("k", "K", least=1.0, greatest=1e5),
     "1/K": Unit("per_k", "1/K", greatest=1.0),
     "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
     "W": Unit("w", "W", ALL),
-    "N": Unit("n", "N", ALL, greatest=1e12),
+    "N": Unit("n", "N", ALL, greatest=1e12, people=("N", 1.0)),
     "J": Unit("j", "J", ALL),
-    "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15),
+    "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
     "B": Unit("bytes", "B", least=1.0, greatest=1e15),
-    "N m": Unit("nm", "N m", ALL, greatest=1e12),
+    "N m": Unit("nm", "N m", ALL, greatest=1e12, people=("N mm", 1e3)),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),
     "kg m^2/s": Unit("", "kg m²/s"),
@@ -85,12 +87,12 @@ UNITS = {  # by the symbol that declarations use
     "N m/rad": Unit("", "N m/rad", greatest=1e15),
     "N s/m": Unit("", "N s/m", greatest=1e15),
     "N m s/rad": Unit("", "N m s/rad", greatest=1e15),
-    "N/m": Unit("n_per_m", "N/m", least=1e-9, greatest=1e15),
+    "N/m": Unit("n_per_m", "N/m", least=1e-9, greatest=1e15, people=("N/µm", 1e-6)),
     "1/m": Unit("per_m", "1/m"),
     "s/m": Unit("s_per_m", "s/m", greatest=1e6),
     "m/s": Unit("m_s", "m/s", least=1e-12, greatest=1e5),
     "m/s^2": Unit("m_s2", "m/s²", greatest=1e6),
-    "rad/s": Unit("rad_s", "rad/s", least=1e-12, greatest=1e6),
+    "rad/s": Unit("rad_s", "rad/s", least=1e-12, greatest=1e6, people=("rpm", 30.0 / math.pi)),
     "rad/s^2": Unit("rad_s2", "rad/s²", least=1e-12, greatest=1e9),
     "kg/m^3": Unit("kg_m3", "kg/m³", least=1e-6, greatest=1e6),
     "s (m/s)^0.2": Unit("", "s (m/s)^0.2", least=1e-12, greatest=1e6),
@@ -101,10 +103,35 @@ _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=la
 
 def named(key: str) -> tuple[str, str]:
     """(words, unit as shown) of an SI-suffixed key: `normal_load_inner_n` is ("normal load inner", "N")."""
+    words, unit = _words_and_unit(key)
+    return words, unit.shown
+
+
+def unit_suffix(key: str) -> str:
+    """The end of an SI-suffixed key that says its unit, as `_rad_s`; empty where there is none."""
+    _, unit = _words_and_unit(key)
+    return f"_{unit.suffix}" if unit.suffix else ""
+
+
+def readable(key: str, size: float) -> tuple[str, str, float]:
+    """(words, unit that people read, factor into it) of an SI-suffixed key whose values are up to `size`."""
+    words, unit = _words_and_unit(key)
+    return words, *for_people(size, unit)
+
+
+def for_people(size: float, unit: Unit) -> tuple[str, float]:
+    """(unit that people read, factor into it) of values of up to `size` in a unit of the table."""
+    if unit.people is not None:
+        return unit.people
+    factor, shown = prefixed(size, unit.shown)
+    return shown, factor
+
+
+def _words_and_unit(key: str) -> tuple[str, Unit]:
     for unit in _LONGEST_FIRST:
         if key.endswith(f"_{unit.suffix}") and len(key) > len(unit.suffix) + 1:
-            return key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit.shown
-    return key.replace("_", " "), ""
+            return key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit
+    return key.replace("_", " "), UNITS["1"]
 
 
 def suffix_of(unit: str) -> str:

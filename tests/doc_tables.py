@@ -4,6 +4,7 @@ A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says wh
 """
 
 import csv
+import importlib
 import math
 import re
 import sys
@@ -11,15 +12,19 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
+from failure_rows import FAILURES
+
 from bearing_twin.charts.work_precision import LADDERS, PROBLEMS, StepperPoint, cheapest
-from bearing_twin.command.chart_command import CHARTS
+from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import MEASURED
+from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.parameters import describe
 from bearing_twin.shelf import SCENES, STUDIES
+from bearing_twin.units import named
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.knowledge import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
@@ -32,7 +37,12 @@ _PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DO
 
 def _table(header: tuple[str, ...], rows: Iterable[tuple]) -> str:
     lines = [header, ("---",) * len(header), *rows]
-    return "".join(f"|{'|'.join(str(cell) for cell in line)}|\n" for line in lines)
+    return "".join(f"|{'|'.join(_cell(cell) for cell in line)}|\n" for line in lines)
+
+
+def _cell(cell) -> str:
+    text = str(cell).replace("|", "\\|")
+    return text if "`" in text else text.replace("<", "\\<")
 
 
 def _scenes() -> str:
@@ -103,7 +113,7 @@ def _two_digits(value: float) -> str:
 
 
 def _charts() -> str:
-    return _table(("chart", "what it shows"), ((f"`{name}`", text) for name, (_, text) in CHARTS.items()))
+    return _table(("chart", "what it shows"), ((f"`{name}`", chart.shows) for name, chart in CHARTS.items()))
 
 
 def _quantities() -> str:
@@ -130,6 +140,66 @@ def _samplers() -> str:
     return _table(("sampler", "what"), ((f"`{name}`", row.help) for name, row in SAMPLERS.items()))
 
 
+def _reading(name: str) -> str:
+    """What a contest says, from the tables that stand beside its picture."""
+    module = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
+    sentences = getattr(module, "CONTESTS", {}).get(name, module).read(ROOT / "docs", name)
+    return "".join(f"* {sentence}\n" for sentence in sentences)
+
+
+def _failures() -> str:
+    """Ways to fail with the command that provokes each, as `failure_rows` has them and a test runs them."""
+    rows = (
+        (row.fails, row.does, f"`bearing_twin {row.command}`" if row.command else "", f"`{row.chart}`")
+        for row in FAILURES
+    )
+    return _table(("what fails", "what the software does", "command that provokes it", "chart"), rows)
+
+
+def _keys() -> str:
+    """Every key once for the kinds that have it with the same default and limits."""
+    kinds: dict[tuple, list[str]] = {}
+    for name, kind in SHIPPED.items():
+        for row in describe(kind.parameters):
+            cells = (f"`{row.key}`", row.type, f"`{row.default}`", row.unit, row.limits, row.help)
+            kinds.setdefault(cells, []).append(f"`{name}`")
+    of = {cells: "all" if len(names) == len(SHIPPED) else ", ".join(names) for cells, names in kinds.items()}
+    return _table(
+        ("key", "type", "default", "unit", "limits", "meaning", "kinds"), ((*cells, of[cells]) for cells in kinds)
+    )
+
+
+def _figures() -> str:
+    rows = (
+        (kind, f"`{key}`", named(key)[1] or "-", meaning)
+        for kind, entry in SHIPPED.items()
+        for key, meaning in entry.meanings_of().items()
+    )
+    return _table(("kind", "figure", "unit", "meaning"), rows)
+
+
+def _node_parameters() -> str:
+    """The parameters of the nodes; empty where ROS, which their modules need, is missing."""
+    try:
+        tables = {
+            name: importlib.import_module(f"bearing_twin.nodes.{home}").PARAMETERS for name, home in NODES.items()
+        }
+    except (ImportError, BearingTwinError):
+        return ""
+    rows = (
+        (f"`{node}`", f"`{one.name}`", f"`{one.default!r}`", one.unit or "-", "-" if one.read_only else "yes", one.help)
+        for node, table in tables.items()
+        for one in table
+    )
+    return _table(("node", "parameter", "default", "unit", "live", "meaning"), rows)
+
+
+NODES = {
+    "sim_node": "scene_parameters",
+    "recorder_node": "recorder_node",
+    "replay_node": "replay_node",
+    "uq_node": "uq_node",
+}
 TABLES: dict[str, Callable[[], str]] = {
     "scenes": _scenes,
     "studies": _studies,
@@ -141,10 +211,15 @@ TABLES: dict[str, Callable[[], str]] = {
     "speeds": _speeds,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
+    "failures": _failures,
+    **{f"reading_{name}": partial(_reading, name) for name in made_by("contest")},
     "quantities": _quantities,
     "distributions": _distributions,
     "knowledge": _knowledge,
     "samplers": _samplers,
+    "keys": _keys,
+    "figures": _figures,
+    "node_parameters": _node_parameters,
 }
 
 
@@ -155,7 +230,7 @@ def names_in(text: str) -> list[str]:
 
 def written(text: str) -> str:
     """A page with its tables as they are in the code."""
-    return _PLACE.sub(lambda found: f"{found[1]}{TABLES[found[2]]()}{found[4]}", text)
+    return _PLACE.sub(lambda found: f"{found[1]}{TABLES[found[2]]() or found[3]}{found[4]}", text)
 
 
 def main() -> int:

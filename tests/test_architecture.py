@@ -19,6 +19,7 @@ GROUND = (
         "code_cache",
         "compiled",
         "errors",
+        "extras",
         "spelling",
         "units",
         "parameters",
@@ -69,7 +70,16 @@ LATE_ROOMS = {"charts", "log", "nodes", "run", "uq", "view"}  # what the command
 FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
 REQUIRED = (
     *("README.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "package.xml", "setup.py", "setup.cfg", "pyproject.toml"),
-    *(".ci/run", "resource/bearing_twin", "requirements", "config/scenes", "config/studies", "launch", "tests"),
+    *(
+        ".ci/run",
+        "resource/bearing_twin",
+        "requirements",
+        "config/bearings",
+        "config/scenes",
+        "config/studies",
+        "launch",
+        "tests",
+    ),
     *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
 )
 
@@ -157,7 +167,7 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
 
 
 FILE_OF_A_PART = {
-    **{part: part for part in ("motion", "figures", "quantities", "topics", "picture", "view")},
+    **{part: part for part in ("motion", "figures", "doubt", "quantities", "topics", "picture", "view")},
     "choose": "models",
     "records": "figures",
     "meanings": "figures",

@@ -73,7 +73,7 @@ def test_simulate_prints_one_json_object_with_what_was_asked_for(capsys):
 def test_without_json_the_result_is_a_table_on_standard_output(capsys):
     assert main(["simulate", *SHORT]) == DONE
     out, err = capsys.readouterr()
-    for words in ("cage speed", "rad/s", "normal load", "real time factor", "ball"):
+    for words in ("cage speed", "rpm", "normal load", "real time factor", "ball"):
         assert words in out
         assert words not in err
 

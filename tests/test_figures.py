@@ -121,7 +121,7 @@ def test_the_figures_of_every_kind_are_listed_with_units(capsys):
             assert key.endswith(suffix_of(row["unit"]))
     assert not listed
     assert main(["scenes", "--figures"]) == DONE
-    assert "mean over the second half of the run" in "".join(capsys.readouterr())
+    assert "mean over the second half of the run" in " ".join("".join(capsys.readouterr()).split())
 
 
 def test_missing_outputs_are_counted(tmp_path, capsys):
@@ -193,7 +193,10 @@ def late_half(outputs, half, begun=0):
     load = np.where(late, 30.0, 10.0)
     load[half // 2] = 100.0
     values["normal_load"] = load[:, None, None] * np.array([1.0, 2.0])[None, :, None] * np.ones((1, 1, 2))
-    values["inner_ring_torque"] = np.where(late, -0.3, -0.1)[:, None] * np.array([0.0, 0.0, 1.0])
+    torque = np.where(late, 0.3, 0.1)
+    values["inner_ring_torque"] = -torque[:, None] * np.array([0.0, 0.0, 1.0])
+    values["inner_ring_angle"] = np.cumsum(np.full(outputs, 0.18))
+    values["drive_work"] = np.cumsum(0.18 * torque)
     values["raceway_torque"] = np.where(late, 1.0, 9.0)[:, None, None] * np.array([3.0, 0.0, -4.0]) * np.ones((1, 2, 1))
     values["roll_rate"] = np.where(late, -7.0, -5.0)[:, None] * np.ones((1, 2))
     values["orbit_angle"] = np.cumsum(np.where(late, 0.07, 0.05))[:, None] * np.ones((1, 2))

@@ -56,6 +56,14 @@ def test_a_mistake_ends_with_code_2_and_one_sentence(name, parameter, words):
     one_sentence(run(name, "--ros-args", "-p", parameter), *words)
 
 
+@pytest.mark.parametrize("name", ["sim_node", "uq_node"])
+def test_help_is_printed_and_nothing_starts(name):
+    result = run(name, "--help", ROS_DOMAIN_ID="400")  # a domain that no node could join
+    assert (result.returncode, result.stderr) == (0, "")
+    assert f"usage: ros2 run bearing_twin {name} --ros-args" in result.stdout
+    assert "parameters (changeable while it runs: *):" in result.stdout
+
+
 def test_arguments_that_ros_cannot_parse_end_with_code_2():
     result = run("recorder_node", "--ros-args", "-p", "log")
     assert result.returncode == 2
@@ -92,6 +100,11 @@ def test_a_missing_interface_package_is_named(name):
 
 def test_a_missing_ros_is_named():
     one_sentence(run("", python=without("rclpy", "sim_node")), "ROS 2 cannot be imported", "source env.bash")
+
+
+@pytest.mark.parametrize("name", ["sim_node", "uq_node"])
+def test_a_missing_python_package_is_named(name):
+    one_sentence(run("", python=without("numba", name)), f"{name}: the Python package numba is not installed", "rosdep")
 
 
 def test_the_executables_of_the_package_are_these():

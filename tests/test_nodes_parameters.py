@@ -4,7 +4,15 @@ import math
 
 import pytest
 
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, ParameterError, checked, safety_of
+from bearing_twin.nodes.node_parameters import (
+    LOG_SAFETY,
+    NodeParameter,
+    ParameterError,
+    checked,
+    converted,
+    help_of,
+    safety_of,
+)
 
 TABLE = (
     NodeParameter("scene", "bearing_6203", "scene to run"),
@@ -57,3 +65,17 @@ def test_to_keep_some_files_they_must_be_several():
         safety_of(values | {"keep_files": 3})
     assert safety_of(values | {"keep_files": 3, "split_size": 1e6}).split_bytes == 1_000_000
     assert safety_of(values).patient
+
+
+def test_a_whole_number_is_a_number_and_a_designation_but_no_other_text():
+    number, text = NodeParameter("rate", 1.0, "pace"), NodeParameter("scene", "x", "scene", digits=True)
+    assert type(converted(number, 5)) is float
+    assert converted(text, 6308) == "6308"
+    assert converted(NodeParameter("log", "", "log"), 3) == 3
+    assert converted(NodeParameter("loop", False, "again"), True) is True
+
+
+def test_help_tells_every_parameter_within_eighty_columns():
+    told = help_of("sim_node", "runs a scene", LOG_SAFETY)
+    assert all(parameter.name in told and parameter.help.split()[0] in told for parameter in LOG_SAFETY)
+    assert max(map(len, told.splitlines())) <= 80

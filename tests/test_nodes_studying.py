@@ -1,6 +1,7 @@
 """Studies on request without ROS: their queue, their answers, what they may use, their logs."""
 
 import json
+import math
 import os
 import threading
 
@@ -18,6 +19,9 @@ from bearing_twin.nodes.study_goal import (
     Goal,
     Request,
     study_of,
+)
+from bearing_twin.nodes.study_goal import (
+    told as feedback_of,
 )
 from bearing_twin.nodes.studying import (
     LONGEST_READ_NS,
@@ -305,19 +309,19 @@ def test_progress_is_told_ten_times_a_second_at_most():
 
     def run(study, progress, cancelled):
         for done in range(100):
-            progress(Progress(done, 100, 1.0, 0.1, 5.0))
+            progress(Progress(done, 500, 1.0, 0.1, 5.0))
             now[0] += PROGRESS_PERIOD_NS // 10
-        assert (figures(studies)["done"], figures(studies)["total"]) == (99, 100)
+        assert (figures(studies)["done"], figures(studies)["total"]) == (99, 500)
         studies.look(now[0] - 1)  # too early
-        assert told[-1] == (90, "contact_duration")
+        assert told[-1] == (90, "std of contact_duration")
         studies.look(now[0])
         studies.look(now[0] + PROGRESS_PERIOD_NS)  # nothing new
-        assert told[-2:] == [(90, "contact_duration"), (99, "contact_duration")]
+        assert told[-2:] == [(90, "std of contact_duration"), (99, "mean of contact_duration")]
         return run_study(study)
 
     studies = Studies(run=run, clock=lambda: now[0])
     answered(studies, tell=lambda progress, quantity: told.append((progress.done, quantity)))
-    assert told == [(done, "contact_duration") for done in (*range(0, 100, 10), 99)]
+    assert told == [(done, "std of contact_duration") for done in (*range(0, 100, 10), 99)]
 
 
 def test_a_study_begins_without_the_progress_of_the_one_before():
@@ -327,7 +331,7 @@ def test_a_study_begins_without_the_progress_of_the_one_before():
         begun_with.append(figures(studies)["done"])
         studies.look(10 * PROGRESS_PERIOD_NS)
         for done in (30, 50):
-            progress(Progress(done, 100, 1.0, 0.1, 5.0))
+            progress(Progress(done, 500, 1.0, 0.1, 5.0))
         return run_study(study)
 
     studies = Studies(run=run, clock=lambda: 0)
@@ -422,3 +426,15 @@ def test_a_named_executor_is_allowed():
     answered(studies, QUICK._replace(overrides=("executor=dask://here:1",)))
     assert used == ["dask://here:1"]
     assert "not among" in answered(studies).message
+
+
+def test_feedback_counts_samples_as_asked_for_names_its_estimate_and_is_never_nan():
+    study = study_of(Goal("spheres_alpha_4e-5", ("stop.statistic=std",), samples=400))
+    begun, name = feedback_of(Goal("", samples=400), study, Progress(3, 60, math.nan, math.nan, 1.0))
+    assert begun == Progress(20, 400, 0.0, 0.0, 1.0)
+    assert name == ""
+    looked, name = feedback_of(Goal("", samples=400), study, Progress(60, 60, 2e-5, math.nan, 0.0))
+    assert looked == Progress(400, 400, 2e-5, math.inf, 0.0)
+    assert name == f"std of {study.stop_quantity}"
+    by_study = feedback_of(Goal("", samples=0), study, Progress(400, 400, 2e-5, 1e-6, 0.0))
+    assert by_study[0].done == by_study[0].total == study.settings.samples

@@ -89,7 +89,7 @@ def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
     words = ["--set", "stop.relative_tolerance=0.05", "--samples", "100000", "--set", "sensitivity=32"]
     assert main(["study", *QUICK, *words]) == DONE
     out = capsys.readouterr().out
-    assert re.search(r"contact_duration +mean +6\.\d+e-05 \[\S+, \S+\] +s", out)
+    assert re.search(r"contact_duration +mean +6\d\.\d+ \[\S+, \S+\] +µs", out)
     assert "0.95 quantile" in out
     assert "contact_duration: " in out
     assert "at 2 looks in a row" in out

@@ -8,6 +8,12 @@ from bearing_twin.command.outcome import Outcome, picture_path
 from bearing_twin.errors import SceneError
 
 HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
+EXAMPLES = (
+    "bearing_twin bearing --list",
+    "bearing_twin bearing 6308 --load 0,-3000,0",
+    "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
+    "bearing_twin bearing 6308 --load 0,-3000,0 --sweep load=100:5000:20 --plot curves.png",
+)
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
 VECTORS = {  # option: names of its numbers, unit
@@ -83,7 +89,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.command import bearing_table
 
     show = bearing_table.show_sweep if sweep else bearing_table.show_equilibrium
-    return Outcome(result, result.get("flags", []), lambda: show(result))
+    return Outcome(result, result.get("flags", []), lambda: show(result), True)
 
 
 def _number(option: str, text: str) -> float:
@@ -159,7 +165,7 @@ def _row_alone(arguments, given) -> Outcome | None:
         return None
 
     result = answer_of(name, parameters)
-    return Outcome(result, [], lambda: catalogue_table.show_row(result))
+    return Outcome(result, [], lambda: catalogue_table.show_row(result), True)
 
 
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:

@@ -12,15 +12,24 @@ import os
 import re
 import signal
 import sys
+import textwrap
 
 from bearing_twin import __version__
 from bearing_twin.command.commands import COMMANDS
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.command.completion_command import complete
+from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.processors import one_processor
 from bearing_twin.report import json_text, plain_json
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
+
+
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Examples as they stand, within 80 columns."""
+
+    def __init__(self, prog):
+        super().__init__(prog, max_help_position=26, width=80)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -40,6 +49,9 @@ def main(argv=None) -> int:
     except BearingTwinError as error:
         print(f"bearing_twin: {error}", file=sys.stderr)
         return BAD_INPUT
+    except ModuleNotFoundError as error:
+        print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         print("bearing_twin: interrupted; what was written so far is kept", file=sys.stderr)
         return INTERRUPTED
@@ -54,6 +66,7 @@ def main(argv=None) -> int:
 
 def _main(argv) -> int:
     parser, subparsers = _parsers()
+    complete(parser, subparsers)
     if not argv:
         parser.print_help(sys.stderr)
         return BAD_INPUT
@@ -70,16 +83,25 @@ def _main(argv) -> int:
         pass  # it was printed as it came
     elif arguments.json:
         sys.stdout.write(json_text(outcome.result) + "\n")
-    elif outcome.show:
-        outcome.show()
     else:
-        from bearing_twin.command.terminal import show_result
-
-        show_result(plain_json(outcome.result))
+        _show(outcome, arguments.si)
     sys.stdout.flush()  # here, where a reader that went away is no error
     for doubt in outcome.doubts:
         print(f"bearing_twin: doubtful: {doubt}", file=sys.stderr)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE
+
+
+def _show(outcome, si: bool) -> None:
+    from bearing_twin.command.terminal import SI, show_result
+
+    units = SI.set(si)
+    try:
+        if outcome.show and not (si and outcome.engineering):
+            outcome.show()
+        else:
+            show_result(plain_json(outcome.result))
+    finally:
+        SI.reset(units)
 
 
 def _parsers():
@@ -88,9 +110,18 @@ def _parsers():
     group = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     subparsers = {}
     for name, command in COMMANDS.items():
-        sub = group.add_parser(name, help=command.help, description=command.help, allow_abbrev=False)
+        sub = group.add_parser(
+            name,
+            help=command.help,
+            description=textwrap.fill(command.help, 78),
+            formatter_class=_Help,
+            allow_abbrev=False,
+        )
         command.arguments(sub)
-        sub.add_argument("--json", action="store_true", help="print the result as one JSON object")
+        examples = "\n  ".join(["examples:", *command.examples])
+        sub.epilog = "\n\n".join(part for part in (sub.epilog, examples) if part)
+        sub.add_argument("--json", action="store_true", help="print the result as one JSON object, in SI units")
+        sub.add_argument("--si", action="store_true", help="print tables in SI units, not in those engineers read")
         sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")
         subparsers[name] = sub
     return parser, subparsers

@@ -11,27 +11,36 @@ from bearing_twin.command import (
     bearing_command,
     chart_command,
     compile_command,
+    completion_command,
     contact_command,
     explain_command,
+    export_command,
     layouts_command,
     node_command,
+    scenes_command,
     study_command,
     topics_command,
     view_command,
     watch_command,
 )
-from bearing_twin.command.outcome import Outcome, failure_kept, listed, new_log, picture_path
+from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
 
 class Command(NamedTuple):
-    """One subcommand."""
+    """One subcommand; `examples` are whole lines as one would type them."""
 
     help: str
     arguments: Callable[[argparse.ArgumentParser], None]
     run: Callable[[argparse.Namespace], Outcome]
+    examples: tuple[str, ...] = ()
+
+
+def _of(module) -> Command:
+    """The subcommand of a module of its own."""
+    return Command(module.HELP, module.add_arguments, module.run, module.EXAMPLES)
 
 
 def _simulate_arguments(parser):
@@ -218,69 +227,47 @@ def _recover(arguments) -> Outcome:
     return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
 
 
-def _scenes_arguments(parser):
-    listed = parser.add_mutually_exclusive_group()
-    listed.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
-    listed.add_argument("--figures", action="store_true", help="list every figure of a run: unit, meaning")
-    listed.add_argument("--schema", action="store_true", help="the JSON Schema of scene and study files, for editors")
-
-
-def _scenes(arguments) -> Outcome:
-    from bearing_twin.shelf import SCENES
-
-    if arguments.keys:
-        return _keys()
-    if arguments.figures:
-        return _figures()
-    if arguments.schema:
-        return _schema()
-    header = ("name", "kind", "description")
-    return listed("scenes", header, ({name: head[name] for name in header} for head in SCENES.heads()))
-
-
-def _keys() -> Outcome:
-    from bearing_twin.kinds import KINDS
-    from bearing_twin.parameters import describe
-
-    rows = [(kind, row) for kind, entry in KINDS.items() for row in describe(entry.parameters)]
-    names = ("key", "type", "default", "unit", "limits", "help")
-    return listed("keys", names, ({"kind": kind} | {name: getattr(row, name) for name in names} for kind, row in rows))
-
-
-def _figures() -> Outcome:
-    from bearing_twin.command.terminal import named
-    from bearing_twin.kinds import KINDS
-
-    rows = [(kind, key, meaning) for kind, entry in KINDS.items() for key, meaning in entry.meanings_of().items()]
-    header = ("kind", "figure", "unit", "meaning")
-    found = ({"kind": kind, "figure": key, "unit": named(key)[1], "meaning": meaning} for kind, key, meaning in rows)
-    return listed("figures", header, found)
-
-
-def _schema() -> Outcome:
-    from bearing_twin.command.terminal import show_text
-    from bearing_twin.report import json_text
-    from bearing_twin.uq.schema import schema
-
-    found = schema()
-    return Outcome(found, [], lambda: show_text(json_text(found)))
-
-
 COMMANDS = {
-    "simulate": Command("integrate a scene, faster than real time", _simulate_arguments, _simulate),
-    "verify": Command("simulate the scene of a log again and compare every number", _samples_arguments, _verify),
-    "report": Command("the figures of a log, of a run or of a study, without simulating", _report_arguments, _report),
-    "recover": Command("copy what can be read of a damaged log into a new one", _recover_arguments, _recover),
-    "explain": Command(explain_command.HELP, explain_command.add_arguments, explain_command.run),
-    "chart": Command(chart_command.HELP, chart_command.add_arguments, chart_command.run),
-    "compile": Command(compile_command.HELP, compile_command.add_arguments, compile_command.run),
-    "contact": Command(contact_command.HELP, contact_command.add_arguments, contact_command.run),
-    "bearing": Command(bearing_command.HELP, bearing_command.add_arguments, bearing_command.run),
-    "study": Command(study_command.HELP, study_command.add_arguments, study_command.run),
-    "view": Command(view_command.HELP, view_command.add_arguments, view_command.run),
-    "node": Command(node_command.HELP, node_command.add_arguments, node_command.run),
-    "topics": Command(topics_command.HELP, topics_command.add_arguments, topics_command.run),
-    "layouts": Command(layouts_command.HELP, layouts_command.add_arguments, layouts_command.run),
-    "watch": Command(watch_command.HELP, watch_command.add_arguments, watch_command.run),
-    "scenes": Command("list the scenes, or every key of a scene", _scenes_arguments, _scenes),
+    "simulate": Command(
+        "integrate a scene, faster than real time",
+        _simulate_arguments,
+        _simulate,
+        (
+            "bearing_twin simulate bearing_6203",
+            "bearing_twin simulate 6308 --set geometry.radial_clearance=-5e-6 --duration 0.1",
+            "bearing_twin simulate bearing_6203_loose --out run.mcap --plot run.png",
+        ),
+    ),
+    "verify": Command(
+        "simulate the scene of a log again and compare every number",
+        _samples_arguments,
+        _verify,
+        ("bearing_twin verify run.mcap",),
+    ),
+    "report": Command(
+        "the figures of a log, of a run or of a study, without simulating",
+        _report_arguments,
+        _report,
+        ("bearing_twin report run.mcap", "bearing_twin report run.mcap --plot run.png --json"),
+    ),
+    "recover": Command(
+        "copy what can be read of a damaged log into a new one",
+        _recover_arguments,
+        _recover,
+        ("bearing_twin recover cut.mcap saved.mcap",),
+    ),
+    "export": _of(export_command),
+    "explain": _of(explain_command),
+    "chart": _of(chart_command),
+    "compile": _of(compile_command),
+    "contact": _of(contact_command),
+    "bearing": _of(bearing_command),
+    "study": _of(study_command),
+    "node": _of(node_command),
+    "topics": _of(topics_command),
+    "view": _of(view_command),
+    "layouts": _of(layouts_command),
+    "watch": _of(watch_command),
+    "scenes": _of(scenes_command),
+    "completion": _of(completion_command),
 }

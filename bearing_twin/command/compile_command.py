@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from bearing_twin.command.outcome import Outcome
 
 HELP = "compile what scenes need, so that their first run starts at once"
+EXAMPLES = ("bearing_twin compile", "bearing_twin compile bearing_6203 --set contact.friction=spot")
 QUICK = 1.0  # s: what compiles faster is not named
 
 

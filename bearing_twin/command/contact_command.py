@@ -5,9 +5,13 @@ import math
 
 from bearing_twin.command.outcome import Outcome, picture_path
 from bearing_twin.errors import SceneError
-from bearing_twin.units import named
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
+EXAMPLES = (
+    "bearing_twin contact --bearing 6203 --race inner --load 50",
+    "bearing_twin contact --radii-1 0.01 --load 100 --plot contact.png",
+    "bearing_twin contact --radii-1 0.01 --speed 1 --mass 0.03 --restitution 0.8",
+)
 OF_HERTZ = (
     "bearing", "race", "radii_1", "radii_2", "hollow", "angle", "curvature_small", "curvature_large", "material",
     "young", "poisson", "yield_strength", "load", "peak_pressure", "semi_major", "semi_minor", "speed", "mass",
@@ -223,17 +227,16 @@ def _damping(restitution, speed):
 
 def _show(result):
     """The result as two tables."""
-    from bearing_twin.command.terminal import show_rows, show_text
+    from bearing_twin.command.terminal import show_paragraph, show_quantities, show_rows, show_text
 
-    single = [(key, value) for key, value in result.items() if isinstance(value, (float, str))]
-    show_rows(("quantity", "value", "unit"), (_row(key, value) for key, value in single))
+    show_quantities({key: value for key, value in result.items() if isinstance(value, (float, str))})
     show_text()
     rows = ((name, f"{law['normal_load_n']:.6g}", f"{100 * law['error']:+.3g}") for name, law in result["laws"].items())
     show_rows(("law", "load at this approach [N]", "error [%]"), rows)
     if "damping" in result:
         rows = ((name, *(f"{one:.6g}" for one in row.values())) for name, row in result["damping"].items())
         show_rows(("formula", "damping [s/m]", "restitution at this speed"), rows)
-    show_text(
+    show_paragraph(
         f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "
         "(--frozen-at); linear: the slope of exact Hertz here, or --stiffness; laws with states: carried "
         "here from a circle"
@@ -242,16 +245,15 @@ def _show(result):
 
 def _show_shapes(result):
     """A pair of bodies as tables."""
-    from bearing_twin.command.terminal import show_rows, show_text
+    from bearing_twin.command.terminal import show_quantities, show_rows, show_text
 
-    rows = [(key, value) for key, value in result.items() if not isinstance(value, dict) and value is not None]
-    show_rows(("quantity", "value", "unit"), (_row(key, _vector(value)) for key, value in rows))
+    show_quantities({key: value for key, value in result.items() if not isinstance(value, dict) and value is not None})
     show_text()
     rows = ((name, "none here" if row is None else f"{row['error_m']:.3g}") for name, row in result["tracking"].items())
     show_rows(("opposing points", "off equations (1) by [m]"), rows)
     if result["overlap"]:
         show_text()
-        show_rows(("overlap", "value", "unit"), (_row(key, value) for key, value in result["overlap"].items()))
+        show_quantities(result["overlap"])
     if result["laws"]:
         show_text()
         rows = (
@@ -259,16 +261,3 @@ def _show_shapes(result):
             for name, row in result["laws"].items()
         )
         show_rows(("law", "load at this approach [N]", "error [%]"), rows)
-
-
-def _vector(value):
-    """Numbers of a list as text."""
-    if not isinstance(value, list):
-        return value
-    return "  ".join(one if isinstance(one, str) else f"{one:.6g}" for one in value)
-
-
-def _row(key, value):
-    """(words, number, unit) of an SI-suffixed key."""
-    words, unit = named(key)
-    return words, f"{value:.6g}" if isinstance(value, float) else value, unit

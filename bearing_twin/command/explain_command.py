@@ -9,6 +9,10 @@ from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
 HELP = "what made a run fail: time, body, contact, last good output; goes on from there at a tighter tolerance"
+EXAMPLES = (
+    "bearing_twin explain failure_20261122_101500.json",
+    "bearing_twin explain failure.json --tolerance 1e-6 --out on.mcap",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,6 +7,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
 
 HELP = "write layouts of a scene or of a log for RViz, Foxglove, PlotJuggler and Rerun"
+EXAMPLES = ("bearing_twin layouts bearing_6203 --out layouts",)
 RERUN = "rerun"
 
 

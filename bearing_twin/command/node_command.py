@@ -58,7 +58,7 @@ def _fill(leaf, verb: Verb) -> None:
     if verb.run is not node_verbs.start:
         text = "how long to wait for what is asked for, at most (default: 10)"
         leaf.add_argument("--wait", metavar="SECONDS", default="10", help=text)
-        for name in ("--json", "--strict"):
+        for name in ("--json", "--si", "--strict"):
             leaf.add_argument(name, action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
 
 
@@ -205,3 +205,9 @@ SHORT = {("echo",): ("topic", "echo"), ("set",): ("param", "set"), ("call",): ("
 
 def _verb(words: tuple[str, ...]) -> Verb:
     return next(one for one in VERBS if one.words == words)
+
+
+EXAMPLES = tuple(
+    f"bearing_twin node {' '.join(words)} {_verb(words).example}".rstrip()
+    for words in (("start",), ("topic", "echo"), ("param", "set"), ("study",))
+)

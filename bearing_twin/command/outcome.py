@@ -9,11 +9,15 @@ from bearing_twin.errors import BearingTwinError, IntegrationError
 
 
 class Outcome(NamedTuple):
-    """Of a subcommand: the JSON object (None: already printed), what is doubtful, how to show it (None: as tables)."""
+    """Of a subcommand: the JSON object (None: already printed), what is doubtful, how to show it (None: as tables).
+
+    `engineering`: `show` knows engineering units only; with --si the result is shown as tables.
+    """
 
     result: dict | None
     doubts: list[str]
     show: Callable[[], None] | None = None
+    engineering: bool = False
 
 
 def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:

@@ -10,6 +10,11 @@ from bearing_twin.errors import LogError, StudyError
 from bearing_twin.report import json_text
 
 HELP = "what is uncertain about a scene: distributions in, quantiles with intervals out"
+EXAMPLES = (
+    "bearing_twin study --list",
+    "bearing_twin study spheres_alpha_4e-5 --plot study.png",
+    "bearing_twin study bearing_6203_tolerances --samples 200 --set run.duration=0.05 --out study.mcap",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -130,17 +135,10 @@ def _listed() -> Outcome:
 
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
-    from bearing_twin.command.terminal import show_rows, show_text
+    from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
 
-    rows = []
-    for name, found in summary["quantities"].items():
-        for key in ("mean", "std", "skewness"):
-            unit = "1" if key == "skewness" else found["unit"]
-            rows.append((name if key == "mean" else "", key, _interval(found[key], found[f"{key}_interval"]), unit))
-        for p, quantile in found["quantiles"].items():
-            rows.append(
-                ("", f"{p} quantile", _interval(quantile["value"], (quantile["low"], quantile["high"])), found["unit"])
-            )
+    units = {name: shown_unit(found["unit"], _size(found)) for name, found in summary["quantities"].items()}
+    rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
     sources = [
         (
@@ -156,28 +154,43 @@ def show(summary) -> None:
         show_text()
         show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
     for name, found in summary["quantities"].items():
-        for statistic, reason in found["refused"].items():
-            show_text(f"{name}: no {statistic}, because {reason}")
-        if "runs" in found:
-            missed = 100.0 * found["interpolation_error"]
-            show_text(
-                f"{name}: a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
-            )
-        for statistic in found["unsafe"]:
-            show_text(
-                f"{name}: the interval of the {statistic} is unsafe: few samples far out decide; take more samples"
-            )
-        for one in found["densities"]:
-            height = _interval(one["density"], (one["low"], one["high"]))
-            show_text(f"{name}: density {height} 1/{found['unit']} at {one['value']:.6g} {found['unit']}")
-        if found["modality"]:
-            show_text(f"{name}: {_modes(found['modality'])}")
+        for sentence in _remarks(found, *units[name]):
+            show_paragraph(f"{name}: {sentence}")
     failed = sum(summary["failed"].values())
-    show_text(
+    show_paragraph(
         f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {summary['stopped_because']}"
     )
     for reason, count in summary["failed"].items():
-        show_text(f"  {count} failed: {reason}")
+        show_paragraph(f"  {count} failed: {reason}")
+
+
+def _size(found) -> float:
+    return max((abs(found[key]) for key in ("mean", "std") if found[key] is not None), default=0.0)
+
+
+def _statistics(name: str, found, unit: str, factor: float):
+    """Rows of mean, deviation, skewness and quantiles."""
+    for key in ("mean", "std", "skewness"):
+        own = ("1", 1.0) if key == "skewness" else (unit, factor)
+        yield name if key == "mean" else "", key, _interval(found[key], found[f"{key}_interval"], own[1]), own[0]
+    for p, quantile in found["quantiles"].items():
+        yield "", f"{p} quantile", _interval(quantile["value"], (quantile["low"], quantile["high"]), factor), unit
+
+
+def _remarks(found, unit: str, factor: float):
+    """Sentences about a quantity: what is refused, how exact, what is unsafe, densities, modes."""
+    for statistic, reason in found["refused"].items():
+        yield f"no {statistic}, because {reason}"
+    if "runs" in found:
+        missed = 100.0 * found["interpolation_error"]
+        yield f"a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
+    for statistic in found["unsafe"]:
+        yield f"the interval of the {statistic} is unsafe: few samples far out decide; take more samples"
+    for one in found["densities"]:
+        height = _interval(one["density"], (one["low"], one["high"]), 1.0 / factor)
+        yield f"density {height} 1/{unit} at {factor * one['value']:.6g} {unit}"
+    if found["modality"]:
+        yield _modes(found["modality"])
 
 
 def _modes(found) -> str:
@@ -185,10 +198,9 @@ def _modes(found) -> str:
     return number if found["p_value"] is None else f"{number}; that there is only one has p = {found['p_value']:.3g}"
 
 
-def _interval(value, interval) -> str:
+def _interval(value, interval, factor: float = 1.0) -> str:
     if value is None:
         return "-"
-    low, high = interval or (None, None)
-    if low is None and high is None:
-        return f"{value:.6g}"
-    return f"{value:.6g} [{'?' if low is None else f'{low:.5g}'}, {'?' if high is None else f'{high:.5g}'}]"
+    low, high = ("?" if one is None else f"{factor * one:.5g}" for one in interval or (None, None))
+    shown = f"{factor * value:.6g}"
+    return shown if low == high == "?" else f"{shown} [{low}, {high}]"

@@ -6,9 +6,11 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from typing import TYPE_CHECKING
 
-from bearing_twin.units import named
+from bearing_twin.command.layout import columns_apart, named_values, table, width_of_terminal, wrapped
+from bearing_twin.units import UNITS, for_people, named, readable, unit_suffix
 
 if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.sample import Block
@@ -17,64 +19,97 @@ SLOW = 1.0  # seconds without a sign of life before one is given
 FIRST_LOOK, LONG = 0.3, 30.0  # seconds after which a pace is known, and from which on a work is announced
 PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no terminal
 
-WIDTH, WIDE = 120, 220  # columns where there is no terminal to ask
-COLUMN = 15  # of a table of balls
+SI: ContextVar[bool] = ContextVar("si", default=False)  # whether people read SI units too
 ERROR = "_error"  # behind a figure's key: what is not known of it
 AXES = 3  # lists of so many numbers at most are vectors
 
 
 def show_result(result: Mapping) -> None:
     """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
-    from rich.table import Table
-    from rich.text import Text
-
-    console = _console(sys.stdout)
+    width = width_of_terminal()
     result, errors = _errors_apart(result)
-    single, columns = {}, {}
+    single, columns, events = [], {}, {}
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
             if len(value) <= AXES:
-                single[key] = ", ".join(map(_text, value)) + _worth(value, errors.get(key))
+                single.append(_named_value(key, value, errors.get(key)))
             else:
                 columns.setdefault(len(value), {})[key] = value
+        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
+            events[key] = value
         elif isinstance(value, (list, tuple)):
-            single[key] = "\n".join(map(str, value)) or "none"
+            single.append((named(key)[0], "\n".join(map(str, value)) or "none"))
         else:
-            single[key] = _text(value) + _worth(value, errors.get(key))
-    table = Table(show_header=False, box=None, pad_edge=False)
-    for key, value in single.items():
-        name, unit = named(key)
-        table.add_row(name, Text(f"{value} {unit}".rstrip()))
-    _put(console, table)
-    together = max((console.width - 6) // COLUMN, 1)
-    for lists in columns.values():
-        keys = list(lists)
-        for start in range(0, len(keys), together):
-            print()
-            _put(console, _ball_table({key: lists[key] for key in keys[start : start + together]}, errors))
+            single.append(_named_value(key, value, errors.get(key)))
+    show_text("\n".join(named_values(single, width)))
+    for key, rows in events.items():
+        _show_events(named(key)[0], [dict(_flat(row)) for row in rows])
+    for length, lists in columns.items():
+        header, cells = ["ball"], [[str(row) for row in range(length)]]
+        for key, values in lists.items():
+            words, unit, factor = _readable(key, values)
+            header.append(f"{words}\n{unit or '-'}")
+            cells.append([_text(value, factor) for value in values])
+        if any(key in errors for key in lists):
+            cells[0].append("±")
+            for column, (key, values) in zip(cells[1:], lists.items(), strict=True):
+                column.append(f"{_readable(key, values)[2] * max(errors[key]):.2g}" if key in errors else "")
+        for lines in columns_apart(header, cells, width):
+            show_text("\n".join(["", *lines]))
+
+
+def _show_events(title: str, rows: list[dict]) -> None:
+    """A table of mappings with the same keys, a row each."""
+    units = {key: _readable(key, [row.get(key) for row in rows]) for key in rows[0]}
+    header = [f"{words} [{unit}]" if unit else words for words, unit, _ in units.values()]
+    show_text(f"\n{title}")
+    show_rows(header, ([_text(row.get(key), units[key][2]) for key in units] for row in rows))
 
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
     """Print a plain table on standard output."""
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, pad_edge=False)
-    for index, name in enumerate(header):
-        table.add_column(Text(name), no_wrap=index == 0)  # else [s/m] is taken for markup
-    for row in rows:
-        table.add_row(*(Text(str(cell)) for cell in row))
-    _put(_console(sys.stdout, WIDE), table)
+    show_text(
+        "\n".join(
+            table(list(header), [["" if cell is None else cell for cell in row] for row in rows], width_of_terminal())
+        )
+    )
 
 
-def _put(console, table) -> None:
-    """Print a table; in a pipe its lines end with their last word."""
-    if console.is_terminal:
-        console.print(table, highlight=False)
-        return
-    with console.capture() as told:
-        console.print(table, highlight=False)
-    print("\n".join(line.rstrip() for line in told.get().splitlines()))
+def show_quantities(result: Mapping) -> None:
+    """Print single values of a result as a table of quantity, value and unit; lists of numbers side by side."""
+    rows = []
+    for key, value in result.items():
+        words, unit, factor = _readable(key, value)
+        shown = "  ".join(_text(one, factor) for one in value) if isinstance(value, list) else _text(value, factor)
+        rows.append((words, shown, unit))
+    show_rows(("quantity", "value", "unit"), rows)
+
+
+def _readable(key: str, values) -> tuple[str, str, float]:
+    """(words, unit, factor into that unit) of a key with these values: SI with --si, else what engineers read."""
+    sizes = [abs(one) for one in (values if isinstance(values, (list, tuple)) else [values]) if _is_number(one)]
+    return (*named(key), 1.0) if SI.get() else readable(key, max(sizes, default=0.0))
+
+
+def _is_number(value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _named_value(key: str, value, error) -> tuple[str, str]:
+    words, unit, factor = _readable(key, value)
+    numbers = value if isinstance(value, (list, tuple)) else [value]
+    shown = ", ".join(_text(one, factor) for one in numbers) + _worth(value, error, factor)
+    return words, f"{shown} {unit}".rstrip() if any(map(_is_number, numbers)) else shown
+
+
+def show_paragraph(text: str) -> None:
+    """Print a sentence or more of a result on standard output, wrapped between words."""
+    show_text("\n".join(wrapped(text, width_of_terminal())))
+
+
+def shown_unit(unit: str, size: float) -> tuple[str, float]:
+    """(unit, factor) in which values of up to `size` in a declared unit are shown: with --si as declared."""
+    return (unit, 1.0) if SI.get() or unit not in UNITS else for_people(size, UNITS[unit])
 
 
 def show_text(text: str = "") -> None:
@@ -146,6 +181,7 @@ def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iter
 
 
 def _progress_bar(stack, what):
+    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
@@ -154,7 +190,7 @@ def _progress_bar(stack, what):
         TextColumn("{task.percentage:3.0f} %"),
         TimeRemainingColumn(),
     )
-    bar = stack.enter_context(Progress(*columns, console=_console(sys.stderr), transient=True))
+    bar = stack.enter_context(Progress(*columns, console=Console(file=sys.stderr), transient=True))
     task = bar.add_task(what, total=1.0)
     return lambda share: bar.update(task, completed=share)
 
@@ -200,52 +236,31 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     return rest | told | ({"errors not in these": notes} if notes else {}), errors
 
 
-def _worth(value, error) -> str:
+def _worth(value, error, factor: float) -> str:
     """The error of a figure as it stands behind it; marked where it is large."""
     from bearing_twin.run.doubt import exceeds
 
     if error is None or value is None:
         return ""
     greatest = max(error) if isinstance(error, (list, tuple)) else error
-    return f" ± {greatest:.2g}{' (doubtful)' if exceeds(value, error) else ''}"
+    return f" ± {factor * greatest:.2g}{' (doubtful)' if exceeds(value, error) else ''}"
 
 
-def _ball_table(lists, errors):
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    table.add_column("ball", justify="right")
-    for key in lists:
-        name, unit = named(key)
-        table.add_column(f"{name}\n{unit or '-'}", justify="right", width=COLUMN - 2)
-    for row, values in enumerate(zip(*lists.values(), strict=True)):
-        table.add_row(str(row), *map(_text, values))
-    if any(key in errors for key in lists):
-        table.add_row("±", *(f"{max(errors[key]):.2g}" if key in errors else "" for key in lists))
-    return table
-
-
-def _console(stream, width=WIDTH):
-    from rich.console import Console
-
-    class Pipe(Console):
-        def on_broken_pipe(self):
-            raise  # for the command line to end with, as everywhere else; the base class ends the program here
-
-    return Pipe(file=stream, width=None if stream.isatty() else width)
-
-
-def _flat(result: Mapping, prefix: str = "") -> Iterator[tuple[str, object]]:
+def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:
+    """Values of nested mappings by keys joined; the unit of an outer key ends those within that have none."""
     for key, value in result.items():
+        own = unit_suffix(key)
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}_")
+            yield from _flat(value, f"{prefix}{key.removesuffix(own)}_", own or suffix)
         else:
-            yield f"{prefix}{key}", value
+            yield f"{prefix}{key}{'' if own else suffix}", value
 
 
-def _text(value) -> str:
+def _text(value, factor: float = 1.0) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value + 0.0:.6g}" if isinstance(value, float) else str(value)  # no -0
+    if isinstance(value, int) and factor == 1.0:
+        return str(value)
+    return f"{factor * value + 0.0:.6g}" if isinstance(value, (int, float)) else str(value)  # no -0

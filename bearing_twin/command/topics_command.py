@@ -3,6 +3,7 @@
 from bearing_twin.command.outcome import Outcome, listed
 
 HELP = "list the topics of a scene, or of every kind of scene"
+EXAMPLES = ("bearing_twin topics bearing_6203", "bearing_twin topics")
 
 
 def add_arguments(parser) -> None:

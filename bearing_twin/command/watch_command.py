@@ -6,6 +6,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo
 
 HELP = "show a running node in a browser, with speed, load, pause and reset to set"
+EXAMPLES = ("bearing_twin watch", "bearing_twin watch --port 8080")
 
 
 def add_arguments(parser) -> None:

@@ -16,6 +16,7 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD,
 from bearing_twin.log.recover import advice
 from bearing_twin.log.thinning import KEPT_KEY
 from bearing_twin.report import Choice
+from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
 
@@ -101,6 +102,10 @@ class LogStream:
     def __iter__(self) -> Iterator[Sample]:
         for block in self.blocks():
             yield from block
+
+    def to_xarray(self):
+        """The whole log as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
+        return dataset_of(self)
 
     def blocks(self) -> Iterator[Block]:
         """The blocks as recorded; raises LogError where the log is damaged or outputs are missing."""

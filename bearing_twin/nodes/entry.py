@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.processors import one_processor
 
 
@@ -48,10 +48,18 @@ def _run(name: str) -> int:
         signal.signal(number, lambda *_: os._exit(0))
     try:
         importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
-        return importlib.import_module(f"bearing_twin.nodes.{name}").main()
+        node = importlib.import_module(f"bearing_twin.nodes.{name}")
+        if hasattr(node, "PARAMETERS") and {"-h", "--help"} & set(sys.argv[1:]):
+            from bearing_twin.nodes.node_parameters import help_of
+
+            print(help_of(name, node.__doc__.partition("\n\n")[0].replace("\n", " "), node.PARAMETERS))
+            return 0
+        return node.main()
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)
-        return 2
+    except ModuleNotFoundError as error:
+        print(f"{name}: {missing_package(error)}", file=sys.stderr)
+    return 2
 
 
 if __name__ == "__main__":

@@ -3,7 +3,9 @@
 ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `checked` does the opposite of all three.
 """
 
+import json
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -19,7 +21,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "
 class NodeParameter(NamedTuple):
     """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range.
 
-    A number that is not 0 has at least the size `least`.
+    A number that is not 0 has at least the size `least`. `digits`: a whole number is taken as text, as a designation.
     """
 
     name: str
@@ -30,6 +32,7 @@ class NodeParameter(NamedTuple):
     high: float | None = None
     read_only: bool = True
     least: float = 0.0
+    digits: bool = False
 
     @property
     def description(self) -> str:
@@ -54,8 +57,7 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
     values = {}
     for parameter in table:
         value = given.get(parameter.name, parameter.default)
-        if type(parameter.default) is float and type(value) is int:
-            value = float(value)
+        value = converted(parameter, value)
         problem = problem_of(parameter, value)
         if problem:
             problems.append(problem)
@@ -63,6 +65,37 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
     if problems:
         raise ParameterError("; ".join(problems))
     return values
+
+
+def converted(parameter: NodeParameter, value: Any) -> Any:
+    """The value as the parameter holds it: ROS reads 5 as a whole number where 5.0 is meant, and 6308 too."""
+    if type(value) is int and type(parameter.default) is float:
+        return float(value)
+    return str(value) if type(value) is int and parameter.digits else value
+
+
+def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
+    """What `--help` prints: how a node is started, and its parameters with defaults, units and ranges."""
+    lines = [
+        f"usage: ros2 run bearing_twin {name} --ros-args -p NAME:=VALUE [-p ...]",
+        "",
+        *textwrap.wrap(what, 78),
+        "",
+    ]
+    lines += ["parameters (changeable while it runs: *):"]
+    for one in table:
+        default = json.dumps(one.default) if not isinstance(one.default, float) else f"{one.default:g}"
+        limits = "" if one.low is None else f", {one.low:g} to {one.high:g}"
+        lines.append(f"  {one.name}{'' if one.read_only else '*'} = {default}{with_unit(one.unit)}{limits}")
+        lines += textwrap.wrap(one.help, 72, initial_indent="      ", subsequent_indent="      ")
+    lines += ["", f"example: ros2 run bearing_twin {name} --ros-args -p {example_of(table)}"]
+    return "\n".join(lines)
+
+
+def example_of(table: Sequence[NodeParameter]) -> str:
+    """An assignment of the first parameter."""
+    first = table[0]
+    return f"{first.name}:={first.default or 'run.mcap'}"
 
 
 def problem_of(parameter: NodeParameter, value: Any) -> str | None:

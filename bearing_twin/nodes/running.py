@@ -19,7 +19,7 @@ from rclpy.publisher import Publisher
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.messages import WARN, diagnostics, message_class, rclpy
-from bearing_twin.nodes.node_parameters import NodeParameter, checked, problem_of
+from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, problem_of
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
@@ -51,11 +51,17 @@ def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] |
         node.declare_parameters("", [(parameter.name, default, _descriptor(parameter))], ignore_override=True)
     changeable = {parameter.name: parameter for parameter in table if not parameter.read_only}
 
+    def convert(changes: list[Parameter]) -> list[Parameter]:
+        known = [changeable.get(one.name) for one in changes]
+        pairs = zip(changes, known, strict=True)
+        return [Parameter(one.name, value=converted(row, one.value)) if row else one for one, row in pairs]
+
     def refuse(changes: list[Parameter]) -> SetParametersResult:
         problems = [problem_of(changeable[one.name], one.value) for one in changes if one.name in changeable]
         reason = "; ".join(problem for problem in problems if problem)
         return SetParametersResult(successful=not reason, reason=reason)
 
+    node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(refuse)
     return values
 

@@ -12,7 +12,12 @@ from bearing_twin.run.scene import Scene, load_scene
 
 NAME = "sim_node"
 PARAMETERS = (
-    NodeParameter("scene", "bearing_6203", "scene to run: a name, or the path of a YAML file"),
+    NodeParameter(
+        "scene",
+        "bearing_6203",
+        "scene to run: a name, a designation such as 6308, or the path of a YAML file",
+        digits=True,
+    ),
     NodeParameter("overrides", [], "changes to the scene, such as contact.normal=volumetric"),
     NodeParameter(
         "duration",

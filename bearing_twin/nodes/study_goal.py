@@ -1,5 +1,6 @@
 """A goal of the action run_study without ROS: what is asked, the study it makes, and how it is answered."""
 
+import math
 import threading
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
@@ -7,6 +8,7 @@ from typing import NamedTuple
 from bearing_twin.errors import StudyError
 from bearing_twin.permission import only_below
 from bearing_twin.uq.drawing import Progress
+from bearing_twin.uq.stopping import rule_of
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
@@ -42,8 +44,8 @@ class Request:
     """A goal on its way; its `answer` is there once `finished` is set.
 
     `called_off()` tells whether whoever asked has cancelled it. `begin()` is called once, when it starts to run, or
-    else when it has got its answer without. `tell(progress, quantity)` is called while it runs, ten times a second at
-    most.
+    else when it has got its answer without. `tell(progress, statistic)` is called while it runs, ten times a second at
+    most; see `told`.
     """
 
     def __init__(
@@ -51,7 +53,7 @@ class Request:
         goal: Goal,
         called_off: Callable[[], bool] = lambda: False,
         begin: Callable[[], None] = lambda: None,
-        tell: Callable[[Progress, str], None] = lambda progress, quantity: None,
+        tell: Callable[[Progress, str], None] = lambda progress, statistic: None,
     ):
         self.goal, self.called_off, self.tell = goal, called_off, tell
         self.study: Study | None = None
@@ -65,6 +67,26 @@ class Request:
         if not self._begun:
             self._begun = True
             self._begin()
+
+
+def told(goal: Goal, study: Study, progress: Progress) -> tuple[Progress, str]:
+    """(progress as feedback, name of the watched statistic): in samples as the goal asked for them, without NaN.
+
+    A study with a sweep, with an expansion or with shares of variance does another number of runs than samples were
+    asked for: `done` is then the same share of the samples as is done of the runs. Before the first look at the samples
+    the name is empty, and estimate and half width are 0; a half width that cannot be told is infinite.
+    """
+    total = goal.samples or study.settings.samples
+    done = progress.done if progress.total == total else int(total * progress.done / max(progress.total, 1))
+    counted = progress._replace(done=min(done, total), total=total)
+    if not math.isfinite(progress.estimate):
+        return counted._replace(estimate=0.0, half_width=0.0), ""
+    known = not math.isnan(progress.half_width)
+    return counted._replace(half_width=progress.half_width if known else math.inf), _watched(study)
+
+
+def _watched(study: Study) -> str:
+    return rule_of(study.settings.stop, study.stop_quantity).watched
 
 
 def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:

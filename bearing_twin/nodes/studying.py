@@ -17,7 +17,7 @@ from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, LogError, StudyError
 from bearing_twin.log.study_log import StudyLog
-from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of
+from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of, told
 from bearing_twin.parameters import echo
 from bearing_twin.report import json_text
 from bearing_twin.uq.drawing import Progress
@@ -218,7 +218,7 @@ class Studies:
             if request is None or progress is self._told or now < self._next_word:
                 return
             self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
-        request.tell(progress, request.study.stop_quantity)
+        request.tell(*told(request.goal, request.study, progress))
 
     def _answer(self, request: Request, result: StudyResult, late: bool, logged: tuple) -> Answer:
         summary = result.as_dict()

@@ -106,11 +106,11 @@ class UqNode(Node):
         self.studies.read(now, request)
         self.worker.wake()
 
-    def _tell(self, goal_handle, progress: Progress, quantity: str) -> None:
+    def _tell(self, goal_handle, progress: Progress, statistic: str) -> None:
         feedback = RunStudy.Feedback(
             done=int(progress.done),
             total=int(progress.total),
-            quantity=quantity,
+            quantity=statistic,
             estimate=float(progress.estimate),
             half_width=float(progress.half_width),
             seconds_left=float(progress.seconds_left),

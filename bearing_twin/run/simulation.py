@@ -10,6 +10,7 @@ from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.report import Choice, Report
+from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import Failure, record_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
@@ -282,6 +283,10 @@ class Run:
     def __iter__(self) -> Iterator[Sample]:
         for block in self.blocks():
             yield from block
+
+    def to_xarray(self):
+        """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `dataset_of`."""
+        return dataset_of(self)
 
 
 def simulate(

@@ -44,6 +44,12 @@ class StudyResult:
         """The summary as plain data, as `--json` gives it; statistics that do not exist are null, with the reason."""
         return dict(self.summary)
 
+    def to_dataframe(self):
+        """One row a realisation as a pandas DataFrame (extra `export`); see `uq.frame.frame_of`."""
+        from bearing_twin.uq.frame import frame_of
+
+        return frame_of(self)
+
     def sample(self, quantity: str) -> np.ndarray:
         """The quantity (n,) of every realisation, NaN where it failed."""
         return self.quantities[:, self.study.quantities.index(quantity)]

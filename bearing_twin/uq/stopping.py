@@ -41,11 +41,16 @@ class Rule(NamedTuple):
         """Whether one look found the interval narrow enough; never for a NaN."""
         return half_width <= max(self.tolerance, self.relative_tolerance * abs(estimate))
 
+    @property
+    def watched(self) -> str:
+        """The statistic and its quantity in words: `std of contact_duration`."""
+        what = f"{self.probability:g} quantile" if self.statistic == "quantile" else self.statistic
+        return f"{what} of {self.quantity}"
+
     def text(self) -> str:
         """The rule in words, for reports."""
-        what = f"{self.probability:g} quantile" if self.statistic == "quantile" else self.statistic
         bound = f"{self.tolerance:g}" if self.tolerance else f"{100.0 * self.relative_tolerance:g} % of it"
-        return f"the half width of the 95 % interval of the {what} of {self.quantity} is at most {bound}"
+        return f"the half width of the 95 % interval of the {self.watched} is at most {bound}"
 
 
 def rule_of(stop: Stop, quantity: str) -> Rule:

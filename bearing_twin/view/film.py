@@ -20,7 +20,7 @@ SOFTWARE = ("--enable-unsafe-swiftshader",)  # where there is no graphics proces
 READY = 60_000  # ms for a page to draw itself
 INSTALL = 'pip install "bearing_twin[view]"'
 
-_DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))"
+DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))"
 _GO_TO = "([time]) => { bearingView.player.seek(time); }"
 _SPAN = "() => [bearingView.store.first, bearingView.store.last, bearingView.player.speed]"
 
@@ -75,7 +75,7 @@ def write_films(
         images = max(2, math.ceil(min(SECONDS, shown / pace) * RATE))
         for number in range(images):
             page.evaluate(_GO_TO, [first + shown * number / (images - 1)])
-            page.evaluate(_DRAWN)
+            page.evaluate(DRAWN)
             content = page.screenshot(type="png")
             for writer in writers.values():
                 writer.add(content)

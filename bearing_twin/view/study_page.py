@@ -33,7 +33,11 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         {"sort": "", "name": "samples", "text": str(summary["samples"])},
         {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
         *([{"sort": "bad", "name": "", "text": f"{failed} failed"}] if failed else []),
-        *([{"sort": "doubt", "name": "", "text": f"{len(result.doubts)} doubts"}] if result.doubts else []),
+        *(
+            [{"sort": "doubt", "name": "", "text": f"{len(result.doubts)} doubt{'s' * (len(result.doubts) > 1)}"}]
+            if result.doubts
+            else []
+        ),
     ]
     return {
         "kind": "study",

@@ -42,9 +42,17 @@ def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
         Channel("normal_load", "N", (), "contact force, down on the beam and up on the sphere"),
         Channel("sphere_position", "m", (), "travel of the sphere's centre along the blow since the first touch"),
         Channel("sphere_velocity", "m/s", (), "of the sphere's centre along the blow"),
-        Channel("deflection", "m", (watched,), "of the beam along the blow at the impact point and outputs.points"),
-        Channel("bending_stress", "Pa", (watched,), "there, of the fibre away from the blow, tension positive"),
-        Channel("shape", "m", (stations,), "deflection at evenly spaced points from support to support"),
+        Channel(
+            "deflection",
+            "m",
+            (watched,),
+            "of the beam along the blow at the impact point and outputs.points",
+            ("watched",),
+        ),
+        Channel(
+            "bending_stress", "Pa", (watched,), "there, of the fibre away from the blow, tension positive", ("watched",)
+        ),
+        Channel("shape", "m", (stations,), "deflection at evenly spaced points from support to support", ("station",)),
         Channel("kinetic_energy", "J", (), "of the sphere"),
         Channel("beam_energy", "J", (), "kinetic and elastic, of the beam"),
         Channel("elastic_energy", "J", (), "stored in the contact"),

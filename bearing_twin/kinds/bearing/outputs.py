@@ -49,9 +49,11 @@ def _channels(n: int) -> tuple[Channel, ...]:
         Channel("inner_ring_angle", "rad", (), "not wrapped"),
         Channel("inner_ring_speed", "rad/s", (), "about +z"),
         Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
-        Channel("inner_ring_tilt", "rad", (2,), "of the inner ring about x and y"),
+        Channel("inner_ring_tilt", "rad", (2,), "of the inner ring about x and y", ("about",)),
         Channel("inner_ring_velocity", "m/s", (3,), "of the inner ring's centre"),
-        Channel("inner_ring_tilt_rate", "rad/s", (2,), "of the inner ring about x and y, its spin left out"),
+        Channel(
+            "inner_ring_tilt_rate", "rad/s", (2,), "of the inner ring about x and y, its spin left out", ("about",)
+        ),
         Channel("inner_ring_load", "N", (3,), "on a ring with mass from outside, its weight left out; 0 where held"),
         Channel("cage_angle", "rad", (), "of the cage, which is 0 where ball 0 is in the middle; 0 without a cage"),
         Channel("cage_speed", "rad/s", (), "of the cage about +z; 0 without one"),
@@ -118,6 +120,20 @@ def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     """Room for `count` solver outputs: all channels side by side."""
     layout = layout_of(_channels(parameters.geometry.balls))
     return Rows(layout, np.empty((count, layout.width)))
+
+
+def outputs_alone(bearing, drive, times, states, orientations, borders) -> dict[str, np.ndarray]:
+    """Channels (count, n, ...) of n balls that know nothing of each other, from states (count, n, columns) at `times`.
+
+    `borders` (n, BORDER) are ring and cage, which are held. Sums over the balls are those of each.
+    """
+    (count, balls), layout = states.shape[:2], layout_of(_channels(1))
+    rows = Rows(layout, np.empty((count * balls, layout.width)))
+    alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), np.tile(borders, (count, 1))
+    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, _places(1), rows.numbers, 0)
+    # A channel of each ball has one ball here.
+    shapes = (channel.shape[1:] if place < OWN else channel.shape for place, channel in enumerate(layout.channels))
+    return {name: rows[name].reshape(count, balls, *shape) for name, shape in zip(layout.places, shapes, strict=True)}
 
 
 def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):

@@ -11,8 +11,8 @@ from bearing_twin.sample import Channel
 CHANNELS = (
     Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),
     Channel("normal_load", "N", (), "contact force, pushing the bodies apart"),
-    Channel("displacement", "m", (2,), "of the two centres from the start, positive forward"),
-    Channel("velocity", "m/s", (2,), "of the two centres, positive forward"),
+    Channel("displacement", "m", (2,), "of the two centres from the start, positive forward", ("body",)),
+    Channel("velocity", "m/s", (2,), "of the two centres, positive forward", ("body",)),
     Channel("kinetic_energy", "J", (), "of the motion relative to the common centre of mass"),
     Channel("elastic_energy", "J", (), "stored in the contact"),
 )

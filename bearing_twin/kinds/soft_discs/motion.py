@@ -15,6 +15,8 @@ from bearing_twin.kinds.soft_discs.solve import GREATEST_FRAMES, Solved, solve
 from bearing_twin.report import Choice
 from bearing_twin.sample import Channel
 
+NODES = ("node", "in_plane")  # axes of a shape
+
 
 def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
     """What one sample of this scene holds."""
@@ -33,14 +35,16 @@ def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
         ),
         Channel("elastic_energy", "J", (), "strain energy of the whole disc or both"),
         Channel("contact_energy", "J", (), "stored in the penalty of the contact"),
-        Channel("shape", "m", (nodes, 2), "nodes of the half disc x >= 0: x from the line of flight, y off the wall"),
+        Channel(
+            "shape", "m", (nodes, 2), "nodes of the half disc x >= 0: x from the line of flight, y off the wall", NODES
+        ),
         *(
             (
                 Channel(
                     "other_position", "m", (), "depth of the other's centre of mass below the place of first touch"
                 ),
                 Channel("other_velocity", "m/s", (), "of the other's centre of mass, away from the disc"),
-                Channel("other_shape", "m", (nodes, 2), "nodes of the other's half, y away from the disc"),
+                Channel("other_shape", "m", (nodes, 2), "nodes of the other's half, y away from the disc", NODES),
             )
             if parameters.against == "other_disc"
             else ()

@@ -1,0 +1,23 @@
+"""Packages that only some users need: imported when they are wanted, and one sentence where they are missing."""
+
+import importlib
+from types import ModuleType
+
+from bearing_twin.errors import BearingTwinError
+
+EXTRAS = {  # extra of the package: what it is for
+    "completion": "completions of commands by the shell",
+    "dask": "studies on a cluster",
+    "export": "tables and data sets for pandas, xarray and what reads CSV, Parquet and NetCDF",
+}
+
+
+def wanted(module: str, extra: str) -> ModuleType:
+    """The module of an optional package; raises BearingTwinError that says which extra brings it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise BearingTwinError(
+            f"{EXTRAS[extra]} need the package {module.partition('.')[0]}; install it with: "
+            f"pip install 'bearing_twin[{extra}]'"
+        ) from error

@@ -1,0 +1,263 @@
+"""Logs out of the house: CSV, Parquet and NetCDF, with named axes and units, bit for bit.
+
+CSV and Parquet hold a file for each group of channels with the same axes, one row an output and a place along the axes;
+`channels.csv` beside them says what each column is. NetCDF holds everything in one file.
+"""
+
+import contextlib
+import csv
+import itertools
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import LogError
+from bearing_twin.extras import wanted
+from bearing_twin.log.run_log import read_log
+from bearing_twin.log.study_log import STUDY_RECORD, read_study
+from bearing_twin.run.axes import Axis, axes_of
+from bearing_twin.run.dataset import dataset_of, source_of, tables_of
+from bearing_twin.uq.frame import columns_of, units_of
+
+OUTPUTS, SAMPLES, CHANNELS = "outputs", "realisations", "channels.csv"
+TIMES = ("sequence", "time_ns", "time")  # number of the output, exact time [ns], time [s]
+
+
+class Group(NamedTuple):
+    """A file to be: its stem, the axes that its columns share, its columns as (name, unit, meaning)."""
+
+    stem: str
+    axes: tuple[Axis, ...]
+    columns: tuple[tuple[str, str, str], ...]
+
+
+class Exported(NamedTuple):
+    """What was written: the files, how many outputs or realisations they hold, and how many outputs the log lacks."""
+
+    files: tuple[str, ...]
+    rows: int
+    missing: int = 0
+
+
+def export_log(
+    log, to: str, out, topic: str | None = None, watch: Callable = lambda blocks, stream: blocks
+) -> Exported:
+    """Writes the log of a run or a study as `to` (a key of FORMATS) at the path `out`, which must not exist.
+
+    `watch(blocks, stream)` is handed the blocks on their way. Raises LogError for a damaged log, saying what `recover`
+    would save, and for a path that cannot be written; BearingTwinError where a package is missing. What was begun is
+    then removed.
+    """
+    target = Path(out)
+    if target.exists():
+        raise LogError(f"{target} exists and is not overwritten; give another path")
+    if not target.absolute().parent.is_dir():
+        raise LogError(f"{target.absolute().parent} is not a folder; make it first, or give another path")
+    write = FORMATS[to]
+    stream = read_log_or_study(log, topic)
+    begun: list[Path] = []
+    try:
+        return write(stream, target, begun, watch)._replace(missing=getattr(stream, "missing", 0))
+    except BaseException:
+        for path in reversed(begun):
+            with contextlib.suppress(OSError):
+                path.rmdir() if path.is_dir() else path.unlink()
+        raise
+
+
+def read_log_or_study(log, topic: str | None):
+    """The stream of a run's log, gaps allowed, or the result in that of a study."""
+    stream = read_log(log, allow_gaps=True, topic=topic)
+    return read_study(log) if STUDY_RECORD in stream.metadata else stream
+
+
+def groups_of(stream) -> list[Group]:
+    """The groups of a run's channels, those of single numbers first, then the tables of its records."""
+    kind = None if stream.scene is None else stream.scene.kind
+    found: dict[tuple[Axis, ...], list] = {}
+    for channel in stream.channels:
+        found.setdefault(axes_of(channel, kind), []).append((channel.name, channel.unit, channel.meaning))
+    groups = [
+        Group("_".join(axis.name for axis in axes) or OUTPUTS, axes, tuple(columns)) for axes, columns in found.items()
+    ]
+    tables = [
+        Group(f"record_{table.name}", (), tuple((one.name, one.unit, one.meaning) for one in table.columns))
+        for table in tables_of(stream.scene)
+    ]
+    return sorted(groups, key=lambda group: len(group.axes)) + tables
+
+
+def _rows(group: Group, block) -> list[np.ndarray | list]:
+    """The columns of a group of channels in one block: times, labels, values; each as long as the others."""
+    count, sizes = len(block), [len(axis.labels) for axis in group.axes]
+    places = int(np.prod(sizes))
+    times = (np.arange(block.first_sequence, block.first_sequence + count), block.time_ns, 1e-9 * block.time_ns)
+    labels = list(itertools.product(*(axis.labels for axis in group.axes)))
+    columns = [np.repeat(one, places) for one in times]
+    columns += [[label[place] for label in labels] * count for place in range(len(sizes))]
+    return columns + [np.reshape(block.values[name], -1) for name, _, _ in group.columns]
+
+
+def _pieces(group: Group, block) -> list | None:
+    """What a block adds to the file of a group; None where there is nothing."""
+    if group.stem.startswith("record_"):
+        rows = block.records.get(group.stem.removeprefix("record_"), ())
+        return list(np.asarray(rows).T) if len(rows) else None
+    return _rows(group, block)
+
+
+def _header(group: Group) -> list[str]:
+    names = [name for name, _, _ in group.columns]
+    return names if group.stem.startswith("record_") else [*TIMES, *(axis.name for axis in group.axes), *names]
+
+
+def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffix: str) -> Exported:
+    """One file a group in a folder, or the only one at a path that ends with `suffix`."""
+    if hasattr(stream, "study"):
+        group = Group(SAMPLES, (), tuple((name, unit, "") for name, unit in units_of(stream).items()))
+        groups, blocks = [group], None
+    else:
+        groups, blocks = groups_of(stream), watch(stream.blocks(), stream)
+    alone = target.suffix == suffix
+    if alone and len(groups) > 1:
+        stems = ", ".join(group.stem for group in groups)
+        raise LogError(f"{target}: the log has channels of {len(groups)} kinds ({stems}), one file each; give a folder")
+    if not alone:
+        target.mkdir()
+        begun.append(target)
+    paths = [target if alone else target / f"{group.stem}{suffix}" for group in groups]
+    rows = 0
+    with contextlib.ExitStack() as stack:
+        begun += paths
+        if blocks is None:
+            columns = columns_of(stream)
+            add = stack.enter_context(writer(paths[0], list(columns), dict(units_of(stream)), {}))
+            add(list(columns.values()))
+            rows = len(stream.status)
+        else:
+            rows = _fill(stack, writer, stream, groups, paths, blocks)
+    files = paths if alone else [*paths, _about(target / CHANNELS, groups, suffix, begun)]
+    return Exported(tuple(map(str, files)), rows)
+
+
+def _fill(stack, writer, stream, groups, paths, blocks) -> int:
+    source = source_of(stream) if suffixes_hold_source(paths) else {}
+    adders = [
+        stack.enter_context(writer(path, _header(group), {name: unit for name, unit, _ in group.columns}, source))
+        for path, group in zip(paths, groups, strict=True)
+    ]
+    rows = 0
+    for block in blocks:
+        rows += len(block)
+        for group, add in zip(groups, adders, strict=True):
+            piece = _pieces(group, block)
+            if piece is not None:
+                add(piece)
+    return rows
+
+
+def suffixes_hold_source(paths: Iterable[Path]) -> bool:
+    """Whether files of this sort keep texts about where their numbers come from."""
+    return any(path.suffix == ".parquet" for path in paths)
+
+
+def _about(path: Path, groups: Iterable[Group], suffix: str, begun: list[Path]) -> Path:
+    begun.append(path)
+    with open(path, "x", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(("file", "column", "unit", "axes", "meaning"))
+        for group in groups:
+            axes = " ".join(axis.name for axis in group.axes)
+            table.writerows(
+                (f"{group.stem}{suffix}", name, unit, axes, meaning) for name, unit, meaning in group.columns
+            )
+    return path
+
+
+@contextlib.contextmanager
+def _csv_file(path: Path, header: list[str], units: Mapping, source: Mapping) -> Iterator[Callable]:
+    """Numbers as the shortest text that reads back as the same double; NaN as an empty cell."""
+    with open(path, "x", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(header)
+
+        def add(columns) -> None:
+            table.writerows(zip(*(_texts(column) for column in columns), strict=True))
+
+        yield add
+
+
+def _texts(column) -> list:
+    values = column.tolist() if isinstance(column, np.ndarray) else column
+    return ["" if value != value else value for value in values]
+
+
+@contextlib.contextmanager
+def _parquet_file(path: Path, header: list[str], units: Mapping, source: Mapping) -> Iterator[Callable]:
+    """Units in the metadata of each field, where the numbers come from in that of the file."""
+    arrow, parquet = wanted("pyarrow", "export"), wanted("pyarrow.parquet", "export")
+    with contextlib.ExitStack() as stack:
+        file = None
+
+        def add(columns) -> None:
+            nonlocal file
+            arrays = [arrow.array(column) for column in columns]
+            if file is None:
+                fields = [
+                    arrow.field(name, array.type, metadata={"units": units.get(name, "")})
+                    for name, array in zip(header, arrays, strict=True)
+                ]
+                file = stack.enter_context(parquet.ParquetWriter(path, arrow.schema(fields, metadata=dict(source))))
+            file.write_table(arrow.Table.from_arrays(arrays, schema=file.schema))
+
+        yield add
+        if file is None:
+            fields = [arrow.field(name, arrow.float64(), metadata={"units": units.get(name, "")}) for name in header]
+            empty = arrow.schema(fields, metadata=dict(source))
+            stack.enter_context(parquet.ParquetWriter(path, empty)).write_table(empty.empty_table())
+
+
+def _csv(stream, target, begun, watch) -> Exported:
+    return _write_grouped(stream, target, begun, watch, _csv_file, ".csv")
+
+
+def _parquet(stream, target, begun, watch) -> Exported:
+    return _write_grouped(stream, target, begun, watch, _parquet_file, ".parquet")
+
+
+def _netcdf(stream, target, begun, watch) -> Exported:
+    """One file of NetCDF 4 by h5netcdf; realisations of a study are its variables over `realisation`."""
+    xarray = wanted("xarray", "export")
+    wanted("h5netcdf", "export")
+    if hasattr(stream, "study"):
+        units = units_of(stream)
+        variables = {
+            name: ("realisation", np.asarray(column), {"units": units[name]} if name in units else {})
+            for name, column in columns_of(stream).items()
+        }
+        dataset, rows = xarray.Dataset(variables), len(stream.status)
+    else:
+        dataset = dataset_of(_Watched(stream, watch))
+        rows = dataset.sizes["time"]
+    begun.append(target)
+    dataset.to_netcdf(target, engine="h5netcdf", format="NETCDF4")
+    return Exported((os.fspath(target),), rows)
+
+
+class _Watched:
+    """A stream whose blocks are shown to `watch` on their way."""
+
+    def __init__(self, stream, watch: Callable):
+        self._stream, self._watch = stream, watch
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def blocks(self):
+        return self._watch(self._stream.blocks(), self._stream)
+
+
+FORMATS = {"csv": _csv, "parquet": _parquet, "netcdf": _netcdf}

@@ -1,0 +1,75 @@
+"""A run or a log as a data set of xarray: named axes, units, and what computed it."""
+
+import json
+
+import numpy as np
+
+import bearing_twin
+from bearing_twin.extras import wanted
+from bearing_twin.kinds import KINDS
+from bearing_twin.run.axes import axes_of
+
+TIME = "time"
+
+
+def dataset_of(stream):
+    """All outputs of a run or a log as an `xarray.Dataset`, bit for bit.
+
+    One variable a channel, (time, *axes), with `units` and `long_name`; coordinates `time` [s], `time_ns` (int64) and
+    `sequence`, and labels along the axes. Tables of records are variables `<table>_<column>` over `<table>_record`.
+    Attributes hold the scene as YAML, law and stepper, and the report. A run is computed by this, a log read, and all
+    of it is held in memory. Raises BearingTwinError without xarray, and whatever the run or the log raises.
+    """
+    xarray = wanted("xarray", "export")
+    blocks = list(stream.blocks())
+    scene = stream.scene
+    kind = None if scene is None else scene.kind
+    times = np.concatenate([block.time_ns for block in blocks]) if blocks else np.zeros(0, np.int64)
+    numbers = [np.arange(block.first_sequence, block.first_sequence + len(block)) for block in blocks]
+    coordinates = {
+        TIME: (TIME, 1e-9 * times, {"units": "s", "long_name": "simulation time"}),
+        "time_ns": (TIME, times, {"units": "ns", "long_name": "simulation time, exact"}),
+        "sequence": (TIME, np.concatenate(numbers) if numbers else times, {"long_name": "number of the output"}),
+    }
+    variables = {}
+    for channel in stream.channels:
+        axes = axes_of(channel, kind)
+        coordinates |= {axis.name: (axis.name, np.array(axis.labels)) for axis in axes}
+        values = np.concatenate([block.values[channel.name] for block in blocks])
+        dimensions = (TIME, *(axis.name for axis in axes))
+        variables[channel.name] = (dimensions, values, attributes_of(channel))
+    variables |= _records(blocks, scene)
+    return xarray.Dataset(variables, coordinates, source_of(stream))
+
+
+def attributes_of(channel) -> dict[str, str]:
+    """`units` and `long_name` of a channel."""
+    return {"units": channel.unit, "long_name": channel.meaning}
+
+
+def source_of(stream) -> dict[str, str]:
+    """Where the numbers of a stream come from, as texts: scene, model, report, version."""
+    choice, report = stream.choice, stream.report
+    record = report if isinstance(report, dict) or report is None else report.record()
+    known = {"law": choice.law, "stepper": choice.stepper, "choice_reason": choice.reason} if choice else {}
+    return {
+        "source": f"bearing_twin {bearing_twin.__version__}",
+        "scene": "" if stream.scene is None else stream.scene.text,
+        **known,
+        "report": json.dumps(record, default=str),
+    }
+
+
+def tables_of(scene) -> tuple:
+    """The tables of records of a scene; none without one."""
+    return () if scene is None else tuple(KINDS[scene.kind].records(scene.parameters))
+
+
+def _records(blocks, scene) -> dict:
+    found = {}
+    for table in tables_of(scene):
+        rows = [block.records[table.name] for block in blocks if len(block.records.get(table.name, ()))]
+        matrix = np.concatenate(rows) if rows else np.zeros((0, len(table.columns)))
+        for place, column in enumerate(table.columns):
+            found[f"{table.name}_{column.name}"] = (f"{table.name}_record", matrix[:, place], attributes_of(column))
+    return found

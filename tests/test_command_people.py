@@ -1,0 +1,196 @@
+"""What people expect of a command line: units, tables that fit, examples that work, completion, near names."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bearing_twin.command import cli, layout
+from bearing_twin.command.commands import COMMANDS
+from bearing_twin.command.completion_command import SHELLS
+from bearing_twin.command.terminal import show_result
+from bearing_twin.spelling import nearest, slips
+from bearing_twin.units import UNITS, for_people, readable
+
+RESULT = {
+    "cage_speed_rad_s": 69.9611,
+    "drive_torque_nm": 1.5e-3,
+    "ring_displacement_m": [0.0, -2.5e-6, 1e-5],
+    "misalignment_rad": [1e-3, 0.0],
+    "peak_pressure_pa": [1.066e9, -1.23456e-5, 2.0e9, 3.0e9],
+    "simulated_s": 0.02,
+    "force_n": 12345.6,
+}
+
+
+def shown(capsys, result):
+    show_result(result)
+    return capsys.readouterr().out
+
+
+def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch):
+    out = shown(capsys, RESULT)
+    for words in ("668.079 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.0572958, 0 °", "20 ms", "12345.6 N", "1066"):
+        assert words in out, out
+    assert "MPa" in out
+    monkeypatch.setattr(cli, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
+    assert cli.main(["scenes", "--si"]) == cli.DONE
+    out = capsys.readouterr().out
+    for words in ("69.9611 rad/s", "0.0015 N m", "0, -2.5e-06, 1e-05 m", "1.066e+09"):
+        assert words in out, out
+    assert cli.main(["scenes", "--json", "--si"]) == cli.DONE
+    assert json.loads(capsys.readouterr().out) == RESULT
+
+
+def cli_outcome():
+    from bearing_twin.command.outcome import Outcome
+
+    return Outcome(RESULT, [], lambda: pytest.fail("shown in engineering units"), True)
+
+
+def test_every_unit_that_people_read_is_the_same_quantity():
+    """Factors against the definitions of degree, revolution and prefixes."""
+    exact = {"°": ("rad", 57.29577951308232), "rpm": ("rad/s", 9.549296585513721), "MPa": ("Pa", 1e-6)}
+    exact |= {"N mm": ("N m", 1e3), "N": ("N", 1.0), "N/µm": ("N/m", 1e-6)}
+    of_people = {row.people[0]: (symbol, row.people[1]) for symbol, row in UNITS.items() if row.people}
+    assert set(of_people) == set(exact)
+    for name, (symbol, factor) in of_people.items():
+        assert (symbol, factor) == (exact[name][0], pytest.approx(exact[name][1], rel=1e-15))
+    assert for_people(2e-5, UNITS["m"]) == ("µm", pytest.approx(1e6))
+    assert readable("peak_pressure_inner_pa", 1e9) == ("peak pressure inner", "MPa", 1e-6)
+    assert readable("energy_closure", 1.0) == ("energy closure", "", 1.0)
+
+
+@pytest.mark.parametrize("width", ["40", "80", "132"])
+def test_tables_fit_and_cut_no_number(width, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", width)
+    for words in (
+        ["scenes"],
+        ["scenes", "--keys"],
+        ["scenes", "--figures"],
+        ["study", "--list"],
+        ["topics", "two_discs"],
+    ):
+        assert cli.main([*words, "--json"]) == cli.DONE
+        result = json.loads(capsys.readouterr().out)
+        assert cli.main(words) == cli.DONE
+        out = capsys.readouterr().out
+        told = set(out.split())
+        assert "…" not in out
+        for line in out.splitlines():
+            assert len(line) <= int(width) or len(line.split()) <= 2, line
+        for rows in result.values():
+            assert {word for row in rows for word in str(row.get("description", row.get("help", ""))).split()} <= told
+
+
+cells = st.floats(allow_nan=False).map(lambda value: f"{value:.6g}")
+
+
+@given(st.lists(st.tuples(cells, cells, cells), min_size=1, max_size=5), st.integers(20, 100))
+def test_a_table_of_numbers_holds_each_of_them_whole(rows, width):
+    for lines in (
+        layout.table(("first one", "second", "a third name"), rows, width),
+        [line for one in layout.columns_apart(("a", "b c", "d"), list(zip(*rows, strict=True)), width) for line in one],
+    ):
+        words = " ".join(lines).replace(";", " ").split()
+        for row in rows:
+            assert all(cell in words for cell in row)
+
+
+def test_lists_of_balls_are_cut_into_tables_and_not_into_numbers(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "50")
+    columns = {f"channel_number_{k}_n": [-1.234567e-12 * 10.0**k, 1e5, 0.5, 12.0] for k in range(9)}
+    out = shown(capsys, columns)
+    assert max(map(len, out.splitlines())) <= 50
+    words = out.split()
+    for values in columns.values():
+        assert all(f"{value:.6g}" in words for value in values)
+
+
+def test_every_command_has_examples_and_each_of_them_parses(capsys):
+    parser, _ = cli._parsers()
+    for name, command in COMMANDS.items():
+        assert command.examples, f"{name} has no example in its --help"
+        for line in command.examples:
+            program, *words = shlex.split(line)
+            assert (program, words[0]) == ("bearing_twin", name)
+            arguments, rest = parser.parse_known_args(words)
+            assert (arguments.command, rest) == (name, []), line
+        with pytest.raises(SystemExit) as ended:
+            cli.main([name, "--help"])
+        assert ended.value.code == 0
+        out = capsys.readouterr().out
+        assert all(line in out for line in command.examples)
+        assert all(len(line) <= 80 or line.strip() in command.examples for line in out.splitlines())
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_a_shell_is_told_how_to_complete(shell, capsys):
+    assert cli.main(["completion", shell]) == cli.DONE
+    assert "bearing_twin" in capsys.readouterr().out
+
+
+def completions(line, tmp_path):
+    """What bash would be offered behind this line."""
+    told = tmp_path / "told"
+    environment = os.environ | {
+        "_ARGCOMPLETE": "1",
+        "_ARGCOMPLETE_COMP_WORDBREAKS": " \t\n",
+        "_ARGCOMPLETE_STDOUT_FILENAME": str(told),
+        "COMP_LINE": line,
+        "COMP_POINT": str(len(line)),
+        "COMP_TYPE": "9",
+        "IFS": "\v",
+    }
+    program = "import sys; sys.argv[0] = 'bearing_twin'; from bearing_twin.command.cli import main; sys.exit(main())"
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
+    assert told.exists(), done.stderr
+    return [word.strip() for word in re.split("[\v\x0b]", told.read_text(encoding="utf-8")) if word.strip()]
+
+
+def test_commands_options_names_and_keys_are_completed(tmp_path):
+    assert completions("bearing_twin sim", tmp_path) == ["simulate"]
+    assert "--load" in completions("bearing_twin bearing 6308 --lo", tmp_path)
+    assert completions("bearing_twin bearing 630", tmp_path) == [f"630{k}" for k in range(10)]
+    found = completions("bearing_twin simulate bearing_6203 --set contact.normal=vol", tmp_path)
+    assert found in (["contact.normal=volumetric"], ["volumetric"])
+
+
+def test_a_missing_package_for_completion_is_named(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "argcomplete", None)
+    assert cli.main(["completion", "bash"]) == cli.BAD_INPUT
+    assert "pip install 'bearing_twin[completion]'" in capsys.readouterr().err
+
+
+def test_near_words_are_near():
+    assert slips("6380", "6308") < slips("6380", "6300") == 1.0
+    assert slips("kitten", "sitting") == 3.0
+    assert slips("ca", "abc") == 3.0  # the optimal string alignment distance, which edits no letter twice
+    assert nearest("baering_6203", ["bearing_6205", "bearing_6203"]) == ["bearing_6203"]
+    assert nearest("bearing_6230", ["bearing_6205", "bearing_6203", "bearing_6231"]) == ["bearing_6203"]
+    assert nearest("xyz", ["abc"]) == []
+
+
+@given(st.text("abc", max_size=6), st.text("abc", max_size=6), st.text("abc", max_size=6))
+def test_slips_are_a_distance_of_words(first, second, third):
+    assert slips(first, second) == slips(second, first) >= 0.0
+    assert (slips(first, second) == 0.0) == (first == second)
+    assert slips(first + third, second + third) <= slips(first, second)
+    assert slips(first, second) <= max(len(first), len(second))
+
+
+def test_units_of_mappings_and_lists_of_events_are_shown(capsys):
+    events = [{"start_s": 0.0, "peak_force_n": 1.5}, {"start_s": 2e-5, "peak_force_n": 2.5}]
+    result = {"clearance_m": {"initial": 1.3e-5, "fit": -2e-6}, "frequencies_hz": {"ftf": 11.2}, "contacts": events}
+    out = shown(capsys, result)
+    for words in ("clearance initial  13 µm", "clearance fit      -2 µm", "frequencies ftf    11.2 Hz", "20"):
+        assert words in out, out
+    lines = out.splitlines()
+    assert lines[lines.index("contacts") + 1].split() == ["start", "[µs]", "peak", "force", "[N]"]
+    assert [line.split() for line in lines[-2:]] == [["0", "1.5"], ["20", "2.5"]]

@@ -1,0 +1,235 @@
+"""Logs and studies out of the house: the same bits in CSV, Parquet and NetCDF, named axes, units, what is missing."""
+
+import csv
+import json
+import sys
+
+import numpy as np
+import pandas
+import pyarrow.parquet
+import pytest
+import xarray
+
+from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
+from bearing_twin.command import cli, export_command
+from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
+from bearing_twin.run.axes import axes_of
+from bearing_twin.sample import Channel
+
+ENDINGS = {"csv": ".csv", "parquet": ".parquet"}
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("export") / "run.mcap"
+    write_log(simulate(load_scene("bearing_6203", ["run.duration=0.02"])), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def impact(tmp_path_factory):
+    path = tmp_path_factory.mktemp("export") / "impact.mcap"
+    write_log(simulate(load_scene("sphere_on_beam", ["run.duration=2e-4"])), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("export") / "study.mcap"
+    words = ["--samples", "64", "--set", "modality=no", "--set", "sweep="]
+    assert cli.main(["study", "spheres_alpha_4e-5", *words, "--out", str(path)]) == cli.DONE
+    return path
+
+
+def same_bits(found, wanted):
+    """Equal to the bit, signs of zeros too; any NaN is as good as another."""
+    found, wanted = (np.ascontiguousarray(one, float).ravel() for one in (found, wanted))
+    assert found.shape == wanted.shape
+    assert np.array_equal(np.isnan(found), np.isnan(wanted))
+    known = ~np.isnan(wanted)
+    assert np.array_equal(found[known].view(np.int64), wanted[known].view(np.int64))
+
+
+def channel(path, name):
+    return np.concatenate([block.values[name] for block in read_log(path).blocks()])
+
+
+def columns_in(path, to):
+    """{column: values} of a file that was written."""
+    if to == "parquet":
+        return {name: column.to_pylist() for name, column in zip(*_arrow(path), strict=True)}
+    with open(path, newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    return {name: [row[place] for row in rows] for place, name in enumerate(header)}
+
+
+def _arrow(path):
+    table = pyarrow.parquet.read_table(path)
+    return table.column_names, table.columns
+
+
+def numbers(cells):
+    return np.array([np.nan if cell == "" else float(cell) for cell in cells])
+
+
+@pytest.mark.parametrize("to", ["csv", "parquet"])
+@pytest.mark.parametrize("which", ["log", "impact"])
+def test_tables_hold_every_number_to_the_bit(to, which, tmp_path, request):
+    path = request.getfixturevalue(which)
+    out = tmp_path / "tables"
+    exported = export_log(path, to, out)
+    stream, told = read_log(path), set()
+    times = np.concatenate([block.time_ns for block in stream.blocks()])
+    assert exported.rows == len(times)
+    for group in groups_of(stream):
+        found = columns_in(out / f"{group.stem}{ENDINGS[to]}", to)
+        for name, _, _ in group.columns:
+            told.add(name)
+            if group.stem.startswith("record_"):
+                table = group.stem.removeprefix("record_")
+                rows = np.concatenate([block.records[table] for block in stream.blocks() if len(block.records[table])])
+                same_bits(numbers(found[name]), rows[:, [one for one, _, _ in group.columns].index(name)])
+            else:
+                same_bits(numbers(found[name]), channel(path, name))
+        if group.axes:
+            places = int(np.prod([len(axis.labels) for axis in group.axes]))
+            assert list(map(int, found["time_ns"])) == np.repeat(times, places).tolist()
+            last = group.axes[-1]
+            assert [str(one) for one in found[last.name][: len(last.labels)]] == [str(one) for one in last.labels]
+    assert told >= {one.name for one in stream.channels}
+    described = columns_in(out / CHANNELS, "csv")
+    assert dict(zip(described["column"], described["unit"], strict=True))["normal_load"] == "N"
+    assert sorted(map(str, out.iterdir())) == sorted(exported.files)
+
+
+def test_tables_are_read_by_pandas_as_they_stand(log, tmp_path):
+    out = tmp_path / "tables"
+    export_log(log, "csv", out)
+    frame = pandas.read_csv(out / "ball_contact.csv", float_precision="round_trip")
+    inner = frame[frame.contact == "inner race"].pivot(index="time_ns", columns="ball", values="normal_load")
+    same_bits(inner.to_numpy(), channel(log, "normal_load")[:, :, 0])
+
+
+def test_parquet_keeps_units_and_where_it_comes_from(log, tmp_path):
+    export_log(log, "parquet", tmp_path / "tables")
+    schema = pyarrow.parquet.read_schema(tmp_path / "tables" / "ball_contact.parquet")
+    assert schema.field("normal_load").metadata[b"units"] == b"N"
+    assert b"geometry" in schema.metadata[b"scene"]
+
+
+@pytest.mark.parametrize("which", ["log", "impact"])
+def test_a_data_set_holds_every_number_with_units_and_named_axes(which, tmp_path, request):
+    path = request.getfixturevalue(which)
+    export_log(path, "netcdf", tmp_path / "run.nc")
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
+        read = stored.load()
+    computed = simulate(load_scene(read_log(path).scene.resolved())).to_xarray()
+    for dataset in (read, computed):
+        for one in read_log(path).channels:
+            same_bits(dataset[one.name], channel(path, one.name))
+            assert dataset[one.name].attrs == {"units": one.unit, "long_name": one.meaning}
+            assert dataset[one.name].dims[0] == "time"
+    assert read.time.attrs["units"] == "s"
+    assert json.loads(read.attrs["report"])["status"] == "done"
+
+
+def test_axes_are_called_by_what_stands_along_them(log):
+    dataset = read_log(log).to_xarray()
+    assert dataset.point.dims == ("time", "ball", "contact", "axis")
+    assert dataset.orientation.dims == ("time", "ball", "quaternion")
+    assert dataset.inner_ring_tilt.dims == ("time", "about")
+    loads = dataset.normal_load.sel(contact="outer race", ball=3)
+    same_bits(loads, channel(log, "normal_load")[:, 3, 1])
+    assert dataset.position.sel(axis="z").shape == (21, 8)
+
+
+def test_three_balls_are_no_axes_of_space():
+    scene = load_scene("bearing_6203", ["geometry.balls=3"])
+    named = {one.name: tuple(axis.name for axis in axes_of(one, "bearing")) for one in scene.channels}
+    assert named["normal_load"] == ("ball", "contact")
+    assert named["roll_rate"] == ("ball",)
+    assert named["position"] == ("ball", "axis")
+    assert named["inner_ring_offset"] == ("axis",)
+    one = load_scene("bearing_6203", ["geometry.balls=1"]).channels
+    assert [axis.name for axis in axes_of(one[1], "bearing")] == ["ball", "axis"]
+    assert axes_of(Channel("unheard", "1", (3,), ""), None)[0].labels == (0, 1, 2)
+
+
+@pytest.mark.parametrize("to", ["csv", "parquet", "netcdf"])
+def test_the_realisations_of_a_study_come_out_too(to, study, tmp_path):
+    out = tmp_path / f"study{ENDINGS.get(to, '.nc')}"  # one file suffices
+    result = read_study(study)
+    assert export_log(study, to, out).rows == 64
+    frame = result.to_dataframe()
+    assert frame.index.name == "realisation"
+    assert frame.attrs["units"]["contact_duration"] == "s"
+    if to == "netcdf":
+        with xarray.open_dataset(out, engine="h5netcdf") as stored:
+            found = {name: stored[name].to_numpy() for name in frame.columns}
+            assert stored["peak_force"].attrs["units"] == "N"
+    else:
+        found = columns_in(out, to)
+    for name in (*(one.key for one in result.study.inputs), *result.study.quantities):
+        same_bits(numbers(found[name]), frame[name])
+    same_bits(frame["peak_force"], result.sample("peak_force"))
+    assert set(frame["failed"]) == {""}
+
+
+def test_the_command_writes_and_refuses(log, tmp_path, capsys):
+    out = tmp_path / "run.nc"
+    words = ["export", str(log), "--to", "netcdf", "--out", str(out)]
+    assert cli.main([*words, "--json"]) == cli.DONE
+    assert json.loads(capsys.readouterr().out)["rows"] == 21
+    for more, sentence in (
+        (words, "exists and is not overwritten"),
+        (["export", str(log), "--to", "csv", "--out", str(tmp_path / "no" / "x")], "is not a folder"),
+        (["export", str(log), "--to", "csv", "--out", str(tmp_path / "one.csv")], "give a folder"),
+        (["export", "none.mcap", "--to", "csv", "--out", str(tmp_path / "x")], "there is no log"),
+    ):
+        assert cli.main(more) == cli.BAD_INPUT
+        assert sentence in capsys.readouterr().err
+    assert sorted(tmp_path.iterdir()) == [out]
+    assert tuple(FORMATS) == export_command.WORDS
+
+
+def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, capsys):
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(log.read_bytes()[: int(0.8 * log.stat().st_size)])
+    assert cli.main(["export", str(cut), "--to", "csv", "--out", str(tmp_path / "x")]) == cli.BAD_INPUT
+    assert "bearing_twin recover" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [cut]
+
+
+def test_what_breaks_in_the_middle_leaves_nothing(log, tmp_path):
+    def breaks(blocks, stream):
+        yield next(iter(blocks))
+        raise LogError("the middle")
+
+    for to, name in (("csv", "tables"), ("parquet", "tables"), ("netcdf", "run.nc")):
+        with pytest.raises(LogError, match="the middle"):
+            export_log(log, to, tmp_path / name, watch=breaks)
+        assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("to", "module"), [("parquet", "pyarrow"), ("netcdf", "xarray"), ("netcdf", "h5netcdf")])
+def test_a_missing_package_is_named_with_the_extra_that_brings_it(to, module, log, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(
+        BearingTwinError, match=rf"the package {module}; install it with: pip install 'bearing_twin\[exp"
+    ):
+        export_log(log, to, tmp_path / "x")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_table_of_pandas_needs_pandas(study, monkeypatch):
+    result = read_study(study)
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(BearingTwinError, match="the package pandas"):
+        result.to_dataframe()
+
+
+def test_csv_needs_nothing(log, tmp_path, monkeypatch):
+    for module in ("pandas", "pyarrow", "xarray", "h5netcdf"):
+        monkeypatch.setitem(sys.modules, module, None)
+    assert export_log(log, "csv", tmp_path / "tables").rows == 21

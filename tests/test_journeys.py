@@ -1,0 +1,192 @@
+"""Two newcomers follow README and tutorials literally: one with pip alone, one who owns a ROS 2 Jazzy.
+
+(a) runs in the environment that `make setup` made: every shell line of the ROS part, nodes in shells of their own.
+(b) is emulated by two Pythons, because PyPI has no Debian packages: one has ROS 2, colcon and the system's numpy, the
+other is the virtual environment of the recipe, which sees the packages of the first. There is no ros2: nodes start
+from where `ros2 run` looks. What only `ros2` does is not run here.
+"""
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from pages import NODE, ROOT, TUTORIALS, blocks
+
+pytestmark = pytest.mark.environment
+README = ROOT / "README.md"
+PATIENCE = 600.0  # s for one line; a busy machine is slow, nothing else is
+ENDLESS = ("topic echo",)  # these end with Ctrl-C; here after one message
+
+
+class Shell:
+    """Lines run one after the other in one folder, in the shell of `env.bash`; nodes run on in shells of their own."""
+
+    def __init__(self, folder: Path, domain: int):
+        self.folder, self.nodes, self.said = folder, [], {}
+        keep = {key: os.environ[key] for key in ("HOME", "PATH", "XDG_CACHE_HOME", "LANG") if key in os.environ}
+        self.environment = keep | {"ROS_DOMAIN_ID": str(domain), "MPLBACKEND": "Agg", "COLUMNS": "80"}
+
+    def run(self, line: str) -> str:
+        """The line's standard output; fails the test where it ends with another code than 0."""
+        words = ["bash", "-c", f"source {ROOT}/env.bash; export PYTHONPATH={ROOT}:$PYTHONPATH; {line}"]
+        if line.startswith(NODE):
+            with (self.folder / f"node_{len(self.nodes)}.txt").open("wb") as said:
+                self.nodes.append(
+                    subprocess.Popen(
+                        words, cwd=self.folder, env=self.environment, stdout=said, stderr=said, start_new_session=True
+                    )
+                )
+            return ""
+        done = subprocess.run(
+            words, cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
+        assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}\n{self.words_of_nodes()}"
+        return done.stdout
+
+    def words_of_nodes(self) -> str:
+        return "".join(path.read_text(errors="replace") for path in sorted(self.folder.glob("node_*.txt")))
+
+    def end(self) -> None:
+        """Ctrl-C for every node; each has to end by itself, without a failure."""
+        for node in self.nodes:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(node.pid, signal.SIGINT)
+        codes = [node.wait(timeout=PATIENCE) for node in self.nodes]
+        assert set(codes) <= {0}, f"{codes}\n{self.words_of_nodes()}"
+        self.nodes.clear()
+
+
+@pytest.fixture
+def shell(tmp_path):
+    import ros  # noqa: F401  (skips where ROS is missing)
+
+    one = Shell(tmp_path, 2 + os.getpid() % 90)
+    yield one
+    for node in one.nodes:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(node.pid, signal.SIGKILL)
+        node.wait()
+
+
+def lines_of(section: str) -> list[str]:
+    """The shell lines of the first block below this heading of the README."""
+    text = README.read_text(encoding="utf-8").partition(f"## {section}\n")[2]
+    block = re.search(r"```bash\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)[1]
+    return [line.split("  #")[0].strip() for line in block.splitlines()]
+
+
+def ended(line: str) -> str:
+    """A line that a reader ends with Ctrl-C, ended after one message."""
+    return f"{line} --once" if any(one in line for one in ENDLESS) and "--once" not in line else line
+
+
+def test_the_ros_part_of_the_readme_runs_line_by_line(shell):
+    """`uq_node` and a rig scene, which the comments ask for, are started where they are needed."""
+    for line in lines_of("With ROS 2"):
+        if "command/load" in line:
+            shell.end()
+            shell.run(f"{NODE}sim_node -p scene:=bearing_6203_rig_400N")
+        if "node study" in line:
+            shell.run(f"{NODE}uq_node")
+            line = f"{line} --samples 200"
+        if "replay_node" in line:
+            wait_for_log(shell.folder / "recording.mcap", shell)
+            shell.end()  # sim_node and recorder_node, which completes its log
+        said = shell.run(ended(line))
+        assert said.strip() or line.startswith(NODE), line
+    shell.end()
+
+
+def wait_for_log(path: Path, shell: Shell) -> None:
+    shell.run('bearing_twin node service call /bearing/sim_node/pause std_srvs/srv/SetBool "{data: false}"')
+    end = time.monotonic() + PATIENCE
+    while not (path.exists() and path.stat().st_size > 50_000):
+        assert time.monotonic() < end, shell.words_of_nodes()
+        time.sleep(0.5)
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in TUTORIALS if NODE in page.read_text("utf-8")], ids=lambda page: page.stem
+)
+def test_tutorials_with_nodes_run_literally(page, shell):
+    for block in blocks(page):
+        if block.file:
+            (shell.folder / block.file).write_text(block.text, encoding="utf-8")
+        for line in block.lines if block.language == "bash" else ():
+            shell.run(ended(line))
+    shell.end()
+
+
+# (b) the workspace
+
+
+def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
+    """Two Pythons: see the top of this file. The lines are those of the README, but for `ros2`."""
+    if shutil.which("g++") is None:
+        pytest.skip("there is no C++ compiler here")
+    system, source = tmp_path / "system", tmp_path / "ws" / "src" / "bearing_twin"
+    keep = {key: os.environ[key] for key in ("HOME", "LANG") if key in os.environ}
+    there = keep | {"XDG_CACHE_HOME": str(tmp_path / "cache"), "PATH": f"{system}/bin:/usr/local/bin:/usr/bin:/bin"}
+
+    def run(line: str, **more) -> subprocess.CompletedProcess:
+        return subprocess.run(
+            ["bash", "-c", line], cwd=tmp_path / "ws", env=there | more, capture_output=True, text=True, check=False
+        )
+
+    def done(line: str, **more) -> str:
+        result = run(f"set -e; {line}", **more)
+        assert result.returncode == 0, f"{line}\n{result.stdout[-3000:]}{result.stderr[-3000:]}"
+        return result.stdout
+
+    source.parent.mkdir(parents=True)
+    left_out = shutil.ignore_patterns(".*", "build", "install", "log", "demo")
+    shutil.copytree(ROOT, source, ignore=left_out)
+    requirements = source / "requirements"
+    done(f"{sys.executable} -m venv {system}", PATH=os.environ["PATH"])
+    pip = f"{system}/bin/pip install -q --retries 20 --timeout 60"
+    done(
+        f"{pip} -r {requirements}/ros.txt -r {requirements}/build.txt "
+        "numpy==1.26.4 scipy matplotlib PyYAML setuptools==68.1.2"
+    )
+
+    recipe = [line for line in lines_of_workspace() if not line.startswith("ros2")]
+    recipe = [line.replace("~/twin_venv", str(tmp_path / "twin_venv")) for line in recipe]
+    make, install, build, source_it = recipe
+    # what --system-site-packages does for Debian's Python, for one that lives in a virtual environment itself
+    seen = f"import site; site.addsitedir({str(next((system / 'lib').glob('python3*')) / 'site-packages')!r})"
+    place = f"{tmp_path}/twin_venv/lib/python3.{sys.version_info.minor}/site-packages/system.pth"
+    # what /opt/ros/jazzy/setup.bash sets; the wheels keep libraries of others in folders of their own
+    libraries = ":".join(map(str, [system / "lib", *(system / "lib").glob("python3*/site-packages/ros_*.libs")]))
+    there |= {"AMENT_PREFIX_PATH": str(system), "ROS_DISTRO": "jazzy", "LD_LIBRARY_PATH": libraries}
+    (tmp_path / "colcon.yaml").write_text(
+        f"build: {{cmake-args: [-DCMAKE_PROJECT_INCLUDE={source}/cmake/relocate.cmake, -DBUILD_TESTING=OFF, -Wno-dev]}}"
+    )
+    there["COLCON_DEFAULTS_FILE"] = str(tmp_path / "colcon.yaml")
+    make = make.replace("python3 -m venv", f"{system}/bin/python3 -m venv")
+    done(f"{make}; echo {seen!r} > {place}; {install}; {build}")
+    node = tmp_path / "ws" / "install" / "bearing_twin" / "lib" / "bearing_twin" / "sim_node"
+    assert node.read_text().startswith(f"#!{tmp_path}/twin_venv/bin/python")
+    start = f"{source_it}; {node} --ros-args -p scene:=two_spheres"
+    done(f"{start} -p log:={tmp_path}/run.mcap", ROS_DOMAIN_ID=str(2 + os.getpid() % 90))
+    assert (tmp_path / "run.mcap").stat().st_size > 1000
+
+    node.write_text(node.read_text().replace(f"{tmp_path}/twin_venv/bin/python", f"{system}/bin/python"))
+    said = run(start)
+    assert said.returncode == 2
+    assert re.fullmatch(r"sim_node: the Python package \w+ is not installed for .*rosdep.*\n", said.stderr), said.stderr
+
+
+def lines_of_workspace() -> list[str]:
+    """The block of the README that makes a workspace."""
+    text = README.read_text(encoding="utf-8")
+    block = next(
+        found for found in re.findall(r"```bash\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE) if "colcon" in found
+    )
+    return [line.split("  #")[0].strip() for line in block.splitlines()]
