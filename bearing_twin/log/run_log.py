@@ -206,11 +206,13 @@ def _report(record: Mapping[str, str]) -> dict | None:
 
 def _choice(record: Mapping[str, str]) -> Choice:
     """The model named in a log's metadata; empty texts where there is none."""
+    named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
     try:
         warnings = tuple(map(str, json.loads(record.get("warnings", "[]"))))
+        predicted = json.loads(record.get("predicted", "null"))
+        return Choice(*named, warnings, float(record.get("setting", "nan")), predicted and dict(predicted))
     except (ValueError, TypeError):
-        warnings = ()
-    return Choice(record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""), warnings)
+        return Choice(*named, ())
 
 
 def _chosen(path, found: set[str], topic: str | None) -> str:

@@ -1,6 +1,7 @@
 """From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
 
 import functools
+import math
 
 import numpy as np
 
@@ -37,7 +38,8 @@ bearing_motion = late("bearing_twin.kinds.bearing.watched:moving_by")  # see the
 class BearingMotion:
     """The bearing in motion: `advance` integrates one chunk and returns its outputs.
 
-    `counts` holds steps, rejections, evaluations of a ball's rates and Jacobians so far.
+    `given` is the tolerance that steps are made by; `counts` holds steps, rejections, evaluations of a ball's rates
+    and Jacobians so far.
     """
 
     def __init__(self, parameters: BearingScene, choice: Choice):
@@ -53,7 +55,8 @@ class BearingMotion:
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
             start, self._start_border = caged_start(start, partners)
-        self.scales = error_scales(parameters, self.bearing, start, partners.active)
+        self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
+        self.scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         self.partners = partners._replace(scales=border_scales(parameters, self.scales))
         self._start = start
         self.step = parameters.solver.step

@@ -42,7 +42,7 @@ class WatchedMotion(BearingMotion):
     def reset(self) -> None:
         """Back to the start, to the setting of the scene."""
         if not hasattr(self, "companion"):
-            spent = STEP_SHARE * self.parameters.wanted.tolerance
+            spent = STEP_SHARE * self.given
             self.companion = Companion(self.parameters, self.scales / spent)
             self._asked, self.setting = (self.scales, self.partners.scales), 1.0
         self.companion.reset()
@@ -61,7 +61,7 @@ class WatchedMotion(BearingMotion):
     @property
     def tolerance(self) -> float:
         """What the present setting stands for."""
-        return self.setting * self.parameters.wanted.tolerance
+        return self.setting * self.given
 
     def _keep(self) -> None:
         super()._keep()
@@ -110,7 +110,7 @@ class WatchedMotion(BearingMotion):
             for name, array in arrays.items():
                 getattr(self, name)[:] = array
             self.companion.followed = followed
-            self._set(max(cut * self.setting, VERIFIABLE / self.parameters.wanted.tolerance))
+            self._set(max(cut * self.setting, VERIFIABLE / self.given))
         if self._found is not None and len(self._found):
             self._rows.append(self._found)
         self._found = None
