@@ -66,6 +66,7 @@ def until(done, patience=120.0):
 def test_outputs_arrive_and_controls_command(browser, served):
     wrong = []
     browser.on("pageerror", lambda error: wrong.append(str(error)))
+    here = served.server.url.partition("#")[0]
     browser.on("request", lambda asked: asked.url.startswith(here) or wrong.append(asked.url))
     browser.goto(served.server.url)
     browser.wait_for_selector("#live", timeout=120_000)
