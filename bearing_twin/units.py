@@ -154,7 +154,7 @@ def inverse(unit: str) -> str:
     """The unit of a density over this unit."""
     if _is_plain(unit):
         return ""
-    return f"1/({unit})" if " " in unit else f"1/{unit}"
+    return f"1/({unit})" if " " in unit or "/" in unit else f"1/{unit}"
 
 
 def prefixed(size: float, unit: str) -> tuple[float, str]:

@@ -45,6 +45,7 @@ ROOMS = (
     "uq",
     "log",
     "charts",
+    "view",
     "nodes",
     "command",
     "__main__",
@@ -52,7 +53,10 @@ ROOMS = (
 APART = {
     ("nodes", "command"),
     ("command", "nodes"),
-    *((room, "reference") for room in ("pictures", "kinds", "run", "uq", "log", "nodes", "command", "__main__")),
+    *(
+        (room, "reference")
+        for room in ("pictures", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
+    ),
 }
 REACH_ROS = {"command/node_verbs.py"}  # of the command line, inside functions: ROS is imported when one of them runs
 PHYSICS = ("numerics", "shapes", "contact", "kinds")
@@ -61,7 +65,7 @@ NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("statistics", "modality", "histories", "sensitivity", "convergence"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
-LATE_ROOMS = {"charts", "log", "nodes", "run", "uq"}  # what the command line may only import inside functions
+LATE_ROOMS = {"charts", "log", "nodes", "run", "uq", "view"}  # what the command line may only import inside functions
 
 FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
 REQUIRED = (
@@ -163,7 +167,7 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
 
 
 FILE_OF_A_PART = {
-    **{part: part for part in ("motion", "figures", "quantities", "topics", "picture")},
+    **{part: part for part in ("motion", "figures", "doubt", "quantities", "topics", "picture", "view")},
     "choose": "models",
     "records": "figures",
     "meanings": "figures",
@@ -210,7 +214,17 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
 
 @pytest.mark.parametrize(
     "module",
-    ["cli", "commands", "chart_command", "compile_command", "contact_command", "outcome", "study_command", "terminal"],
+    [
+        "cli",
+        "commands",
+        "chart_command",
+        "compile_command",
+        "contact_command",
+        "outcome",
+        "study_command",
+        "terminal",
+        "view_command",
+    ],
 )
 def test_the_command_line_imports_late(module):
     path = PACKAGE / "command" / f"{module}.py"

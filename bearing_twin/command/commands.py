@@ -19,6 +19,7 @@ from bearing_twin.command import (
     scenes_command,
     study_command,
     topics_command,
+    view_command,
 )
 from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path
 from bearing_twin.errors import BearingTwinError
@@ -260,6 +261,7 @@ COMMANDS = {
     "contact": _of(contact_command),
     "bearing": _of(bearing_command),
     "study": _of(study_command),
+    "view": _of(view_command),
     "node": _of(node_command),
     "topics": _of(topics_command),
     "scenes": _of(scenes_command),
