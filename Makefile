@@ -119,6 +119,10 @@ bench: setup
 	@.venv/bin/python bench/speed.py
 	@.venv/bin/python bench/static_solve.py
 	@.venv/bin/python bench/native.py
+	@.venv/bin/python bench/view.py
+ifndef MISSING
+	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/watch_cost.py
+endif
 
 torture: setup
 	$(call stage,torture$(,) about 45 min)
@@ -144,7 +148,8 @@ demo: setup
 	$(call stage,demo)
 ifdef MISSING
 	@mkdir -p demo && run=demo/$$(date +%Y%m%d_%H%M%S) && \
-	  .venv/bin/bearing_twin simulate bearing_6203 --duration 5 --out $$run.mcap --plot $$run.png
+	  .venv/bin/bearing_twin simulate bearing_6203_load_and_speed --out $$run.mcap --plot $$run.png && \
+	  .venv/bin/bearing_twin view $$run.mcap --out $$run.html
 else
 	@source env.bash && python -m bearing_twin.nodes.entry demo
 endif

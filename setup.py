@@ -57,7 +57,10 @@ setup(
         "completion": ["argcomplete>=3.1"],
         "dask": ["distributed>=2024.1"],
         "export": ["pandas>=2.2", "pyarrow>=15.0", "xarray>=2024.3", "h5netcdf>=1.3", "h5py>=3.10"],
+        "rerun": ["rerun-sdk>=0.41"],
+        "view": ["playwright>=1.40", "imageio-ffmpeg>=0.5"],
     },
+    package_data={f"{PACKAGE}.view": ["*.js", "*.css", "*.html", "libraries/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -71,6 +74,7 @@ setup(
             "recorder_node = bearing_twin.nodes.entry:recorder_node",
             "replay_node = bearing_twin.nodes.entry:replay_node",
             "uq_node = bearing_twin.nodes.entry:uq_node",
+            "watch_node = bearing_twin.nodes.entry:watch_node",
         ],
     },
 )

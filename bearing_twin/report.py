@@ -7,13 +7,19 @@ from typing import Any, NamedTuple
 
 
 class Choice(NamedTuple):
-    """Elastic law and stepper of a scene, the law's relative load error there, the reason, and what to watch."""
+    """Elastic law and stepper of a scene, the law's relative load error there, the reason, and what to watch.
+
+    `setting` is the tolerance that the stepper is given, nan for the wanted one; `predicted` what it did in the most
+    similar motion measured: `motion`, `stepper`, `setting`, `load_error`, `friction_error`, `cost`; None if unknown.
+    """
 
     law: str
     stepper: str
     law_error: float
     reason: str
     warnings: tuple[str, ...]
+    setting: float = math.nan
+    predicted: dict[str, float | str] | None = None
 
 
 @dataclass(frozen=True)
@@ -22,6 +28,7 @@ class Report:
 
     `status` is "done", or says what is doubtful or failed; `figures` are the scene's own, with the SI unit at the end
     of each key; `errors` what is known of theirs: `<figure>_error` in the figure's unit, and the same by source.
+    `predicted` is that of the choice.
     """
 
     scene: str
@@ -37,6 +44,7 @@ class Report:
     costs: dict[str, int]
     figures: dict[str, Any]
     errors: dict[str, Any] = field(default_factory=dict)
+    predicted: dict[str, float | str] | None = None
 
     @property
     def real_time_factor(self) -> float:
@@ -61,6 +69,7 @@ class Report:
             "compute_s": self.compute_seconds,
             "real_time_factor": self.real_time_factor,
             "samples": self.samples,
+            "predicted": self.predicted,
             **self.costs,
             **self.figures,
             **self.errors,

@@ -107,6 +107,12 @@ def named(key: str) -> tuple[str, str]:
     return words, unit.shown
 
 
+def unit_suffix(key: str) -> str:
+    """The end of an SI-suffixed key that says its unit, as `_rad_s`; empty where there is none."""
+    _, unit = _words_and_unit(key)
+    return f"_{unit.suffix}" if unit.suffix else ""
+
+
 def readable(key: str, size: float) -> tuple[str, str, float]:
     """(words, unit that people read, factor into it) of an SI-suffixed key whose values are up to `size`."""
     words, unit = _words_and_unit(key)
@@ -148,7 +154,7 @@ def inverse(unit: str) -> str:
     """The unit of a density over this unit."""
     if _is_plain(unit):
         return ""
-    return f"1/({unit})" if " " in unit else f"1/{unit}"
+    return f"1/({unit})" if " " in unit or "/" in unit else f"1/{unit}"
 
 
 def prefixed(size: float, unit: str) -> tuple[float, str]:

@@ -12,8 +12,10 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
+from failure_rows import FAILURES
+
 from bearing_twin.charts.work_precision import LADDERS, PROBLEMS, StepperPoint, cheapest
-from bearing_twin.command.chart_command import CHARTS
+from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import MEASURED
@@ -111,7 +113,7 @@ def _two_digits(value: float) -> str:
 
 
 def _charts() -> str:
-    return _table(("chart", "what it shows"), ((f"`{name}`", text) for name, (_, text) in CHARTS.items()))
+    return _table(("chart", "what it shows"), ((f"`{name}`", chart.shows) for name, chart in CHARTS.items()))
 
 
 def _quantities() -> str:
@@ -136,6 +138,22 @@ def _knowledge() -> str:
 
 def _samplers() -> str:
     return _table(("sampler", "what"), ((f"`{name}`", row.help) for name, row in SAMPLERS.items()))
+
+
+def _reading(name: str) -> str:
+    """What a contest says, from the tables that stand beside its picture."""
+    module = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
+    sentences = getattr(module, "CONTESTS", {}).get(name, module).read(ROOT / "docs", name)
+    return "".join(f"* {sentence}\n" for sentence in sentences)
+
+
+def _failures() -> str:
+    """Ways to fail with the command that provokes each, as `failure_rows` has them and a test runs them."""
+    rows = (
+        (row.fails, row.does, f"`bearing_twin {row.command}`" if row.command else "", f"`{row.chart}`")
+        for row in FAILURES
+    )
+    return _table(("what fails", "what the software does", "command that provokes it", "chart"), rows)
 
 
 def _keys() -> str:
@@ -193,6 +211,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "speeds": _speeds,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
+    "failures": _failures,
+    **{f"reading_{name}": partial(_reading, name) for name in made_by("contest")},
     "quantities": _quantities,
     "distributions": _distributions,
     "knowledge": _knowledge,

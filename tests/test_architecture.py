@@ -45,6 +45,7 @@ ROOMS = (
     "uq",
     "log",
     "charts",
+    "view",
     "nodes",
     "command",
     "__main__",
@@ -52,7 +53,10 @@ ROOMS = (
 APART = {
     ("nodes", "command"),
     ("command", "nodes"),
-    *((room, "reference") for room in ("pictures", "kinds", "run", "uq", "log", "nodes", "command", "__main__")),
+    *(
+        (room, "reference")
+        for room in ("pictures", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
+    ),
 }
 REACH_ROS = {"command/node_verbs.py"}  # of the command line, inside functions: ROS is imported when one of them runs
 PHYSICS = ("numerics", "shapes", "contact", "kinds")
@@ -61,12 +65,21 @@ NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("statistics", "modality", "histories", "sensitivity", "convergence"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
-LATE_ROOMS = {"charts", "log", "nodes", "run", "uq"}  # what the command line may only import inside functions
+LATE_ROOMS = {"charts", "log", "nodes", "run", "uq", "view"}  # what the command line may only import inside functions
 
 FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
 REQUIRED = (
     *("README.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "package.xml", "setup.py", "setup.cfg", "pyproject.toml"),
-    *(".ci/run", "resource/bearing_twin", "requirements", "config/scenes", "config/studies", "launch", "tests"),
+    *(
+        ".ci/run",
+        "resource/bearing_twin",
+        "requirements",
+        "config/bearings",
+        "config/scenes",
+        "config/studies",
+        "launch",
+        "tests",
+    ),
     *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
 )
 
@@ -154,7 +167,7 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
 
 
 FILE_OF_A_PART = {
-    **{part: part for part in ("motion", "figures", "quantities", "topics", "picture")},
+    **{part: part for part in ("motion", "figures", "doubt", "quantities", "topics", "picture", "view")},
     "choose": "models",
     "records": "figures",
     "meanings": "figures",
@@ -201,7 +214,17 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
 
 @pytest.mark.parametrize(
     "module",
-    ["cli", "commands", "chart_command", "compile_command", "contact_command", "outcome", "study_command", "terminal"],
+    [
+        "cli",
+        "commands",
+        "chart_command",
+        "compile_command",
+        "contact_command",
+        "outcome",
+        "study_command",
+        "terminal",
+        "view_command",
+    ],
 )
 def test_the_command_line_imports_late(module):
     path = PACKAGE / "command" / f"{module}.py"
@@ -263,9 +286,12 @@ def named_late(node: ast.AST) -> set[str]:
 
 
 def test_what_only_tests_reach_is_listed_or_gone():
-    """From the public API, the entry points and what runs on import, by name; `reference` exists for tests."""
+    """From the public API, entry points, launch files and what runs on import; `reference` exists for tests."""
     defined, entries = (ast.FunctionDef, ast.ClassDef), PACKAGE / "nodes" / "entry.py"
     reached = {"main", *dir(bearing_twin), *(node.name for node in TREES[entries].body if isinstance(node, defined))}
+    for path in (ROOT / "launch").glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        reached |= {one.attr for one in ast.walk(tree) if isinstance(one, ast.Attribute)}
     inside, named = {}, {}
     for path, tree in TREES.items():
         for node in tree.body:

@@ -183,3 +183,14 @@ def test_slips_are_a_distance_of_words(first, second, third):
     assert (slips(first, second) == 0.0) == (first == second)
     assert slips(first + third, second + third) <= slips(first, second)
     assert slips(first, second) <= max(len(first), len(second))
+
+
+def test_units_of_mappings_and_lists_of_events_are_shown(capsys):
+    events = [{"start_s": 0.0, "peak_force_n": 1.5}, {"start_s": 2e-5, "peak_force_n": 2.5}]
+    result = {"clearance_m": {"initial": 1.3e-5, "fit": -2e-6}, "frequencies_hz": {"ftf": 11.2}, "contacts": events}
+    out = shown(capsys, result)
+    for words in ("clearance initial  13 µm", "clearance fit      -2 µm", "frequencies ftf    11.2 Hz", "20"):
+        assert words in out, out
+    lines = out.splitlines()
+    assert lines[lines.index("contacts") + 1].split() == ["start", "[µs]", "peak", "force", "[N]"]
+    assert [line.split() for line in lines[-2:]] == [["0", "1.5"], ["20", "2.5"]]

@@ -30,6 +30,9 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     assert {(int(wrenches), int(lost)) for _, wrenches, _, lost in rows} == {(101, 0)}
     log = Path(re.search(r"^log: +(.+)$", result.stdout, re.MULTILINE)[1])
     picture = Path(re.search(r"^picture: +(.+)$", result.stdout, re.MULTILINE)[1])
+    page = Path(re.search(r"^browser: +(.+)$", result.stdout, re.MULTILINE)[1])
+    assert "<title>bearing_6203_load_and_speed" in page.read_text(encoding="utf-8")
+    assert len(result.stdout.partition("browser:")[2].splitlines()) == 4  # the path, and what to look at
     assert [sample.sequence for sample in read_log(log)] == list(range(1001))
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert all(len(line) <= 80 for line in result.stdout.splitlines() if line.startswith(("│", "┃")))

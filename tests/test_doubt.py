@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Errors, Promise
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, exceeds, judged
 
@@ -59,3 +60,17 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_greatest_
 def test_the_first_word_of_every_status_is_in_the_table():
     for found in (judged(Errors(), {}, "done"), judged(Errors(promises=(promise(1.0),)), {}, "done")):
         assert found.status.partition(":")[0] in STATUSES
+
+
+def test_a_table_shows_errors_behind_figures_and_marks_large_ones(capsys):
+    parts = {"torque_nm": {FRICTION_MODEL: 0.5}, "load_n": {METHOD: [1.0, 2.0, 3.0]}, "row_m": {METHOD: [0.1] * 5}}
+    figures = FIGURES | {"row_m": [1.0, 2.0, 3.0, 4.0, 5.0]}
+    errors = Errors(parts, (promise(2e-4),), {METHOD: "half of it is not known"})
+    show_result(figures | judged(errors, figures, "done").keys)
+    text = capsys.readouterr().out
+    assert "2 ± 0.5 (doubtful) N m" in text
+    assert "100, 50, 0 ± 3 N" in text
+    assert any(line.split()[:2] == ["±", "0.1"] for line in text.splitlines())
+    assert "0.0002 over the greatest load (wanted 0.001) ball 3" in text
+    assert "method: half of it is not known" in text
+    assert "by source" not in text

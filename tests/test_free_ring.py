@@ -9,6 +9,7 @@ from bearings import motion, stored_energy
 from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 
 from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.kinds.bearing.cage import bump
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
 from bearing_twin.permission import only_below
@@ -124,6 +125,21 @@ def test_pockets_exchange_angular_momentum():
     cage = border[11] * system.partners.mass[5]
     assert np.abs(change).max() > 0.0
     assert cage == pytest.approx(-balls.sum(), rel=1e-12)
+
+
+def test_a_pocket_pushes_back_from_nothing():
+    """No jump where a ball meets its pocket, however fast; deep in it the viscous part is k T times the speed."""
+    bearing = motion(*POCKETS, scene=RIG).bearing
+    pockets, radius, still = bearing.pockets, bearing.pockets.radius, (0.0, 0.0, 0.0)
+
+    def load(depth, speed):
+        ahead = (pockets.half_clearance + depth) / radius
+        return bump.py_func(pockets, bearing, radius, ahead, (0.0, speed, 0.0), still, 0.0).load
+
+    assert load(-1e-12, 1.0) == 0.0
+    assert load(1e-12, 1.0) == pytest.approx(0.0, abs=1e-4)
+    viscous = pockets.stiffness * pockets.relaxation_time * 1e-2
+    assert load(1e-4, 1e-2) - load(1e-4, 0.0) == pytest.approx(viscous, rel=0.02)
 
 
 def test_pockets_without_clearance_and_mass_are_an_even_cage():

@@ -296,6 +296,15 @@ def test_everything_of_every_kind_is_recorded_by_default(tmp_path):
     recording.close()
 
 
+def test_a_recorder_in_a_namespace_records_that_and_the_frames(tmp_path):
+    recording = Recording(tmp_path / "out.mcap", default_topics("/left"))
+    for name in ("/left/state", "/left/records/contact", "/tf", "/tf_static"):
+        assert recording.wants(name)
+    assert not recording.wants("/bearing/state")
+    assert not recording.wants("/leftover/state")
+    recording.close()
+
+
 def test_a_damaged_log_is_refused_with_advice(log):
     log.write_bytes(log.read_bytes()[:-500])
     with pytest.raises(LogError, match="recover"):

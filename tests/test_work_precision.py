@@ -1,6 +1,7 @@
 """The chart of steppers: order of accuracy and cost, failures kept, picture and table written."""
 
 import csv
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -73,20 +74,26 @@ def test_a_ladder_goes_on_until_a_setting_is_good_or_too_slow(monkeypatch):
     assert refused == [4e-6 / 2**i for i in range(12)]
 
 
+def _but(outputs, **changes):
+    return SimpleNamespace(**{**vars(outputs), **changes})
+
+
 def test_friction_errs_against_what_it_could_be_at_that_contact():
     """One number off at one contact: over mu N there, over mu (N + N) R of the ball; loads over the greatest."""
     problem = PROBLEMS["sliding"]._replace(count=2)
     motion = work_precision._motion(problem, "rodas4", 1e-3)
-    exact = work_precision._run(motion, problem)
+    names = ("normal_load", "friction_force", "raceway_torque")
+    out = work_precision._run(motion, problem)
+    exact = SimpleNamespace(**{name: np.array(getattr(out, name)) for name in names})
     loads, limit = exact.normal_load, motion.parameters.contact.friction_coefficient
-    spoiled = exact._replace(friction_force=exact.friction_force.copy())
+    spoiled = _but(exact, friction_force=exact.friction_force.copy())
     spoiled.friction_force[1, 3, 0] += [0.0, 3e-3, 4e-3]
     assert errors(motion, spoiled, exact) == pytest.approx((0.0, 5e-3 / (limit * loads[1, 3, 0])))
-    spoiled = exact._replace(raceway_torque=exact.raceway_torque.copy(), normal_load=1.01 * loads)
+    spoiled = _but(exact, raceway_torque=exact.raceway_torque.copy(), normal_load=1.01 * loads)
     spoiled.raceway_torque[0, 2] += [0.0, 0.0, 1e-6]
     wanted = 1e-6 / (limit * motion.bearing.ball_radius * loads[0, 2].sum())
     assert errors(motion, spoiled, exact) == pytest.approx((0.01, wanted))
-    assert errors(motion, exact._replace(normal_load=np.nan * loads), exact) == (np.inf, np.inf)
+    assert errors(motion, _but(exact, normal_load=np.nan * loads), exact) == (np.inf, np.inf)
 
 
 @pytest.mark.parametrize("name", ["settled", "sliding", "lift-off", "sudden"])

@@ -19,12 +19,12 @@ from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE, SCIPY
 from bearing_twin.kinds.bearing.layout import BORDER
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_of, write_outputs
+from bearing_twin.kinds.bearing.outputs import empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.steps import RATES, Results
 from bearing_twin.numerics.statuses import OK
-from bearing_twin.numerics.steppers import STEPPER_FACTS, RungeKutta
+from bearing_twin.numerics.steppers import RungeKutta
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 
@@ -44,6 +44,20 @@ class Case(NamedTuple):
     def times(self) -> np.ndarray:
         """The instants [s]."""
         return self.period * np.arange(1, self.count + 1)
+
+
+def command_of(case: Case, method: str, setting: float, *more: str) -> str:
+    """The command that runs a case by that method at its step or tolerance, and over the same time."""
+    key = "solver.step" if method in FIXED_STEP else "wanted.tolerance"
+    words = (
+        *case.overrides,
+        f"solver.stepper={method}",
+        f"{key}={setting:g}",
+        *more,
+        f"run.output_rate={1.0 / case.period:g}",
+    )
+    sets = " ".join(f"--set {word}" for word in words)
+    return f"bearing_twin simulate {case.scene} {sets} --duration {case.period * case.count:g}"
 
 
 def motion_of(case: Case, stepper: str, law: str = "hertz", tolerance: float = 1e-3) -> BearingMotion:
@@ -89,13 +103,13 @@ def found_errors(motion: BearingMotion, case: Case, exact) -> tuple[float, float
 
 
 def bearing_row(
-    row: Row, case: Case, limit: float, law: str = "hertz", true_law: str = "hertz", enough: float = LONG_ENOUGH
+    row: Row, case: Case, limit: float, law: str = "hertz", true: tuple = (), enough: float = LONG_ENOUGH
 ) -> Row:
-    """The row with what its method gives at its setting; `true_law` is that of the truth.
+    """The row with what its method gives at its setting; `true` (case, law) is the truth's where it is another.
 
     Seconds are CPU seconds per simulated second, of runs that together take `enough` [s].
     """
-    exact = truth(case, true_law)
+    exact = truth(*(true or (case,)))
     naive = NAIVE.get(row.method)
     motion = ready(case, "rodas4" if naive else row.method, row.setting if not naive else TIGHT, law)
 
@@ -135,8 +149,8 @@ def _given_out(motion, case, states):
     borders = np.tile(motion.border, (case.count, 1))
     filled = np.ascontiguousarray(states), orientations, borders
     partners = motion._partners()
-    write_outputs(motion.parameters, motion.bearing, partners, motion.drive, times, *filled, out, 0)
-    return outputs_of(motion.parameters, out)
+    write_outputs(motion.parameters, motion.bearing, partners, motion.drive, times, *filled, out.numbers, 0)
+    return out
 
 
 def _by_solve_ivp(solver, motion, case, setting):
@@ -173,8 +187,3 @@ NAIVE = {
     "solve_ivp LSODA": functools.partial(_by_solve_ivp, LSODA),
 }
 """What a newcomer takes: a step [s] of Euler, the relative tolerance of the others."""
-
-
-def is_adaptive(method: str) -> bool:
-    """Whether a method is set by a tolerance, not by a step."""
-    return method != "explicit Euler" if method in NAIVE else STEPPER_FACTS[method].adaptive

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, SceneError
 
 LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says otherwise
 WORKERS = 2
@@ -32,7 +32,7 @@ REPEATS, LONG_ENOUGH = 40, 0.15  # of a timing: most runs, and CPU seconds that 
 
 
 class Task(NamedTuple):
-    """A function "module:name" below `charts` and its arguments: words, numbers, lists of them."""
+    """A function "module:name", the module in `charts/` or a full name, and its arguments: words, numbers, lists."""
 
     function: str
     arguments: tuple
@@ -70,6 +70,15 @@ class Row(NamedTuple):
         return self.load_error if math.isnan(self.friction_error) else max(self.load_error, self.friction_error)
 
 
+class Made(NamedTuple):
+    """What a contest gives: sentences that read it, its pictures, its tables, and every run."""
+
+    reading: list[str]
+    pictures: list[str]
+    tables: list[str]
+    rows: list[Row]
+
+
 @contextlib.contextmanager
 def limited(seconds: float) -> Iterator[None]:
     """Within it this process ends, without a word, once it has taken so many CPU seconds more; 0 = no limit.
@@ -87,10 +96,17 @@ def limited(seconds: float) -> Iterator[None]:
 
 
 def timed(work: Callable[[], Any], enough: float = LONG_ENOUGH) -> tuple[Any, float]:
-    """What `work` gives, and its CPU seconds: a mean, for the clocks of some machines tick every 10 ms."""
+    """What `work` gives, and its CPU seconds: a mean, for the clocks of some machines tick every 10 ms.
+
+    The first run of a short one is not counted: it may import and compile.
+    """
+    start = time.process_time()
+    found, first = work(), time.process_time() - start
+    if not enough or first > 10.0 * enough:
+        return found, first
     start, runs = time.process_time(), 0
     while not runs or (runs < REPEATS and time.process_time() - start < enough):
-        found = work()
+        work()
         runs += 1
     return found, (time.process_time() - start) / runs
 
@@ -100,6 +116,8 @@ def judged(row: Row, work: Callable[[], dict], limit: float) -> Row:
     try:
         with limited(limit), np.errstate(all="ignore"):
             found = row._replace(status=DONE, **work())
+    except SceneError as error:
+        return row._replace(status=REFUSED, reason=str(error))
     except BearingTwinError as error:
         return row._replace(status=FAILED, reason=str(error))
     except (ArithmeticError, ValueError) as error:
@@ -153,6 +171,16 @@ class Kept:
             raise BearingTwinError(f"{self.path} cannot be written ({error.strerror}); give another folder") from error
 
 
+class Wanted(NamedTuple):
+    """What is asked of a contest: which problems, by how many processes, with which limit of CPU seconds for a run."""
+
+    problems: tuple[str, ...]
+    update: Callable[[float], None]
+    workers: int
+    limit: float
+    kept: Kept
+
+
 def _serve(pipe) -> None:
     """The other process: answers tasks until its pipe closes. Ctrl-C is for the parent, which ends this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -165,7 +193,8 @@ def _serve(pipe) -> None:
 def call(function: str, arguments) -> Any:
     """The answer to a task, in this process, as plain data."""
     module, name = function.split(":")
-    answer = getattr(importlib.import_module(f"bearing_twin.charts.{module}"), name)(*arguments)
+    module = module if "." in module else f"bearing_twin.charts.{module}"
+    answer = getattr(importlib.import_module(module), name)(*arguments)
     return list(answer) if isinstance(answer, tuple) else answer
 
 
@@ -203,7 +232,6 @@ def answers_of(
     tasks = list(tasks)
     waiting = [task for task in reversed(tasks) if task.key not in kept.answers]
     total = max(len(tasks), 1)
-    update(1.0 - len(waiting) / total)
     if not workers:
         while waiting:
             task = waiting.pop()

@@ -59,7 +59,7 @@ class DimensionPoint:
 
 def _parameters(speed: float, offset=(0.0, 0.0, 0.0), tolerance: float = TOLERANCE):
     keys = ("gravity=[0,0,0]", f"drive.speed={speed}", f"drive.offset={list(offset)}", f"wanted.tolerance={tolerance}")
-    return load_scene(SCENE, keys).parameters
+    return load_scene(SCENE, (*keys, "solver.companion=off")).parameters
 
 
 def _balance(load, speed: float):

@@ -10,6 +10,7 @@ from bearing_twin.charts.contest import DONE, Row
 from bearing_twin.pictures.style import STYLE
 
 COLOURS, LEAST, GREATEST = "viridis_r", 1e-8, 1.0
+FEW = 30.0  # of an axis that spans less, 2 and 5 are labelled too
 PREDICTED, FOUND, BROKEN = "#D55E00", "#000000", "#c8ced4"
 
 
@@ -62,7 +63,10 @@ def draw_map(axis, rows: list[Row], curves: Curves, flags=None):
         axis.plot(curves.across, curves.found, "o", color=FOUND, markersize=7, mfc="white", mew=2)
     axis.set(xscale="log", yscale="log", xlim=edges_of(across)[[0, -1]], ylim=(edges_of(settings)[0], top))
     for along in (axis.xaxis, axis.yaxis):
-        along.set_major_locator(LogLocator(subs=(1.0,)))
+        low, high = along.get_view_interval()
+        along.set_major_locator(LogLocator(subs=(1.0,) if high > FEW * low else (1.0, 2.0, 5.0)))
+        if high <= FEW * low:
+            along.set_major_formatter("{x:g}")
         along.set_minor_locator(NullLocator())
     axis.tick_params(length=0, labelsize=15, labelcolor=STYLE["ink"])
     for spine in axis.spines.values():
@@ -78,8 +82,8 @@ def add_bar(figure, drawn, axes, text: str) -> None:
     bar.ax.tick_params(length=0, labelsize=14, labelcolor=STYLE["ink"])
 
 
-def add_legend(figure, refuses: bool, dots: str = "") -> None:
-    """What lines and marks mean, below the maps."""
+def add_legend(figure, refuses: bool, dots: str = "", lines: bool = False) -> None:
+    """What lines and marks mean, below the maps; `lines` that promises are drawn, where there are no limits."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -88,6 +92,8 @@ def add_legend(figure, refuses: bool, dots: str = "") -> None:
         Line2D([], [], color=PREDICTED, linewidth=3.0, label="limit predicted"),
         Line2D([], [], marker="o", color=FOUND, label="limit found", **hollow),
     ] * (not dots)
+    if lines:
+        handles.append(Line2D([], [], color=PREDICTED, linewidth=3.0, label="promised or chosen"))
     handles.append(Line2D([], [], marker="x", color="#7b1e1e", linestyle="none", markersize=8, label="broke down"))
     if refuses:
         handles.append(Patch(facecolor="#5f6f7a", edgecolor="white", hatch="//", label="refused"))

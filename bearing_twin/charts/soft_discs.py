@@ -70,6 +70,11 @@ def measure(
             yield _point("locking", f"{word} integration", truth(NEARLY), *mesh, NEARLY)
 
 
+def disc_force(*changes: str) -> np.ndarray:
+    """The force on the disc at TIMES [N/m] with these changes of the scene."""
+    return _run(*changes)[2]
+
+
 def _run(*changes: str) -> tuple[int, int, np.ndarray, Callable]:
     parameters = load_scene("soft_discs_mean", changes).parameters
     found = solve(parameters, frames=2)

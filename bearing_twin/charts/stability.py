@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
-from bearing_twin.charts.contest import LIMIT, Kept, Row, Task, answers_of, rows_of
+from bearing_twin.charts.contest import LIMIT, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, fastest_rates, stability_limits
 from bearing_twin.numerics.steppers import STEPPER_FACTS
@@ -73,7 +74,8 @@ TOLERANCES = _spread(1e-1, 1e-7, 7)
 REGULARISATIONS = _spread(1e-4, 1e-1, 7)
 FIXED = tuple(name for name in FIXED_STEP if name in STEPPER_FACTS)
 ADAPTIVE = ("rodas4", "rodas4_landing", "rodas3", "dopri5")
-MAPS = (*AXES, "tolerance")
+TOLERANCE = "tolerance"
+MAPS = (*AXES, TOLERANCE, *MODELS)
 
 
 class Limit(NamedTuple):
@@ -94,7 +96,7 @@ class Limit(NamedTuple):
 
 def case_of(name: str, across: float) -> Case:
     """The small bearing of a map at its second number."""
-    if name == "tolerance":
+    if name == TOLERANCE:
         keys = (*FROM_REST, *_regularised(across))
         return Case(SCENE, ("geometry.balls=1", *keys), 0.05 * SPAN, 10)
     axis = AXES[name]
@@ -128,42 +130,45 @@ def limit(name: str, method: str, across: float) -> Limit:
     return Limit(method, name, across, predicted, refused, found)
 
 
-def tasks_of(every: int = 1, steps=STEPS) -> tuple[list[Task], list[Task]]:
-    """The cells and the limits of all maps; with `every` above 1 only every so many-th of the second numbers."""
+def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> tuple[list[Task], list[Task]]:
+    """The cells and the limits of these maps; with `every` above 1 only every so many-th of the second numbers."""
     cells, limits = [], []
-    for name, axis in AXES.items():
-        for method in FIXED:
-            for across in axis.values[::every]:
-                cells += [Task("stability:cell", (name, method, step, across)) for step in steps]
-                limits.append(Task("stability:limit", (name, method, across)))
-    for method in ADAPTIVE:
-        for across in REGULARISATIONS[::every]:
-            cells += [Task("stability:cell", ("tolerance", method, one, across)) for one in TOLERANCES]
+    for name in names:
+        if name in MODELS:
+            cells += model_tasks(name, limit)
+            continue
+        for method in ADAPTIVE if name == TOLERANCE else FIXED:
+            for across in REGULARISATIONS[::every] if name == TOLERANCE else AXES[name].values[::every]:
+                settings = TOLERANCES if name == TOLERANCE else steps
+                cells += [Task("stability:cell", (name, method, one, across, limit)) for one in settings]
+                if name != TOLERANCE:
+                    limits.append(Task("stability:limit", (name, method, across)))
     return cells, limits
 
 
 def blank(task: Task) -> Row:
     """The row of a cell before it has run."""
-    return Row(*task.arguments, command=command_of(*task.arguments))
+    words = task.arguments[:4]
+    return Row(*words, command=command_of(*words))
 
 
-def measure(update, kept: Kept, workers: int, tasks=None) -> tuple[list[Row], list[Limit]]:
-    """All cells and all limits."""
-    cells, limits = tasks or tasks_of()
-    answers = answers_of([*limits, *cells], kept, update, workers)
-    rows = rows_of(cells, answers[len(limits) :], blank)
+def measure(wanted: Wanted, every: int = 1, steps=STEPS) -> tuple[list[Row], list[Limit]]:
+    """All cells and all limits of the maps that are wanted."""
+    cells, limits = tasks_of(wanted.problems, every, steps, wanted.limit)
+    answers = answers_of([*limits, *cells], wanted.kept, wanted.update, wanted.workers)
+    rows = rows_of(cells, answers[len(limits) :], blank, wanted.limit)
     return rows, [Limit(*one) for one in answers[: len(limits)] if one is not None]
 
 
-def one_cell(words: str) -> Row:
+def one_cell(words: str, limit: float = LIMIT) -> Row:
     """The cell named as in `Row.command`; raises BearingTwinError with what is legal."""
     parts = words.split()
     if len(parts) != 4:
         raise BearingTwinError(f"{echo(words)} is no cell; give four words: map, method, setting, second number")
     name, method = parts[:2]
     if name not in MAPS:
-        raise BearingTwinError(f"{echo(name)} is not a map of steps; {unknown(name, MAPS)}")
-    legal = ADAPTIVE if name == "tolerance" else FIXED
+        raise BearingTwinError(f"{echo(name)} is not a map; {unknown(name, MAPS)}")
+    legal = MODELS[name].methods if name in MODELS else ADAPTIVE if name == TOLERANCE else FIXED
     if method not in legal:
         raise BearingTwinError(f"{echo(method)} is not on the map {name}; {unknown(method, legal)}")
     try:
@@ -172,4 +177,4 @@ def one_cell(words: str) -> Row:
         numbers = [math.nan]
     if not all(0.0 < number < math.inf for number in numbers):
         raise BearingTwinError(f"{echo(words)} ends with two numbers above zero: setting and second number")
-    return cell(name, method, *numbers)
+    return (model_cell if name in MODELS else cell)(name, method, *numbers, limit)

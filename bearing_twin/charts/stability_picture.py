@@ -1,37 +1,61 @@
 """The pictures, tables and sentences of the maps of where methods fail."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.contest import DONE, Row
+from bearing_twin.charts.contest import DONE, Made, Row, Wanted
+from bearing_twin.charts.contest_picture import read_table, write_table
 from bearing_twin.charts.map_picture import Curves, add_bar, add_legend, draw_map
-from bearing_twin.charts.stability import ADAPTIVE, AXES, FAILS, FIXED, Limit
+from bearing_twin.charts.model_maps import MODELS, sentences_of
+from bearing_twin.charts.model_picture import of_models
+from bearing_twin.charts.stability import ADAPTIVE, AXES, FAILS, FIXED, MAPS, TOLERANCE, Limit, measure, one_cell
 from bearing_twin.charts.table import write_rows
 from bearing_twin.pictures.style import STYLE, stamp
 
 WITHIN = 0.2  # of the limit found: how near a prediction has to be
-SAFE = 1.0  # of predicted over found: greater is unsafe
 KEPT = 1.0  # times the tolerance: errors up to here count as kept
 COLOUR_TEXT = "error of load or friction"
+problems = MAPS
+__all__ = ("make", "one_cell", "problems", "read")
+
+
+def make(folder: Path, name: str, wanted: Wanted) -> Made:
+    """The maps that are wanted: pictures, the limits and the cells as tables, and what they say."""
+    rows, limits = measure(wanted)
+    pictures, tables = [], [folder / f"{name}_cells.csv"]
+    if limits:
+        pictures.append(folder / f"{name}.png")
+        tables.append(folder / f"{name}.csv")
+        of_steps(rows, limits, pictures[-1])
+        write_limits(limits, tables[-1])
+    if TOLERANCE in wanted.problems:
+        pictures.append(folder / f"{name}_{TOLERANCE}.png")
+        of_tolerances(rows, pictures[-1])
+    if any(row.problem in MODELS for row in rows):
+        pictures.append(folder / f"{name}_models.png")
+        of_models(rows, pictures[-1])
+    write_table(rows, tables[0])
+    return Made(reading(rows, limits), list(map(str, pictures)), list(map(str, tables)), rows)
 
 
 def of_steps(rows: list[Row], limits: list[Limit], path: Path) -> None:
     """Step against stiffness, regularisation and damping, a row a method."""
     figure = Figure(figsize=(17, 5.2 * len(FIXED) + 1.6), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(len(FIXED), len(AXES), sharey=True, sharex="col", squeeze=False)
+    shown = [name for name in AXES if any(row.problem == name for row in rows)]
+    axes = figure.subplots(len(FIXED), len(shown), sharey=True, sharex="col", squeeze=False)
     for line, method in zip(axes, FIXED, strict=True):
-        for axis, (name, facts) in zip(line, AXES.items(), strict=True):
+        for axis, name in zip(line, shown, strict=True):
+            facts = AXES[name]
             mine = [row for row in rows if (row.method, row.problem) == (method, name)]
             found = [one for one in limits if (one.method, one.map) == (method, name)]
-            if not mine:
-                continue
             columns = np.transpose([(one.across, one.predicted, one.found, one.refused) for one in found])
             drawn = draw_map(axis, mine, Curves(*columns) if found else Curves())
-            axis.set_title(f"{method}: step over {name}", fontsize=18, color=STYLE["ink"], loc="left")
+            axis.set_title(f"{method}: {name}", fontsize=18, color=STYLE["ink"], loc="left")
             if method == FIXED[-1]:
                 axis.set_xlabel(f"{facts.title} [{facts.unit}]", fontsize=17, color=STYLE["ink"])
         line[0].set_ylabel("step [s]", fontsize=17, color=STYLE["ink"])
@@ -52,7 +76,7 @@ def of_tolerances(rows: list[Row], path: Path) -> None:
     FigureCanvasAgg(figure)
     axes = figure.subplots(1, len(ADAPTIVE), sharey=True)
     for axis, method in zip(axes, ADAPTIVE, strict=True):
-        mine = [row for row in rows if (row.method, row.problem) == (method, "tolerance")]
+        mine = [row for row in rows if (row.method, row.problem) == (method, TOLERANCE)]
         drawn = draw_map(axis, mine, Curves(), lambda row: row.error > KEPT * row.setting)
         axis.set_title(method, fontsize=18, color=STYLE["ink"], loc="left")
         axis.set_xlabel("friction regularisation [m/s]", fontsize=16, color=STYLE["ink"])
@@ -70,9 +94,11 @@ def write_limits(limits: list[Limit], path: Path) -> None:
     write_rows(path, header, ((*one[:3], *(f"{x:.5g}" for x in (*one[3:], one.ratio))) for one in limits))
 
 
-def write_cells(rows: list[Row], path: Path) -> None:
-    """Every cell as comma-separated values, with the command that repeats it."""
-    write_rows(path, Row._fields, ([f"{x:.6g}" if isinstance(x, float) else x for x in row] for row in rows))
+def read(folder: Path, name: str) -> list[str]:
+    """What the maps say, from the tables that were written there before."""
+    with (folder / f"{name}.csv").open(encoding="utf-8", newline="") as stream:
+        limits = [Limit(line[0], line[1], *map(float, line[2:6])) for line in list(csv.reader(stream))[1:]]
+    return reading(read_table(folder / f"{name}_cells.csv"), limits)
 
 
 def reading(rows: list[Row], limits: list[Limit]) -> list[str]:
@@ -90,7 +116,7 @@ def reading(rows: list[Row], limits: list[Limit]) -> list[str]:
             f"step is let pass that fails (error above {FAILS:g})."
         )
     for method in ADAPTIVE:
-        mine = [row for row in rows if (row.method, row.problem) == (method, "tolerance")]
+        mine = [row for row in rows if (row.method, row.problem) == (method, TOLERANCE)]
         done = [row for row in mine if row.status == DONE]
         if not done:
             continue
@@ -100,4 +126,4 @@ def reading(rows: list[Row], limits: list[Limit]) -> list[str]:
             f"{method}: {kept} of {len(mine)} cells keep their tolerance; the worst error is "
             f"{worst.error / worst.setting:.2g} times it, at {worst.setting:g} and {worst.across:g} m/s."
         )
-    return sentences
+    return sentences + sentences_of(rows)

@@ -23,7 +23,7 @@ from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE
 from bearing_twin.kinds.bearing.motion import FIXED_STEP, BearingMotion
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
-from bearing_twin.run.fidelity import choose
+from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 
 FINEST = 1e-7
@@ -97,7 +97,7 @@ class StepperPoint:
 def _motion(problem: BearingProblem, stepper: str, setting: float) -> BearingMotion:
     key = "solver.step" if stepper in FIXED_STEP else "wanted.tolerance"
     scene = load_scene(problem.scene, (*problem.overrides, f"{key}={setting}"))
-    motion = BearingMotion(scene.parameters, choose(scene)._replace(law="hertz", stepper=stepper))
+    motion = BearingMotion(scene.parameters, Choice("hertz", stepper, 0.0, "", ()))
     if stepper in ("dop853", "radau"):
         # As contestants they get the tolerance asked for, not the one that makes them references.
         motion.scales = motion.scales / REFERENCE_SHARE

@@ -4,68 +4,92 @@ import argparse
 import importlib
 from pathlib import Path
 
+from bearing_twin.command.chart_table import ALL, CHARTS, made_by
 from bearing_twin.command.outcome import Outcome
 from bearing_twin.errors import BearingTwinError
 
-HELP = "accuracy against speed of steppers, laws, friction and samplers; the figures of papers on bounces and impacts"
-EXAMPLES = ("bearing_twin chart laws --out charts", "bearing_twin chart steppers")
+HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
+EXAMPLES = ("bearing_twin chart laws --out charts", "bearing_twin chart steppers", "bearing_twin chart --list")
 
-CHARTS = {  # name: module in charts/, what it shows
-    "steppers": ("work_precision", "error in load and friction against cost"),
-    "cost": ("cost", "where the time of a run goes, from the contacts to a log"),
-    "laws": ("laws", "error and cost of the elastic laws"),
-    "friction": ("friction", "error and cost of friction over a spot that slides and spins"),
-    "bounces": ("bounces", "a ball by the Hertz and by the volumetric law, and which comes late"),
-    "dimensions": ("dimensions", "equilibria against balls that move: error and cost over speed and load"),
-    "samplers": ("samplers", "error of mean and deviation of a contact time against realisations and cost"),
-    "coverage": ("coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples"),
-    "discs": ("soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps"),
-    "paper1": ("paper1", "paper 1's bearing in space, contact point and normal of a ball by several laws, their cost"),
-    "studies": ("studies", "densities, forces and convergence of impacts with uncertain inputs"),
-    "paper2": ("paper2", "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them"),
+OPTIONS = {  # option: the charts it goes with
+    "problem": made_by("problems", "contest"),
+    "only": made_by("sheets"),
+    "limit": (*made_by("contest"), ALL),
+    "cell": ("stability",),
+    "read": made_by("contest"),
 }
-SAYING = ("coverage", "cost")  # charts that say what they measure
-SHARES = {"samplers": "sampling", "dimensions": "running"}  # charts that tell the share done, and of what
-SHEETS = ("studies", "paper2")
-OPTIONS = {"problem": ("steppers",), "only": SHEETS}  # option: the charts it goes with
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `chart` to its parser."""
-    which = "; ".join(f"{name}: {text}" for name, (_, text) in CHARTS.items())
-    parser.add_argument("chart", choices=tuple(CHARTS), metavar="CHART", help=which.replace("%", "%%"))
-    parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
+    texts = "; ".join(f"{name}: {chart.shows}" for name, chart in CHARTS.items()).replace("%", "%%")
     parser.add_argument(
-        "--problem", action="append", metavar="NAME", help="of steppers: only this one; may be repeated"
+        "chart", nargs="?", choices=(*CHARTS, ALL), metavar="CHART", help=f"{texts}; {ALL}: every one of them"
     )
+    parser.add_argument("--list", action="store_true", help="what each chart compares, and about how long it takes")
+    parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
+    which = f"of {', '.join(OPTIONS['problem'])}: only this problem, or map; may be repeated"
+    parser.add_argument("--problem", action="append", metavar="NAME", help=which)
     which = "only the sheet of this name, or the one with this figure of the paper; may be repeated"
-    parser.add_argument("--only", action="append", metavar="SHEET", help=f"of {' and '.join(SHEETS)}: {which}")
+    parser.add_argument("--only", action="append", metavar="SHEET", help=f"of {' and '.join(OPTIONS['only'])}: {which}")
+    text = "of contests: say what the tables in the folder say; nothing is run"
+    parser.add_argument("--read", action="store_true", default=None, help=text)
+    parser.add_argument("--cell", metavar="CELL", help="of stability: one cell of a map, as its table names it")
+    which = "CPU seconds after which a contestant is stopped"
+    parser.add_argument("--limit", type=float, metavar="SECONDS", help=f"of contests: {which}; 20 unless given")
+    parser.add_argument("--workers", type=int, metavar="NUMBER", help="of contests: processes side by side; 2 at most")
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Makes one chart; raises BearingTwinError with a sentence for a folder or a word that does not fit."""
+    if arguments.list:
+        return _list()
+    if arguments.chart is None:
+        raise BearingTwinError(f"name a chart, or {ALL}; bearing_twin chart --list says which there are")
     folder = Path(arguments.out)
     if not folder.is_dir():
         raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
     for option, names in OPTIONS.items():
-        if getattr(arguments, option) and arguments.chart not in names:
+        if getattr(arguments, option) is not None and arguments.chart not in names:
             raise BearingTwinError(f"--{option} goes with the chart {' or '.join(names)}; leave it out")
-    chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[arguments.chart][0]}")
-    if arguments.chart in SHEETS:
+    if arguments.limit is not None and not 0.0 < arguments.limit < float("inf"):
+        raise BearingTwinError(f"--limit = {arguments.limit:g} s is no limit; give CPU seconds above zero")
+    if arguments.chart == ALL:
+        from bearing_twin.command.all_charts import make_all
+
+        return make_all(folder, arguments.limit)
+    row = CHARTS[arguments.chart]
+    chart = importlib.import_module(f"bearing_twin.charts.{row.module}")
+    if row.made == "sheets":
         return _sheets(chart.SHEETS, arguments.only or (), folder)
-    return _chart(chart, arguments, folder)
+    if row.made == "contest":
+        return _contest(chart, arguments, folder)
+    return _chart(chart, row.made, arguments, folder)
 
 
-def _chart(chart, arguments, folder) -> Outcome:
+def _list() -> Outcome:
+    """What charts there are, with the time that they take."""
+    from bearing_twin.command.terminal import show_rows
+
+    rows = [(name, chart.shows, chart.seconds) for name, chart in CHARTS.items()]
+    keys = "chart", "shows", "about_s"
+
+    def show():
+        show_rows(("chart", "shows", "about"), ((*row[:2], f"{row[2]:.0f} s") for row in rows))
+
+    return Outcome({"charts": [dict(zip(keys, row, strict=True)) for row in rows]}, [], show)
+
+
+def _chart(chart, made, arguments, folder) -> Outcome:
     """One picture with its table, of points that are measured."""
     from bearing_twin.command.terminal import progress, say, show_text
 
-    if arguments.chart == "steppers":
+    if made == "problems":
         points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), say))
-    elif arguments.chart in SAYING:
+    elif made == "told":
         points = list(chart.measure(say=say))
-    elif arguments.chart in SHARES:
-        with progress(SHARES[arguments.chart]) as update:
+    elif made == "share":
+        with progress(f"chart {arguments.chart}") as update:
             points = chart.measure(update)
     else:
         points = list(chart.measure())
@@ -80,6 +104,47 @@ def _chart(chart, arguments, folder) -> Outcome:
     plain = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
     rows = [{key: value for key, value in row.items() if key != "histories"} for row in plain]
     return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
+
+
+def _contest(chart, arguments, folder) -> Outcome:
+    """A contest: its rows, pictures, tables, and the sentences that read them; or one cell of a map."""
+    from bearing_twin.charts.contest import LIMIT, Kept, Wanted, processors
+    from bearing_twin.command.terminal import progress, say, show_result, show_text
+
+    chart = getattr(chart, "CONTESTS", {}).get(arguments.chart, chart)
+    if arguments.read:
+        return _read(chart, arguments.chart, folder)
+    limit = arguments.limit or LIMIT
+    if arguments.cell is not None:
+        row = chart.one_cell(arguments.cell, limit)._asdict()
+        return Outcome(row, [], lambda: show_result(row))
+    problems = _problems(arguments.problem, chart.problems)
+    kept = Kept(folder / f"{arguments.chart}.unfinished")
+    if kept.answers:
+        say(f"{len(kept.answers)} runs were finished before and are not repeated")
+    with progress(f"chart {arguments.chart}") as update:
+        workers = min(arguments.workers or processors(), processors())
+        made = chart.make(folder, arguments.chart, Wanted(tuple(problems), update, workers, limit, kept))
+    kept.drop()
+
+    def show():
+        show_text("\n".join([*made.reading, *(f"picture: {one}" for one in made.pictures)]))
+        show_text("\n".join(f"table:   {one}" for one in made.tables))
+
+    return Outcome(made._asdict() | {"rows": [row._asdict() for row in made.rows]}, [], show)
+
+
+def _read(chart, name, folder) -> Outcome:
+    """The sentences of a contest from tables that are there."""
+    from bearing_twin.command.terminal import show_text
+
+    try:
+        sentences = chart.read(folder, name)
+    except (OSError, ValueError, TypeError, LookupError) as error:
+        raise BearingTwinError(
+            f"{folder} has no whole tables of the chart {name} ({error}); make them without --read"
+        ) from error
+    return Outcome({"reading": sentences}, [], lambda: show_text("\n".join(sentences)))
 
 
 def _sheets(sheets, words, folder) -> Outcome:

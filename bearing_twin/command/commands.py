@@ -15,10 +15,13 @@ from bearing_twin.command import (
     contact_command,
     explain_command,
     export_command,
+    layouts_command,
     node_command,
     scenes_command,
     study_command,
     topics_command,
+    view_command,
+    watch_command,
 )
 from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path
 from bearing_twin.errors import BearingTwinError
@@ -262,6 +265,9 @@ COMMANDS = {
     "study": _of(study_command),
     "node": _of(node_command),
     "topics": _of(topics_command),
+    "view": _of(view_command),
+    "layouts": _of(layouts_command),
+    "watch": _of(watch_command),
     "scenes": _of(scenes_command),
     "completion": _of(completion_command),
 }

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
 
-NODES = ("sim_node", "recorder_node", "replay_node", "uq_node")
+NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
 MARK = "--ros-args"
 
 

@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING
 
 from bearing_twin.command.layout import columns_apart, named_values, table, width_of_terminal, wrapped
-from bearing_twin.units import UNITS, for_people, named, readable
+from bearing_twin.units import UNITS, for_people, named, readable, unit_suffix
 
 if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.sample import Block
@@ -28,18 +28,22 @@ def show_result(result: Mapping) -> None:
     """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
     width = width_of_terminal()
     result, errors = _errors_apart(result)
-    single, columns = [], {}
+    single, columns, events = [], {}, {}
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
             if len(value) <= AXES:
                 single.append(_named_value(key, value, errors.get(key)))
             else:
                 columns.setdefault(len(value), {})[key] = value
+        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
+            events[key] = value
         elif isinstance(value, (list, tuple)):
             single.append((named(key)[0], "\n".join(map(str, value)) or "none"))
         else:
             single.append(_named_value(key, value, errors.get(key)))
     show_text("\n".join(named_values(single, width)))
+    for key, rows in events.items():
+        _show_events(named(key)[0], [dict(_flat(row)) for row in rows])
     for length, lists in columns.items():
         header, cells = ["ball"], [[str(row) for row in range(length)]]
         for key, values in lists.items():
@@ -52,6 +56,14 @@ def show_result(result: Mapping) -> None:
                 column.append(f"{_readable(key, values)[2] * max(errors[key]):.2g}" if key in errors else "")
         for lines in columns_apart(header, cells, width):
             show_text("\n".join(["", *lines]))
+
+
+def _show_events(title: str, rows: list[dict]) -> None:
+    """A table of mappings with the same keys, a row each."""
+    units = {key: _readable(key, [row.get(key) for row in rows]) for key in rows[0]}
+    header = [f"{words} [{unit}]" if unit else words for words, unit, _ in units.values()]
+    show_text(f"\n{title}")
+    show_rows(header, ([_text(row.get(key), units[key][2]) for key in units] for row in rows))
 
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
@@ -234,12 +246,14 @@ def _worth(value, error, factor: float) -> str:
     return f" ± {factor * greatest:.2g}{' (doubtful)' if exceeds(value, error) else ''}"
 
 
-def _flat(result: Mapping, prefix: str = "") -> Iterator[tuple[str, object]]:
+def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:
+    """Values of nested mappings by keys joined; the unit of an outer key ends those within that have none."""
     for key, value in result.items():
+        own = unit_suffix(key)
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}_")
+            yield from _flat(value, f"{prefix}{key.removesuffix(own)}_", own or suffix)
         else:
-            yield f"{prefix}{key}", value
+            yield f"{prefix}{key}{'' if own else suffix}", value
 
 
 def _text(value, factor: float = 1.0) -> str:

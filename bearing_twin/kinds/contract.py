@@ -228,10 +228,10 @@ class Kind:
     back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
     moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load. `doubt`: see `Doubt`.
     `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`: to a .gif.
-    `moved` maps keys of earlier versions to what takes their place: refused in scenes; `upgraded` rewrites a scene's
-    plain data in an old log. `catalogue()` maps names to the plain data of scenes; `completed(scene)` fills in what
-    names in it stand for and says what it cannot. `place_of(channel, index)` names body and contact of a channel's
-    number, empty for none.
+    `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier versions to what takes their place: refused in
+    scenes; `upgraded` rewrites a scene in an old log. `catalogue()` maps names to the plain data of scenes;
+    `completed(scene)` fills in what names in it stand for and says what it cannot. `place_of(channel, index)` names
+    body and contact of a channel's number, empty for none.
     """
 
     name: str
@@ -258,6 +258,7 @@ class Kind:
     topics: Callable[[Any], tuple[Topic, ...]] = nothing
     picture: Callable[[Facts], Picture] = plain_picture
     animated: bool = False
+    view: Callable[..., Any] = field(default=late("bearing_twin.kinds.views:plain_view"))
     moved: Mapping[str, str] = field(default_factory=dict)
     upgraded: Callable[[dict], dict] = as_given
     catalogue: Callable[[], Mapping[str, dict]] = dict

@@ -155,6 +155,8 @@ def choice_record(choice: Choice) -> dict[str, str]:
         "stepper": choice.stepper,
         "reason": choice.reason,
         "warnings": json.dumps(list(choice.warnings)),
+        "setting": repr(choice.setting),
+        "predicted": json.dumps(choice.predicted),
     }
 
 

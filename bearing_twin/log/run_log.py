@@ -10,12 +10,14 @@ import numpy as np
 
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
+from bearing_twin.log.blocks import block_of, channels_of, check_block
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
 from bearing_twin.log.thinning import KEPT_KEY
 from bearing_twin.report import Choice
-from bearing_twin.run.scene import Scene, parse_scene, read_logged
+from bearing_twin.run.dataset import dataset_of
+from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
 
 
@@ -35,6 +37,7 @@ class LogStream:
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
     its texts. `missing` counts outputs that were found missing so far (with `allow_gaps`). `kept_rate` [1/s] is how
     many outputs a second of simulated time were logged, 0 = all; what then lies between is not missing.
+    `frame` is what the samples are stamped with.
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None):
@@ -73,7 +76,8 @@ class LogStream:
         self.choice = _choice(described)
         self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         first = next(self._sample_blocks(), None)
-        self.channels: tuple[Channel, ...] = () if first is None else _channels(self.scene, first)
+        self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
+        self.frame: str = "" if first is None else first.header.frame_id
 
     @property
     def losses(self) -> dict[str, int | str]:
@@ -86,6 +90,11 @@ class LogStream:
         return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
 
     @property
+    def namespace(self) -> str:
+        """Where the topics of the run stand."""
+        return self._namespace
+
+    @property
     def has_records(self) -> bool:
         """Whether the log has topics for what happens between outputs."""
         return bool(self._tables)
@@ -96,8 +105,6 @@ class LogStream:
 
     def to_xarray(self):
         """The whole log as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
-        from bearing_twin.run.dataset import dataset_of
-
         return dataset_of(self)
 
     def blocks(self) -> Iterator[Block]:
@@ -112,7 +119,7 @@ class LogStream:
             if expected is not None and message.first_sequence != expected and not self.kept_rate:
                 self._gap(expected, message.first_sequence)
             expected = message.first_sequence + message.count
-            block = _block(self.channels, message)
+            block = block_of(self.channels, message)
             if held is not None:
                 yield self._with_records(held, records, int(held.time_ns[-1]))
             held = block
@@ -177,7 +184,7 @@ class LogStream:
                     for item in reader.content():
                         if isinstance(item, LoggedMessage) and item.topic.name in names:
                             message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
-                            _check(self.path, message)
+                            check_block(self.path, message)
                             yield item.topic.name, message
         except DamagedLog as error:
             raise advice(self.path, error) from error
@@ -199,11 +206,13 @@ def _report(record: Mapping[str, str]) -> dict | None:
 
 def _choice(record: Mapping[str, str]) -> Choice:
     """The model named in a log's metadata; empty texts where there is none."""
+    named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
     try:
         warnings = tuple(map(str, json.loads(record.get("warnings", "[]"))))
+        predicted = json.loads(record.get("predicted", "null"))
+        return Choice(*named, warnings, float(record.get("setting", "nan")), predicted and dict(predicted))
     except (ValueError, TypeError):
-        warnings = ()
-    return Choice(record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""), warnings)
+        return Choice(*named, ())
 
 
 def _chosen(path, found: set[str], topic: str | None) -> str:
@@ -215,34 +224,3 @@ def _chosen(path, found: set[str], topic: str | None) -> str:
         held = ", ".join(sorted(found)) + (f", not {topic!r}" if topic else "")
         raise LogError(f"{path} holds samples on {held}; read one with --topic, or read_log(path, topic=...)")
     return topic
-
-
-def _check(path, message) -> None:
-    row = int(message.channel_width.sum(dtype=np.int64))
-    fits = (
-        message.count == len(message.time_ns) > 0
-        and len(message.channel_name) == len(message.channel_unit) == len(message.channel_width)
-        and len(message.values) == message.count * row
-    )
-    if not fits:
-        raise LogError(f"{path}: the SampleBlock at output {message.first_sequence} contradicts itself; record again")
-
-
-def _channels(scene: Scene | None, message) -> tuple[Channel, ...]:
-    """The channels of a SampleBlock; shapes and meanings where the names are those of a bearing, else flat."""
-    widths = dict(zip(message.channel_name, message.channel_width.tolist(), strict=True))
-    if scene is None and widths.get("orbit_angle"):
-        scene = parse_scene({"kind": "bearing", "geometry": {"balls": widths["orbit_angle"]}}, "recorded")
-    known = {channel.name: channel for channel in scene.channels} if scene is not None else {}
-    rows = []
-    for (name, width), unit in zip(widths.items(), message.channel_unit, strict=True):
-        channel = known.get(name)
-        fits = channel is not None and channel.width == width and channel.unit == unit
-        rows.append(channel if fits else Channel(name, unit, (width,), ""))
-    return tuple(rows)
-
-
-def _block(channels: tuple[Channel, ...], message) -> Block:
-    # A copy: what a message holds can only be read.
-    matrix = np.array(message.values).reshape(message.count, -1)
-    return Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)

@@ -33,6 +33,16 @@ The parameter `frame_prefix` of `sim_node` stands before the name of every frame
 side. `robot_description` is the same tree as URDF, for programs that draw from it; its joints float, so that a
 `robot_state_publisher` adds nothing to `/tf`. A ROS without `tf2_msgs` gets everything but `/tf`.
 
+**Launch files.** `simulate`, `replay` and `study` take every parameter of their node as an argument of its name, and
+`namespace`, `params_file`, `record` (the recorder follows the namespace), `log_level`, `rviz` and `foxglove`, which
+open what is installed with a layout for that scene and say what is not. `two_bearings` runs two in one tree of frames:
+
+```bash
+ros2 launch bearing_twin simulate.launch.py namespace:=/a frame_prefix:=a/ scene:=bearing_6205 record:=a.mcap
+ros2 launch bearing_twin two_bearings.launch.py scene_right:=bearing_6205 distance:=0.2 rviz:=true record:=two.mcap
+ros2 launch bearing_twin replay.launch.py log:=a.mcap rate:=0.5 foxglove:=true
+```
+
 **Loads add up.** In `contacts`, the forces and torques on a body, taken about the origin of its frame, are its wrench;
 the wrenches of all bodies together are zero. Gravity, supports and the drive are not in them.
 

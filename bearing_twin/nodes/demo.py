@@ -1,6 +1,7 @@
 """The demonstration behind `make demo`: simulate in real time, record, watch, replay, and show what came of it.
 
-Three nodes run as processes of their own, as with `ros2 run`; this process is the subscriber.
+Three nodes run as processes of their own, as with `ros2 run`; this process is the subscriber. It ends with a page for
+the browser, made of the recording.
 """
 
 import argparse
@@ -25,6 +26,8 @@ from bearing_twin.nodes.processes import NodeProcess, node_command, started
 from bearing_twin.nodes.watching import Watch, Watcher, ball_table, load_line
 from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import Scene, load_scene
+from bearing_twin.view.logs import document_of_log
+from bearing_twin.view.page import write_page
 
 REPLAY_RATE = 2.0
 DISCOVERY = 600.0  # s at most; it ends when every topic has its subscriber
@@ -32,6 +35,21 @@ REFRESH = 0.25  # s
 LINE_PERIOD = 5.0  # s between two lines about a wait, where there is no terminal
 LINE_NS = 500_000_000  # simulated time between two lines, where there is no terminal
 QUIET = 0.5  # s without a message that let the recorder catch up
+
+SCENE, DURATION = "bearing_6203_load_and_speed", 2.0
+STORY = {
+    SCENE: (
+        "Press play: the balls below carry the load, those on top leave the inner ring; gaps are drawn larger.",
+        "At 0.4 s the load steps from 300 N to 1000 N: the arrows grow, and the inner ring sinks by a further 9 µm.",
+        "From 1 s to 1.4 s the shaft runs up and the load comes round faster; click a ball to see its contacts.",
+    )
+}
+GENERAL = (
+    "Press play: balls roll and cage and ring move, displacements drawn larger; drag the picture to turn it.",
+    "The arrows are the loads on the balls, the spots their contact ellipses, coloured by pressure.",
+    "Click a ball to see its contacts; click a curve to go to that time, drag across it to look closer.",
+)
+"""Three sentences on what to look at, of some scenes their own."""
 
 progress = Console(stderr=True)
 output = Console()
@@ -44,8 +62,8 @@ class DemoError(BearingTwinError):
 def main(args: list[str] | None = None) -> int:
     """Runs the demonstration; exit code 0, or 1 when samples were lost. Raises BearingTwinError when a part fails."""
     parser = argparse.ArgumentParser(prog="demo", description="Simulate, publish, record and replay a bearing.")
-    parser.add_argument("--scene", default="bearing_6203", help="scene to run (default: %(default)s)")
-    parser.add_argument("--duration", type=float, default=5.0, help="simulated time [s] (default: %(default)s)")
+    parser.add_argument("--scene", default=SCENE, help="scene to run (default: %(default)s)")
+    parser.add_argument("--duration", type=float, default=DURATION, help="simulated time [s] (default: %(default)s)")
     parser.add_argument("--out", default="demo", help="folder for logs and pictures (default: %(default)s)")
     wanted = parser.parse_args(args)
     _keep_to_itself()
@@ -235,6 +253,7 @@ def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, 
         "replayed": expected - replayed.sequences.received,
     }
     picture = plot(log, folder / "ball_loads.png")
+    page = write_page(document_of_log(recording), folder / "view.html")
     table = Table(title=f"{scene.name}: {duration:g} s, {expected} solver outputs", padding=0)
     for heading in (
         "ball", "greatest load\n[N]\ninner  outer", "contact angle\n[deg]\ninner  outer", "ellipse\ninner\na x b [um]",
@@ -248,6 +267,9 @@ def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, 
     output.print(f"messages: {live.messages} live, {replayed.messages} replayed", soft_wrap=True)
     output.print(f"log:     {recording.resolve()}", soft_wrap=True)
     output.print(f"picture: {Path(picture).resolve()}", soft_wrap=True)
+    output.print(f"browser: {page.resolve()}", soft_wrap=True)
+    for sentence in STORY.get(scene.name, GENERAL):
+        output.print(f"  {sentence}", soft_wrap=True, highlight=False)
     if any(lost.values()):
         progress.print(f"Samples were lost; what the nodes said is in {folder}.")
         return 1

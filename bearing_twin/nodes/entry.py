@@ -32,6 +32,11 @@ def uq_node() -> int:
     return _run("uq_node")
 
 
+def watch_node() -> int:
+    """Serves a page of a running node; returns the exit code."""
+    return _run("watch_node")
+
+
 def demo() -> int:
     """Simulates, records, watches and replays; returns the exit code."""
     return _run("demo")

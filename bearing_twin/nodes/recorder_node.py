@@ -2,11 +2,8 @@
 
 import threading
 import time
-from contextlib import suppress
 from functools import partial
 
-from rclpy._rclpy_pybind11 import InvalidHandle
-from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
@@ -14,6 +11,7 @@ from rclpy.subscription import Subscription
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
+from bearing_twin.nodes.aside import TakenAside, taken
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_profile, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
@@ -22,7 +20,9 @@ from bearing_twin.nodes.running import Heartbeat, LogWatch, declare, guarded, ru
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
     NodeParameter(
-        "topics", [], "topics to log, as full names or patterns with *; empty = those of every kind of scene, and /tf"
+        "topics",
+        [],
+        "topics to log, as full names or patterns with *; empty = its namespace (in none: every kind's), and /tf",
     ),
     *LOG_SAFETY,
 )
@@ -30,21 +30,6 @@ DISCOVERY_PERIOD = 0.1  # s
 TAKE_PERIOD = 0.01  # s between looks for messages: an executor that wakes for each would take five times the time
 SOON = 3600.0  # s: a disk that will be full before is told of
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
-
-
-class TakenAside(CallbackGroup):
-    """Subscriptions that no executor serves."""
-
-    def can_execute(self, entity) -> bool:
-        """Never."""
-        return False
-
-    def beginning_execution(self, entity) -> bool:
-        """Never."""
-        return False
-
-    def ending_execution(self, entity) -> None:
-        """Nothing was executed."""
 
 
 class RecorderNode(Node):
@@ -56,7 +41,7 @@ class RecorderNode(Node):
         self.failure: Exception | None = None
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
-        topics = [one for one in values["topics"] if one] or default_topics()
+        topics = [one for one in values["topics"] if one] or default_topics(self.get_namespace())
         self.recording = Recording(path, topics, definition_prefixes(), safety_of(values))
         self._topics = topics
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
@@ -113,9 +98,8 @@ class RecorderNode(Node):
         while not stopping:
             stopping = self._stopping.wait(TAKE_PERIOD)
             for name, subscription in list(self._taken.items()):
-                with suppress(InvalidHandle), subscription.handle:
-                    while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
-                        self._on_message(name, *taken)
+                for data, info in taken(subscription):
+                    self._on_message(name, data, info)
 
     def _on_message(self, topic: str, data: bytes, info: dict) -> None:
         try:

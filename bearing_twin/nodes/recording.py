@@ -179,9 +179,13 @@ class Recording:
         return {key: value for key, value in status.items() if key != "bytes"}
 
 
-def default_topics() -> list[str]:
-    """What is logged where nothing is named: the namespaces of all kinds of scenes, and their frames."""
-    return [*(f"{kind.namespace}/*" for kind in KINDS.values()), *FRAMES]
+def default_topics(namespace: str = "/") -> list[str]:
+    """What is logged where nothing is named: all in the recorder's own namespace, and the frames.
+
+    A recorder that stands in none logs the namespaces of all kinds of scenes.
+    """
+    own = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
+    return [*(f"{one}/*" for one in own), *FRAMES]
 
 
 def sample_range(data: bytes) -> tuple[int, int]:

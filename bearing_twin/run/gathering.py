@@ -66,4 +66,5 @@ class Gathering:
             costs=dict(costs or {}),
             figures=numbers,
             errors=judgement.keys,
+            predicted=self.choice.predicted,
         )

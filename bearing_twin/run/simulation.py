@@ -10,6 +10,7 @@ from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.report import Choice, Report
+from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import Failure, record_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
@@ -284,9 +285,7 @@ class Run:
             yield from block
 
     def to_xarray(self):
-        """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
-        from bearing_twin.run.dataset import dataset_of
-
+        """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `dataset_of`."""
         return dataset_of(self)
 
 

@@ -33,7 +33,7 @@ def plot_study(result: StudyResult, png_path) -> Path:
         rows, columns, left=0.06, right=0.98, top=1.0 - 1.15 / tall, bottom=0.95 / tall, hspace=0.38, wspace=0.2
     )
     axes = [figure.add_subplot(grid[place // columns, place % columns]) for place in range(panels)]
-    exact = _exact(result)
+    exact = exact_of(result)
     for axis, name in zip(axes, names, strict=False):
         _draw_quantity(axis, result, name, exact.get(name))
     if result.summary["convergence"]["samples"]:
@@ -44,7 +44,7 @@ def plot_study(result: StudyResult, png_path) -> Path:
     return finish(figure, title[:1].upper() + title[1:], _footer(result), png_path, size=16)
 
 
-def _exact(result: StudyResult) -> dict:
+def exact_of(result: StudyResult) -> dict:
     """The distributions to compare the sample with, where a change of variable gives them."""
     study = result.study
     runs = {name: one["runs"] for name, one in result.summary["quantities"].items() if "runs" in one}
@@ -120,7 +120,7 @@ def _draw_convergence(axis, result):
         color=BALL_COLOURS[0], alpha=0.2, linewidth=0, label="95 % interval",
     )  # fmt: skip
     axis.plot(samples, value * factor, color=BALL_COLOURS[0], linewidth=2, marker="o", markersize=3.5, label=what)
-    exact = _exact(result).get(path["quantity"])
+    exact = exact_of(result).get(path["quantity"])
     if exact is not None and path["statistic"] in ("mean", "std"):
         with contextlib.suppress(StatisticError):
             level = getattr(exact, path["statistic"]) * factor

@@ -26,4 +26,5 @@ SPHERE_ON_BEAM = Kind(
     frame="sphere_on_beam_link",
     topics=late(f"{HERE}.topics:topics"),
     picture=late(f"{HERE}.picture:BeamPicture"),
+    view=late(f"{HERE}.view:view"),
 )

@@ -36,13 +36,17 @@ def _jump(parameters, share) -> str:
     )
 
 
-def _hurry(parameters, share) -> str:
+def hurried(parameters) -> bool:
+    """Whether the scene's change of speed comes faster than balls follow in rolling."""
     drive = parameters.drive
-    hurried = drive.change.time and drive.change.speed
     slowest = min(abs(drive.speed), abs(drive.speed + drive.change.speed))
-    if hurried and drive.acceleration > FASTEST_CHANGE * max(slowest, 1.0):
-        return f"at {drive.acceleration:g} rad/s^2 the speed changes faster than balls follow in rolling"
-    return ""
+    return bool(drive.change.time and drive.change.speed) and drive.acceleration > FASTEST_CHANGE * max(slowest, 1.0)
+
+
+def _hurry(parameters, share) -> str:
+    if not hurried(parameters):
+        return ""
+    return f"at {parameters.drive.acceleration:g} rad/s^2 the speed changes faster than balls follow in rolling"
 
 
 def _spin(parameters, share) -> str:
@@ -54,7 +58,13 @@ def _spin(parameters, share) -> str:
     )
 
 
-DOUBTS = (_start, _jump, _hurry, _spin)
+def _spacing(parameters, share) -> str:
+    if parameters.cage.kind != "none" or not any(parameters.drive.offset[:2]):
+        return ""
+    return "what a ball carries depends on where it is, and no cage keeps the balls evenly spaced"
+
+
+DOUBTS = (_start, _jump, _hurry, _spin, _spacing)
 """What may speak against equilibria: functions of parameters and the share that give a sentence, or ""."""
 
 

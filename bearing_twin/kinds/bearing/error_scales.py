@@ -42,7 +42,7 @@ def _ringing_speed(bearing: Bearing, start: np.ndarray) -> float:
 
 
 def error_scales(parameters: BearingScene, bearing: Bearing, start: np.ndarray, together: bool) -> np.ndarray:
-    """Errors (MOTION,) that a step of a ball may make, for balls at `start` (N, COLUMNS).
+    """Errors (MOTION,) that a step of a ball may make at a tolerance of 1, for balls at `start` (N, COLUMNS).
 
     Where balls step `together`, at the pace of the one with the shortest steps, errors of the others hardly add up.
     """
@@ -52,4 +52,4 @@ def error_scales(parameters: BearingScene, bearing: Bearing, start: np.ndarray, 
     share = 1.0 if together else RINGING_SHARE
     ringing = share * _ringing_speed(bearing, start) / speed
     unit[RADIAL_VELOCITY] *= min(max(ringing, STRICTEST), _loosest(bearing, start) if together else 1.0)
-    return parameters.wanted.tolerance * STEP_SHARE * unit
+    return STEP_SHARE * unit

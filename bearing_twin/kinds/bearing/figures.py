@@ -22,12 +22,13 @@ from bearing_twin.contact.validity import (
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, columns_of
+from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, columns_of, mean_torque
+from bearing_twin.kinds.bearing.windows import WINDOW, is_watched
 from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.report import Choice
-from bearing_twin.sample import Block
+from bearing_twin.sample import Block, Table
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
@@ -44,7 +45,7 @@ MEANINGS = {
     "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved",
     "drive_work_j": "work of the drive since the start, at the end",
     "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
-    "drive_torque_nm": f"that turns the inner ring, {LATE}; none from equilibria",
+    "drive_torque_nm": f"that turns the inner ring, {LATE}; work over angle if it is held; none from equilibria",
     "ring_displacement_m": f"of the inner ring's centre, {LATE}",
     "misalignment_rad": f"of the inner ring about x and y, {LATE}",
     "ring_force_n": f"on the inner ring by the balls, {LATE}",
@@ -121,16 +122,25 @@ class BearingFigures:
         return {
             "time": 1e-9 * int(block.time_ns[row]),
             "orbit_angle": block.values["orbit_angle"][row].copy(),
+            "turned": (values.get("drive_work", math.nan), float(block.values["inner_ring_angle"][row])),
             **values,
         }
 
     def _second_half(self) -> tuple[dict, dict]:
         """The merged second half of the run, and the instant it starts from."""
-        times, angles = self._sums.ends()
+        times, angles, turned = self._sums.ends()
         middle = 0.5 * (self.first["time"] + times[-1])
         first = min(int(np.searchsorted(times, middle, side="right")), len(times) - 1)
-        before = {"time": times[first - 1], "orbit_angle": angles[first - 1]} if first else self.first
+        before = self.first
+        if first:
+            before = {"time": times[first - 1], "orbit_angle": angles[first - 1], "turned": turned[first - 1]}
         return self._sums.from_row(first), before
+
+    def _held(self, late: dict) -> bool:
+        """Whether the ring was held without a shift over this part of the run, so that all work is that of turning."""
+        change = self.parameters.drive.change
+        shifted = change.time and any(change.offset) and late["time"] >= change.time
+        return dimension_of(self.parameters) == PRESCRIBED and not shifted
 
     @property
     def energy_closure(self) -> float:
@@ -265,7 +275,7 @@ class BearingFigures:
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": None if self.still else self.last["dissipated"],
-            "drive_torque_nm": None if self.still else float(late["drive_torque"] / late["count"]),
+            "drive_torque_nm": None if self.still else mean_torque(late, before, self._held(late)),
             "ring_displacement_m": place.tolist(),
             "misalignment_rad": tilt.tolist(),
             "ring_force_n": force.tolist(),
@@ -282,3 +292,8 @@ class BearingFigures:
 def meanings() -> dict[str, str]:
     """What each key of the figures is."""
     return MEANINGS
+
+
+def tables(parameters: BearingScene) -> tuple[Table, ...]:
+    """What a bearing records: the windows of its companion, unless that is off."""
+    return (WINDOW,) if is_watched(parameters) else ()

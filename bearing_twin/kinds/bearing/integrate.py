@@ -5,14 +5,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
+from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.border import Partners
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
 from bearing_twin.kinds.bearing.linear_system import new_coupling
-from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, groups_of, rosenbrock_chunk
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
-from bearing_twin.numerics.statuses import OK
+from bearing_twin.kinds.bearing.steps import FAILURES
+from bearing_twin.numerics.statuses import OK, STOPPED
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
 
 REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
@@ -46,6 +48,29 @@ def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
     if stepper == "imex":
         return imex_chunk(*what, chunk.step, *moving[:2], results)
     return scipy_chunk(SCIPY[stepper], *what, REFERENCE_SHARE * chunk.scales, *moving[:2], results)
+
+
+def check(status: int, elapsed: float, failure: np.ndarray) -> None:
+    """Raises Stopped or IntegrationError for a status that is not OK of what began at `elapsed` [s]."""
+    if status == STOPPED:
+        raise Stopped(f"the computation was stopped at {elapsed:.9g} s")
+    if status != OK:
+        reason, advice = FAILURES[status]
+        seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
+        raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
+
+
+def groups_of(near) -> list[list[int]]:
+    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
+    balls = len(near)
+    first = next((k for k in range(balls) if not near[k - 1]), 0)
+    groups = [[first]]
+    for k in range(first + 1, first + balls):
+        if near[(k - 1) % balls]:
+            groups[-1].append(k % balls)
+        else:
+            groups.append([k % balls])
+    return groups
 
 
 def _by_rosenbrock(task, partners, near, moving, results) -> int:

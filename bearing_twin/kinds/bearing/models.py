@@ -8,10 +8,13 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, share_at_start, still_error
+from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, predictions, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
 from bearing_twin.report import Choice
+
+DEFAULT = "rodas4"  # where nothing was measured
 
 
 def law_error(law: str, parameters) -> float:
@@ -40,12 +43,22 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
     if loads_alone and against:
         warnings += filter(None, [cage_needed(parameters)])
         return PRESCRIBED, f"prescribed, because {' and '.join(against)}"
+    costs = dimension_costs(parameters, share)
+    if loads_alone and not cage_needed(parameters) and costs[PRESCRIBED] <= costs[QUASI_STATIC]:
+        return PRESCRIBED, (
+            f"prescribed, because at {parameters.run.output_rate:g} outputs a second moving balls cost "
+            f"{_times(costs[QUASI_STATIC], costs[PRESCRIBED])} less than equilibria and hold friction too"
+        )
     warnings += [f"{doubt}: a run from equilibria has nothing of that" for doubt in against]
     if parameters.solver.stepper != "auto":
         warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
     why = "as the scene asks"
     if not asked:
-        because = "loads and angles alone are wanted" if loads_alone else "the inner ring is loaded or tilted"
+        because = "the inner ring is loaded or tilted"
+        if loads_alone:
+            because = "loads and angles alone are wanted"
+            if costs[PRESCRIBED] > costs[QUASI_STATIC]:
+                because += f", and moving balls would cost {_times(costs[PRESCRIBED], costs[QUASI_STATIC])} more"
         why = (
             f"because {because}: every output is an equilibrium, in a cage that spaces the balls evenly; friction "
             "torque, skidding and ringing are not in it"
@@ -56,9 +69,32 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
     )
 
 
+def _times(more: float, less: float) -> str:
+    return f"{more / less:.3g} times"
+
+
+def _stepper(parameters) -> tuple[str, Prediction | None, str]:
+    """Stepper, what it did when measured (None where nothing like it was) and why."""
+    pinned, unlike = parameters.solver.stepper, unmeasured(parameters)
+    if pinned != "auto":
+        return pinned, None, f"{pinned}, as the scene asks"
+    if unlike:
+        return DEFAULT, None, f"{DEFAULT} at the wanted tolerance, because no stepper was measured with {unlike}"
+    found, wanted = predictions(parameters), parameters.wanted
+    first, *others = found
+    worst = max(first.load_error, first.friction_error)
+    why = (
+        f"{first.stepper} at a tolerance of {first.setting:g}, because it was the cheapest within the wanted "
+        f"{wanted.tolerance:g} where the motion was most like this one ({first.motion}): off by {worst:.2g}"
+    )
+    if others:
+        why += f"; next came {others[0].stepper} at {_times(others[0].cost, first.cost)} its cost"
+    return first.stepper, first, why
+
+
 def choose(parameters) -> Choice:
     """Law and stepper for a bearing scene; raises SceneError where the scene has no start."""
-    pinned_law, pinned_stepper = parameters.contact.normal, parameters.solver.stepper
+    pinned_law = parameters.contact.normal
     reasons, warnings = [], []
 
     law = "hertz" if pinned_law == "auto" else pinned_law
@@ -88,15 +124,8 @@ def choose(parameters) -> Choice:
     reasons.append(why)
     if dimension == QUASI_STATIC:
         return Choice(law, QUASI_STATIC, error, "; ".join(reasons), tuple(warnings))
-    if pinned_stepper != "auto":
-        stepper = pinned_stepper
-        reasons.append(f"{stepper}, as the scene asks")
-    else:
-        stepper = "rodas4"
-        reasons.append(
-            "rodas4, because it was the cheapest method at every accuracy and in every motion measured, "
-            "from settled running to ringing contacts"
-        )
+    stepper, prediction, why = _stepper(parameters)
+    reasons.append(why)
     friction = FRICTIONS[parameters.contact.friction]
     if friction.over_spot:
         reasons.append(
@@ -106,4 +135,6 @@ def choose(parameters) -> Choice:
     if parameters.cage.kind != "none":
         reasons.append(f"the balls of the cage ({parameters.cage.kind}) share one step")
     warnings += roughness(friction)
-    return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings))
+    setting = prediction.setting if prediction else parameters.wanted.tolerance
+    predicted = prediction._asdict() if prediction else None
+    return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings), setting, predicted)

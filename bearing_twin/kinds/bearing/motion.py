@@ -1,23 +1,23 @@
 """From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
 
 import functools
+import math
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError, SceneError, Stopped
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.error_scales import error_scales
-from bearing_twin.kinds.bearing.integrate import Chunk, integrated
+from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_start, partners_of, settled_start
-from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
-from bearing_twin.kinds.bearing.steps import FAILURES, JACOBIANS, RATES, REJECTIONS, STEPS, Results
-from bearing_twin.numerics.statuses import OK, STOPPED
+from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
+from bearing_twin.kinds.contract import late
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
@@ -32,15 +32,14 @@ EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
 
-def bearing_motion(parameters: BearingScene, choice: Choice):
-    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion."""
-    return (QuasiStaticMotion if choice.stepper == QUASI_STATIC else BearingMotion)(parameters, choice)
+bearing_motion = late("bearing_twin.kinds.bearing.watched:moving_by")  # see there
 
 
 class BearingMotion:
     """The bearing in motion: `advance` integrates one chunk and returns its outputs.
 
-    `counts` holds steps, rejections, evaluations of a ball's rates and Jacobians so far.
+    `given` is the tolerance that steps are made by; `counts` holds steps, rejections, evaluations of a ball's rates
+    and Jacobians so far.
     """
 
     def __init__(self, parameters: BearingScene, choice: Choice):
@@ -56,7 +55,8 @@ class BearingMotion:
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
             start, self._start_border = caged_start(start, partners)
-        self.scales = error_scales(parameters, self.bearing, start, partners.active)
+        self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
+        self.scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         self.partners = partners._replace(scales=border_scales(parameters, self.scales))
         self._start = start
         self.step = parameters.solver.step
@@ -175,7 +175,7 @@ class BearingMotion:
             last = end >= duration * (1.0 - SHORTEST_PART)
             end = duration if last else end
             until = len(times) if last else int(np.searchsorted(times, end, side="right"))
-            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out.numbers, cursor)
+            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
             begin, cursor = end, until
         return out
 
@@ -263,7 +263,7 @@ class BearingMotion:
         near, after = np.zeros((2, self.bearing.balls), np.bool_)
         if not partners.even:
             mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
-        self._integrate(drive, partners, near, times, duration, filled)
+        pointer = self._integrate(drive, partners, near, times, duration, filled)
         if not partners.even:
             mark_near(self.bearing, self.state, 0.5 * NEAR * self.bearing.ball_radius, 0.0, after)
         if np.any(after & ~near):
@@ -271,24 +271,29 @@ class BearingMotion:
             for one, kept in zip(moving, before, strict=True):
                 one[:] = kept
             mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
-            self._integrate(drive, partners, near, times, duration, filled)
-        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out, first)
+            pointer = self._integrate(drive, partners, near, times, duration, filled)
+        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
+        given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])
+        self._look(Part(self.bearing, drive, partners, near, times, duration, before, filled, *given))
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
         self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
         self.elapsed += duration
 
+    def _pointer(self, instants: int) -> np.ndarray:
+        return np.zeros((0, 0, 0))  # room (N, instants, POINTED) for what `pointing` notes; empty: nothing is noted
+
+    def _look(self, part: Part) -> None:
+        """What is done with a part once it is integrated: nothing."""
+
     def _integrate(self, drive, partners, near, times, duration, filled):
         failure = np.zeros(2)
         states, orientations, borders = filled
         borders[:] = self.border
-        results = Results(states, orientations, self.counts, failure, self.stop, self.carried, borders, self.border)
+        last = self.border, self._pointer(len(times))
+        results = Results(states, orientations, self.counts, failure, self.stop, self.carried, borders, *last)
         chunk = Chunk(self.bearing, drive, partners, near, times, duration, self.step, self.scales)
-        status = integrated(self.stepper, chunk, (self.state, self.orientation, self.steps), results)
-        if status == STOPPED:
-            raise Stopped(f"the computation was stopped at {self.elapsed:.9g} s")
-        if status != OK:
-            reason, advice = FAILURES[status]
-            seconds, body = self.elapsed + failure[0], f"ball {int(failure[1])}"
-            raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
+        moving = self.state, self.orientation, self.steps
+        check(integrated(self.stepper, chunk, moving, results), self.elapsed, failure)
+        return results.pointer

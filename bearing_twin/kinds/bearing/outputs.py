@@ -122,6 +122,20 @@ def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     return Rows(layout, np.empty((count, layout.width)))
 
 
+def outputs_alone(bearing, drive, times, states, orientations, borders) -> dict[str, np.ndarray]:
+    """Channels (count, n, ...) of n balls that know nothing of each other, from states (count, n, columns) at `times`.
+
+    `borders` (n, BORDER) are ring and cage, which are held. Sums over the balls are those of each.
+    """
+    (count, balls), layout = states.shape[:2], layout_of(_channels(1))
+    rows = Rows(layout, np.empty((count * balls, layout.width)))
+    alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), np.tile(borders, (count, 1))
+    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, _places(1), rows.numbers, 0)
+    # A channel of each ball has one ball here.
+    shapes = (channel.shape[1:] if place < OWN else channel.shape for place, channel in enumerate(layout.channels))
+    return {name: rows[name].reshape(count, balls, *shape) for name, shape in zip(layout.places, shapes, strict=True)}
+
+
 def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
     """Fills the matrix `out` from row `first` with states (count, N, columns) and orientations (count, N, 4).
 

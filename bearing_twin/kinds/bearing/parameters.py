@@ -133,6 +133,11 @@ class Solver:
 
     stepper: str = choice("auto", _steppers, "integration method; auto = the cheapest adequate one")
     step: float = quantity(0.0, "s", "step of fixed-step methods; 0 = chosen from the scene's stiffness", at_least=0.0)
+    companion: str = choice(
+        "on",
+        ("on", "off"),
+        "on = windows of the run are integrated again more exactly: errors are known, and what is too rough is redone",
+    )
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ from bearing_twin.kinds.bearing.layout import (
     put,
     put_quaternion,
 )
+from bearing_twin.kinds.bearing.pointing import note_error, point_out
 from bearing_twin.kinds.bearing.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
@@ -96,6 +97,7 @@ def _cut_steps(duration, blocks):
 def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, dense):
     """Moves a lane to the end of its step, giving out the instants in it; returns its status and its next instant."""
     times, time, step = task.times, get(lanes, TIME, k), get(lanes, STEP, k)
+    note_error(results.pointer, number, cursor, lanes, k)
     moment = time + step
     finished = moment >= task.duration * (1.0 - NOTHING)
     until = math.inf if finished else moment  # at the end of the chunk no instant is lost to rounding
@@ -199,8 +201,10 @@ def _agree(coupling, row, least, balls, blocks):
 
 
 @kernel
-def _judge(task, coupling, ball, count, dense, counts, blocks):
+def _judge(task, coupling, ball, count, dense, results, blocks):
     """What each lane's step is worth: its error stands there, its share to the first landing is found."""
+    counts = results.counts
+    point_out(results.pointer, blocks)
     _agree(coupling, ERROR, False, count, blocks)
     for place in range(len(ball)):
         lanes, k = blocks[place // LANES], place % LANES
@@ -246,7 +250,7 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
             return STOPPED
         _cut_steps(task.duration, blocks)
         rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
-        _judge(task, coupling, ball, len(balls), dense, counts, blocks)
+        _judge(task, coupling, ball, len(balls), dense, results, blocks)
         _accept_coupled(task, coupling, cursor[0], blocks[0], results)
         for place in range(places):
             number, lanes, k = ball[place], blocks[place // LANES], place % LANES
@@ -283,16 +287,3 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
                 running -= 1
     _end_border(coupling, results)
     return OK
-
-
-def groups_of(near) -> list[list[int]]:
-    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
-    balls = len(near)
-    first = next((k for k in range(balls) if not near[k - 1]), 0)
-    groups = [[first]]
-    for k in range(first + 1, first + balls):
-        if near[(k - 1) % balls]:
-            groups[-1].append(k % balls)
-        else:
-            groups.append([k % balls])
-    return groups

@@ -16,8 +16,10 @@ BEARING = Kind(
     motion=late(f"{HERE}.motion:bearing_motion"),
     channels=late(f"{HERE}.outputs:channels"),
     place_of=late(f"{HERE}.outputs:place_of"),
+    records=late(f"{HERE}.figures:tables"),
     figures=late(f"{HERE}.figures:BearingFigures"),
     meanings=late(f"{HERE}.figures:meanings"),
+    doubt=late(f"{HERE}.doubt:BearingDoubt"),
     quantities=late(f"{HERE}.quantities:quantities"),
     commands=late(f"{HERE}.topics:commands"),
     check_load=late(f"{HERE}.quasi_static.operating:check_load"),
@@ -29,4 +31,5 @@ BEARING = Kind(
     catalogue=late(f"{HERE}.catalogue:scenes"),
     completed=late(f"{HERE}.catalogue:completed"),
     picture=late(f"{HERE}.picture:BearingPicture"),
+    view=late(f"{HERE}.view:view"),
 )

@@ -15,7 +15,7 @@ RING_WIDTH = sum(RING.values())
 AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
 _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
-    "pocket_force", *AT_GREATEST, *RING,
+    "pocket_force", "drive_work", "inner_ring_angle", *AT_GREATEST, *RING,
 )  # fmt: skip
 MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0
 
@@ -37,11 +37,14 @@ class Greatest(NamedTuple):
 class Stretches(NamedTuple):
     """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
 
+    So are `turned` (2,), the drive's work [J] and the inner ring's angle [rad].
+
     Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side.
     """
 
     time: np.ndarray
     orbit_angle: np.ndarray
+    turned: np.ndarray
     count: np.ndarray
     load: np.ndarray
     torque: np.ndarray
@@ -54,7 +57,7 @@ class Stretches(NamedTuple):
     ring_greatest: np.ndarray
 
 
-LAST = "time", "orbit_angle"
+LAST = "time", "orbit_angle", "turned"
 TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
 
 
@@ -67,7 +70,7 @@ def new_greatest(balls: int) -> Greatest:
 
 def new_stretches(count: int, balls: int) -> Stretches:
     """Sums over `count` stretches without an output."""
-    widths = {"orbit_angle": balls, "load": 2 * balls, "torque": balls}
+    widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls}
     found = {name: np.zeros((count, widths[name]) if name in widths else count) for name in Stretches._fields}
     ring = {name: np.zeros((count, RING_WIDTH)) for name in ("ring", "ring_least", "ring_greatest")}
     return Stretches(**(found | ring))
@@ -85,7 +88,7 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
     Returns how many outputs found room and the row after the last; every call begins a stretch.
     """
     load_at, torque_at, drive_at, roll_at = columns[0], columns[1], columns[2], columns[3]
-    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 8
+    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 10
     ring_at = there_at + len(greatest.there)
     balls = sums.orbit_angle.shape[1]
     even = 2.0 * math.pi / balls
@@ -117,6 +120,9 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
                 greatest.pocket_force[0] = max(greatest.pocket_force[0], abs(row[pocket_at + k]))
         sums.roll_rate[stretch] += mean / balls
         sums.drive_torque[stretch] -= row[drive_at + 2]
+        for k in range(2):
+            column = columns[8 + k]
+            sums.turned[stretch, k] = row[column] if column != MISSING else math.nan
         sums.speed[stretch] += row[speed_at]
         sums.cage_slip[stretch] += row[slip_at] if slip_at != MISSING else 0.0
         place = 0
@@ -181,6 +187,19 @@ class Sums:
             found[name] = rows[-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows, axis=0)
         return found
 
-    def ends(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times [s] (n,) and orbit angles [rad] (n, N) at the ends of all stretches."""
-        return self._kept.time[: self.stretches], self._kept.orbit_angle[: self.stretches]
+    def ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times [s] (n,), orbit angles [rad] (n, N) and `turned` (n, 2) at the ends of all stretches."""
+        rows = slice(self.stretches)
+        return self._kept.time[rows], self._kept.orbit_angle[rows], self._kept.turned[rows]
+
+
+def mean_torque(late: dict, before: dict, held: bool) -> float:
+    """The mean torque of the drive [N m] over `late`, which follows the instant `before`.
+
+    Of a ring that is `held` it is work over angle, which keeps no noise of single outputs; else, or where the ring did
+    not turn, the mean of the outputs.
+    """
+    (work, angle), (work_before, angle_before) = late["turned"], before["turned"]
+    if not held or angle == angle_before or math.isnan(work):
+        return float(late["drive_torque"] / late["count"])
+    return float((work - work_before) / (angle - angle_before))

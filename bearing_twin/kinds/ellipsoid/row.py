@@ -25,4 +25,5 @@ ELLIPSOID_ON_PLANE = Kind(
     frame="ellipsoid_on_plane_link",
     topics=late(f"{HERE}.topics:topics"),
     picture=late(f"{HERE}.picture:EllipsoidPicture"),
+    view=late(f"{HERE}.view:view"),
 )

@@ -25,6 +25,7 @@ def _pair(name: str, help: str, parameters: type, module: str, **parts) -> Kind:
         frame=f"{name}_link",
         topics=late(f"{HERE}.topics:{module}_topics"),
         picture=late(f"{HERE}.picture:PairPicture"),
+        view=late(f"{HERE}.view:view"),
         **parts,
     )
 

@@ -12,7 +12,7 @@ from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.mesh import half_disc
-from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes
+from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
 from bearing_twin.pictures.moving import write_moving
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled
 from bearing_twin.pictures.values import scaled_time
@@ -99,7 +99,7 @@ class _Shapes:
         self._widest = 1.05 * np.abs(places[:, 0]).max()
         margin = 0.05 * np.ptp(places[:, 1])
         self._low, self._high = places[:, 1].min() - margin, places[:, 1].max() + margin
-        self._triangles, self._edges = _triangles(self._mesh), _edges(self._mesh)
+        self._triangles, self._edges = triangles_of(self._mesh), edges_of(self._mesh)
 
     def draw(self, axis, row):
         """The discs at one output; returns what a colour bar is made of."""
@@ -148,18 +148,3 @@ def _instants(force: np.ndarray) -> list[int]:
     touching = np.flatnonzero(force > 0.0)
     half = int(np.argmax(force >= 0.5 * force[peak]))
     return [half, peak, int(touching[-1]) if len(touching) else peak]
-
-
-def _triangles(mesh) -> np.ndarray:
-    """Two triangles (t, 3) for each cell between neighbouring nodes of an element."""
-    size = mesh.order + 1
-    grid = mesh.elements.reshape(-1, size, size)
-    a, b, c, d = grid[:, :-1, :-1], grid[:, :-1, 1:], grid[:, 1:, 1:], grid[:, 1:, :-1]
-    return np.concatenate([np.stack([one.ravel() for one in three], axis=1) for three in ((a, b, c), (a, c, d))])
-
-
-def _edges(mesh) -> list[np.ndarray]:
-    """Nodes (e, order + 1) along each of the four sides of every element."""
-    size = mesh.order + 1
-    grid = mesh.elements.reshape(-1, size, size)
-    return [grid[:, 0], grid[:, -1], grid[:, :, 0], grid[:, :, -1]]

@@ -25,4 +25,5 @@ SOFT_DISCS = Kind(
     topics=late(f"{HERE}.topics:topics"),
     animated=True,
     picture=late(f"{HERE}.picture:SoftDiscPicture"),
+    view=late(f"{HERE}.view:view"),
 )

@@ -1,6 +1,7 @@
 """Strain energy of a deformed disc over its mesh, for whoever looks at it: independent of the compiled march."""
 
 import numpy as np
+from scipy import sparse
 
 from bearing_twin.kinds.soft_discs.derived import capped_ratio
 from bearing_twin.kinds.soft_discs.elements import lagrange, lobatto
@@ -32,7 +33,7 @@ def energy_density(parameters: SoftDiscsScene, gradient: np.ndarray) -> np.ndarr
 
 
 def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) -> np.ndarray:
-    """Energy density [J/m^3] at every node (n,) of places `shape` (n, 2) [m], mean of the elements that meet there."""
+    """Energy density [J/m^3] at every node (..., n) of places `shape` (..., n, 2) [m]: mean of the elements there."""
     nodes, _ = lobatto(mesh.order)
     values, slopes = lagrange(nodes, nodes)
     size = len(nodes) ** 2
@@ -40,13 +41,16 @@ def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) 
     across = np.einsum("jb,ia->jiba", slopes, values).reshape(size, size)
     by_place = np.stack([along, across], axis=2)
     rest = parameters.disc.radius * np.stack([mesh.x[:-1], mesh.y[:-1]], axis=1)
-    before = np.einsum("ena,qnb->eqab", rest[mesh.elements], by_place)
-    after = np.einsum("ena,qnb->eqab", shape[mesh.elements], by_place)
-    density = energy_density(parameters, after @ np.linalg.inv(before))
-    total, count = np.zeros(len(shape)), np.zeros(len(shape))
-    np.add.at(total, mesh.elements, density)
-    np.add.at(count, mesh.elements, 1.0)
-    return total / count
+    before = np.linalg.inv(np.einsum("ena,qnb->eqab", rest[mesh.elements], by_place))
+    after = np.einsum("...ena,qnb->...eqab", shape[..., mesh.elements, :], by_place, optimize=True)
+    density = energy_density(parameters, after @ before)
+    numbers = mesh.elements.ravel()
+    joined = sparse.csr_array(
+        (np.ones(len(numbers)), (numbers, np.arange(len(numbers)))), (shape.shape[-2], len(numbers))
+    )
+    count = np.bincount(numbers, minlength=shape.shape[-2])
+    total = joined @ density.reshape(-1, len(numbers)).T
+    return (total / count[:, None]).T.reshape(shape.shape[:-1])
 
 
 def _thickening(mu, lame, grown):
@@ -57,3 +61,18 @@ def _thickening(mu, lame, grown):
         above = mu * (np.exp(2.0 * middle) - 1.0) + lame * (middle + grown) > 0.0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     return 0.5 * (low + high)
+
+
+def triangles_of(mesh: Mesh) -> np.ndarray:
+    """Two triangles (t, 3) for each cell between neighbouring nodes of an element."""
+    size = mesh.order + 1
+    grid = mesh.elements.reshape(-1, size, size)
+    a, b, c, d = grid[:, :-1, :-1], grid[:, :-1, 1:], grid[:, 1:, 1:], grid[:, 1:, :-1]
+    return np.concatenate([np.stack([one.ravel() for one in three], axis=1) for three in ((a, b, c), (a, c, d))])
+
+
+def edges_of(mesh: Mesh) -> list[np.ndarray]:
+    """Nodes (e, order + 1) along each of the four sides of every element."""
+    size = mesh.order + 1
+    grid = mesh.elements.reshape(-1, size, size)
+    return [grid[:, 0], grid[:, -1], grid[:, :, 0], grid[:, :, -1]]

@@ -23,4 +23,5 @@ TWO_BODIES = Kind(
     frame="two_bodies_link",
     topics=late(f"{HERE}.topics:topics"),
     picture=late(f"{HERE}.picture:PairPicture"),
+    view=late(f"{HERE}.view:view"),
 )

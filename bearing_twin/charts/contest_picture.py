@@ -1,0 +1,169 @@
+"""The picture, table and sentences of a plain contest: a panel a problem, error across, seconds up, a line a method."""
+
+import csv
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
+
+from bearing_twin.charts.contest import DONE, Made, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.table import write_rows
+from bearing_twin.pictures.style import STYLE, ball_line, frame
+
+LEAST, GREATEST = 1e-10, 10.0  # of the axis of errors: smaller ones stand at its start, failures at its end
+EDGE = 3.0  # where failures are drawn
+COLUMNS, FEW = 3, 30.0  # panels in a row; ratio of costs below which 2 and 5 are labelled, too
+
+
+@dataclass(frozen=True)
+class Contest:
+    """One chart: `problems` by name with their titles, and which (method, setting)s `entries` gives for each.
+
+    `judge`, a function of a module, gives the row of (problem, method, setting, limit of CPU seconds);
+    `command` repeats a run, "" where nothing does. `error` and `cost` say what is on the axes, `wanted` is the
+    error at which costs are compared, `more` reads the rows further.
+    """
+
+    judge: Callable[[str, str, float, float], Row]
+    title: str
+    error: str
+    cost: str
+    wanted: float
+    problems: dict[str, str]
+    entries: Callable[[str], Iterable[tuple[str, float]]]
+    command: Callable[[str, str, float], str]
+    more: Callable[[list[Row]], list[str]] = lambda rows: []
+
+    def blank(self, task: Task) -> Row:
+        """The row of a run before it has run."""
+        return Row(*task.arguments[:3], command=self.command(*task.arguments[:3]))
+
+    def measure(self, wanted: Wanted) -> list[Row]:
+        """All runs of the problems that are wanted."""
+        tasks = [
+            Task(f"{self.judge.__module__}:{self.judge.__name__}", (name, method, setting, wanted.limit))
+            for name in wanted.problems
+            for method, setting in self.entries(name)
+        ]
+        answers = answers_of(tasks, wanted.kept, wanted.update, wanted.workers)
+        return rows_of(tasks, answers, self.blank, wanted.limit)
+
+    def reading(self, rows: list[Row]) -> list[str]:
+        """What the chart says, from its rows."""
+        return [*best_of(self, rows), *self.more(rows)]
+
+    def read(self, folder: Path, name: str) -> list[str]:
+        """The same from the table that was written there before."""
+        return self.reading(read_table(folder / f"{name}.csv"))
+
+    def make(self, folder: Path, name: str, wanted: Wanted) -> Made:
+        """Runs the contest, and writes picture and table."""
+        rows = self.measure(wanted)
+        picture, table = folder / f"{name}.png", folder / f"{name}.csv"
+        draw(self, rows, picture)
+        write_table(rows, table)
+        return Made(self.reading(rows), [str(picture)], [str(table)], rows)
+
+
+def write_table(rows: list[Row], path: Path) -> None:
+    """Every run as comma-separated values: of a map without commands, which its numbers make, else without `across`."""
+    maps = any(not math.isnan(row.across) for row in rows)
+    names = [name for name in Row._fields if name != ("command" if maps else "across")]
+    cells = ([_word(getattr(row, name)) for name in names] for row in rows)
+    write_rows(path, names, cells)
+
+
+def read_table(path: Path) -> list[Row]:
+    """The rows of a table that `write_table` wrote."""
+    blank = Row("", "", 0.0)
+    with path.open(encoding="utf-8", newline="") as stream:
+        return [
+            blank._replace(**{key: type(getattr(blank, key))(value) for key, value in line.items()})
+            for line in csv.DictReader(stream)
+        ]
+
+
+def _word(value):
+    return f"{value:.6g}" if isinstance(value, float) else value
+
+
+def draw(chart, rows: list[Row], path: Path) -> None:
+    """One panel a problem; a cross at the right edge for what failed, was refused or was stopped, at its cost."""
+    names = [name for name in chart.problems if any(row.problem == name for row in rows)]
+    methods = list(dict.fromkeys(row.method for row in rows))
+    columns = min(COLUMNS, len(names))
+    lines = math.ceil(len(names) / columns)
+    figure = Figure(figsize=(16, 5.0 * lines + 2.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
+    for axis, name in zip(axes.flat, names, strict=False):
+        for number, method in enumerate(methods):
+            _line(axis, [row for row in rows if (row.problem, row.method) == (name, method)], method, number)
+        frame(axis)
+        axis.set(xscale="log", yscale="log", xlim=(0.5 * LEAST, GREATEST))
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0,), numticks=7))
+        axis.xaxis.set_minor_locator(NullLocator())
+        axis.axvline(chart.wanted, color=STYLE["soft"], linewidth=1.2, linestyle=":")
+        axis.tick_params(labelsize=15)
+        axis.set_title(chart.problems[name], loc="left", fontsize=17, color=STYLE["ink"])
+    for axis in axes.flat[len(names) :]:
+        axis.set_visible(False)
+    low, high = axes.flat[0].get_ylim()
+    if high < FEW * low:
+        axes.flat[0].set_ylim(low / 3.0, 3.0 * high)
+        axes.flat[0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.flat[0].yaxis.set_major_formatter("{x:g}")
+    for axis in axes.flat:
+        axis.yaxis.set_minor_formatter(NullFormatter())
+    for axis in axes[:, 0]:
+        axis.set_ylabel(chart.cost, fontsize=16)
+    for axis in axes.flat[max(0, len(names) - columns) : len(names)]:
+        axis.set_xlabel(chart.error, fontsize=15 if len(chart.error) * columns < 130 else 12)
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6), fontsize=15, frameon=False)
+    figure.suptitle(f"{chart.title} (dotted: {chart.wanted:g}, x: no result)", fontsize=19, color=STYLE["ink"])
+    figure.savefig(path, dpi=100)
+
+
+def _line(axis, rows, method, number) -> None:
+    """The runs of one method on one problem."""
+    look = ball_line(number)
+    rows = sorted(rows, key=lambda row: row.setting)
+    good = [(max(row.error, LEAST), row.seconds) for row in rows if row.status == DONE]
+    axis.plot(*np.transpose(good or [(np.nan, np.nan)]), "o", **look, label=method, markersize=7, linewidth=2)
+    lost = [row for row in rows if row.status != DONE]
+    heights = [row.seconds if math.isfinite(row.seconds) else math.nan for row in lost]
+    known = [one for one in heights if not math.isnan(one)]
+    axis.plot([EDGE] * len(known), known, "x", color=look["color"], markeredgewidth=3, markersize=10)
+    unknown = len(heights) - len(known)
+    if unknown:
+        place = axis.get_xaxis_transform()
+        height = [0.04 + 0.06 * number] * unknown
+        axis.plot([EDGE] * unknown, height, "x", color=look["color"], transform=place, mew=3, ms=10)
+
+
+def cheapest(rows: list[Row], problem: str, method: str, wanted: float) -> Row | None:
+    """The cheapest run of a method within the error wanted; None if there is none."""
+    good = [row for row in rows if (row.problem, row.method) == (problem, method) and row.error <= wanted]
+    return min(good, key=lambda row: row.seconds, default=None)
+
+
+def best_of(chart, rows: list[Row]) -> list[str]:
+    """A sentence a problem: what each method takes to hold the error wanted, the cheapest first."""
+    sentences = []
+    for name, title in chart.problems.items():
+        mine = list(dict.fromkeys(row.method for row in rows if row.problem == name))
+        found = {method: cheapest(rows, name, method, chart.wanted) for method in mine}
+        good = sorted((method for method in mine if found[method]), key=lambda method: found[method].seconds)
+        if not mine:
+            continue
+        words = ", ".join(f"{method} {found[method].seconds:.2g}" for method in good) or "none"
+        never = [method for method in mine if not found[method]]
+        text = f"{title}, {chart.cost} at which {chart.wanted:g} is held: {words}"
+        sentences.append(text + (f"; at no setting tried: {', '.join(never)}." if never else "."))
+    return sentences

@@ -1,0 +1,254 @@
+"""What the chooser takes for bearings against all that could be taken: error kept or not, and cost over the least.
+
+Scenes as they ship and variants of them to which nothing was fitted, by what is wanted and how exactly. Truth is
+`rodas4` a hundred times tighter than the tightest setting. All steppers are tried at all settings; the cheapest that
+keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, measured once for each run.
+"""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bearing_twin.charts.contest import Kept, Task, answers_of, processors, timed
+from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.work_precision import errors
+from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
+from bearing_twin.kinds.bearing.parameters import LOADS
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC
+from bearing_twin.numerics.steppers import ROSENBROCK
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
+from bearing_twin.report import Choice
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
+
+SPAN, OUTPUTS = 0.02, 40  # s and outputs of a run
+SETTINGS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7)
+FINEST = 3e-9
+WANTED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+OUTPUTS_WANTED = ("history", LOADS)
+ENOUGH = 0.04  # CPU seconds of a timing
+LEAST, MOST = 1e-9, 1e2  # of the error axis
+SHIPPED = {
+    name: (f"bearing_{name}", ())
+    for name in ("6203", "6203_fast", "6203_loose", "6203_start", "6203_sudden", "6203_sticking", "6205")
+}
+VARIANTS = {
+    "slow": ("bearing_6203", ("drive.speed=20",)),
+    "three times faster": ("bearing_6203", ("drive.speed=550",)),
+    "slippery": ("bearing_6203", ("contact.friction_coefficient=0.01",)),
+    "rough": ("bearing_6203", ("contact.friction_coefficient=0.2",)),
+    "creep at 3 mm/s": ("bearing_6203", ("contact.friction_regularisation=3e-3",)),
+    "creep at 0.3 mm/s": ("bearing_6203", ("contact.friction_regularisation=3e-4",)),
+    "hardly damped": ("bearing_6203", ("contact.relaxation_time=1e-8",)),
+    "soft balls": ("bearing_6203", ("materials.ball.young_modulus=2e10",)),
+    "ceramic balls": ("bearing_6203", ("materials.ball.young_modulus=3.1e11", "materials.ball.density=3200")),
+    "pressed along the axis": ("bearing_6203", ("drive.offset=[0, 0, 3e-5]",)),
+    "open grooves": ("bearing_6203", ("geometry.inner_conformity=0.54", "geometry.outer_conformity=0.54")),
+    "six balls": ("bearing_6203", ("geometry.balls=6",)),
+    "no gravity": ("bearing_6203", ("gravity=[0, 0, 0]",)),
+    "off centre": ("bearing_6203", ("drive.offset=[0, -2e-6, 0]",)),
+    "loose, deep": ("bearing_6203_loose", ("drive.offset=[0, -14e-6, 0]",)),
+    "loose, fast": ("bearing_6203_loose", ("drive.speed=500",)),
+    "loose, along the axis": ("bearing_6203_loose", ("drive.offset=[0, -9e-6, 3e-5]",)),
+    "loose from rest": ("bearing_6203_loose", ("initial.motion=rest",)),
+    "rest at 500 rad/s": ("bearing_6203_start", ("drive.speed=500",)),
+    "rest, slippery": ("bearing_6203_start", ("contact.friction_coefficient=0.02",)),
+    "small jump": ("bearing_6203", ("drive.change={time: 5e-3, offset: [0, 1e-6, 0]}",)),
+    "great jump": ("bearing_6203", ("drive.change={time: 5e-3, offset: [0, 8e-6, 0]}",)),
+    "quicker at once": (
+        "bearing_6203",
+        ("drive.change={time: 5e-3, speed: 100}", "drive.acceleration=1e6"),
+    ),
+    "6205 fast": ("bearing_6205", ("drive.speed=1500",)),
+}
+CASES = SHIPPED | VARIANTS
+
+
+class FidelityPoint(NamedTuple):
+    """One choice: what was wanted of which scene, what was chosen, its error (predicted: NaN = not) and CPU seconds.
+
+    `best`, `best_setting`, `best_seconds`: the cheapest that keeps the tolerance, by trying all; empty where none.
+    """
+
+    scene: str
+    shipped: bool
+    outputs: str
+    wanted: float
+    stepper: str
+    setting: float
+    error: float
+    predicted_error: float
+    seconds: float
+    best: str
+    best_setting: float
+    best_seconds: float
+    reason: str
+
+    @property
+    def kept(self) -> bool:
+        """Whether the error is within what was wanted."""
+        return self.error <= self.wanted
+
+
+class Trial(NamedTuple):
+    """Errors of load and friction of a stepper at a setting, and CPU seconds; infinite where it broke down."""
+
+    load_error: float
+    friction_error: float
+    seconds: float
+
+    def error(self, outputs: str) -> float:
+        """What counts for the outputs that are wanted."""
+        return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
+
+
+class _Trials:
+    """All that can be tried on one scene, each once."""
+
+    def __init__(self, scene: str, overrides):
+        self._scene, self._overrides, self._found = scene, overrides, {}
+        self.exact = self._run("rodas4", FINEST)[1]
+
+    def scene(self, wanted: float, outputs: str = "history"):
+        """The scene with what is wanted of it."""
+        words = f"wanted.tolerance={wanted}", f"wanted.outputs={outputs}"
+        rate = f"run.output_rate={OUTPUTS / SPAN}", "run.publish_rate=100", f"run.duration={SPAN}"
+        return load_scene(self._scene, (*self._overrides, *words, *rate))
+
+    def _run(self, stepper, setting):
+        motion = BearingMotion(self.scene(setting).parameters, Choice("hertz", stepper, 0.0, "", ()))
+        times = SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1)
+
+        def work():
+            motion.reset()
+            return motion.advance(times, SPAN)
+
+        return motion, *timed(work, ENOUGH)
+
+    def trial(self, stepper: str, setting: float) -> Trial:
+        """How a stepper does at a setting."""
+        if (stepper, setting) not in self._found:
+            try:
+                motion, out, seconds = self._run(stepper, setting)
+                self._found[stepper, setting] = Trial(*errors(motion, out, self.exact), seconds)
+            except (IntegrationError, ArithmeticError):
+                self._found[stepper, setting] = Trial(math.inf, math.inf, math.inf)
+        return self._found[stepper, setting]
+
+    def at_rest(self, choice: Choice, wanted: float) -> Trial:
+        """How equilibria do."""
+        motion = bearing_motion(self.scene(wanted, LOADS).parameters, choice)
+        times = SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1)
+
+        def work():
+            motion.reset()
+            return motion.advance(times, SPAN)
+
+        out, seconds = timed(work, ENOUGH)
+        loads = np.abs(out.normal_load - self.exact.normal_load).max() / self.exact.normal_load.max()
+        return Trial(float(loads), math.nan, seconds)
+
+
+def points_of(name: str) -> list[list]:
+    """All choices for one scene, as plain data."""
+    scene, overrides = CASES[name]
+    trials, points = _Trials(scene, overrides), []
+    for outputs in OUTPUTS_WANTED:
+        for wanted in WANTED:
+            choice = choose(trials.scene(wanted, outputs))
+            still = choice.stepper == QUASI_STATIC
+            setting = math.nan if still else choice.setting
+            found = trials.at_rest(choice, wanted) if still else trials.trial(choice.stepper, setting)
+            enough = [
+                (one.seconds, stepper, at)
+                for stepper in ROSENBROCK
+                for at in SETTINGS
+                if (one := trials.trial(stepper, at)).error(outputs) <= wanted
+            ]
+            seconds, best, at = min(enough, default=(math.nan, "", math.nan))
+            told = choice.predicted or {}
+            expected = (
+                told.get("load_error", math.nan),
+                0.0 if outputs == LOADS else told.get("friction_error", math.nan),
+            )
+            points.append([name, name in SHIPPED, outputs, wanted, choice.stepper, setting, found.error(outputs),
+                           max(expected), found.seconds, best, at, seconds, choice.reason])  # fmt: skip
+    return points
+
+
+def measure(update=lambda share: None, names=tuple(CASES), kept: Kept | None = None) -> list[FidelityPoint]:
+    """Every scene, two side by side."""
+    tasks = [Task("fidelity:points_of", (name,)) for name in names]
+    answers = answers_of(tasks, kept or Kept(None), update, processors())
+    return [FidelityPoint(*point) for answer in answers for point in answer]
+
+
+def reading(points: list[FidelityPoint]) -> list[str]:
+    """What the chart says."""
+    sentences = []
+    for shipped, who in ((True, "scenes as they ship"), (False, "variants that nothing was fitted to")):
+        mine = [p for p in points if p.shipped == shipped]
+        if not mine:
+            continue
+        worst = max(mine, key=lambda p: p.error / p.wanted)
+        ratios = [p.seconds / p.best_seconds for p in mine if p.kept and p.best]
+        sentences.append(
+            f"{who}: {sum(p.kept for p in mine)} of {len(mine)} choices kept what was wanted; the worst, {worst.scene} "
+            f"at {worst.wanted:g} for {worst.outputs}, erred {worst.error / worst.wanted:.2g} times that"
+        )
+        sentences.append(
+            f"they cost {np.median(ratios):.2f} times the cheapest that was good enough as a median, "
+            f"{np.quantile(ratios, 0.95):.2f} times at 95 %"
+        )
+    told = [p for p in points if p.error > 1e-8 and p.predicted_error > 0.0]
+    near = sum(1.0 / 3.0 <= p.error / p.predicted_error <= 3.0 for p in told)
+    low = sum(p.error > 10.0 * p.predicted_error for p in told)
+    sentences.append(
+        f"of {len(told)} errors predicted from the table {near} were right within a factor of three, "
+        f"{low} were more than ten times too small: a prediction is no estimate of what a run did"
+    )
+    return sentences
+
+
+def write_table(points: list[FidelityPoint], path: Path) -> None:
+    """The points as comma-separated values."""
+    write_rows(path, FidelityPoint._fields, points)
+
+
+def draw(points: list[FidelityPoint], path: Path) -> None:
+    """Left: error over what was wanted. Right: cost over the cheapest that is good enough."""
+    figure = Figure(figsize=(13.0, 6.5), dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(1, 2, left=0.07, right=0.98, top=0.86, bottom=0.13, wspace=0.2)
+    error, cost = figure.add_subplot(grid[0]), figure.add_subplot(grid[1])
+    for number, (shipped, label) in enumerate(((True, "scenes as they ship"), (False, "variants"))):
+        mine = [p for p in points if p.shipped == shipped]
+        look = {**ball_line(number), "linestyle": "", "marker": "os"[number], "markersize": 5 + 2 * (not number)}
+        aside = (0.88, 1.12)[number]
+        error.plot(
+            [aside * p.wanted for p in mine], [min(max(p.error, LEAST), MOST) for p in mine], label=label, **look
+        )
+        good = [p for p in mine if p.best and p.kept]
+        cost.plot([aside * p.wanted for p in good], [p.seconds / p.best_seconds for p in good], label=label, **look)
+    error.plot([WANTED[-1], WANTED[0]], [WANTED[-1], WANTED[0]], color=STYLE["ink"], linewidth=1.2)
+    error.annotate("as wanted", (4e-3, 5e-3), color=STYLE["ink"], ha="left", va="bottom", fontsize=11)
+    error.set(xscale="log", yscale="log", xlabel="tolerance that was wanted", ylabel="error of the run")
+    cost.set(xscale="log", xlabel="tolerance that was wanted", ylabel="CPU time over that of the cheapest good enough")
+    cost.axhline(1.0, color=STYLE["ink"], linewidth=1.2)
+    for axis, title in ((error, "What was wanted is kept below the line"), (cost, "What the choice costs too much")):
+        frame(axis)
+        axis.invert_xaxis()
+        heading(axis, title)
+        axis.legend(frameon=False, fontsize=11, loc="best")
+    title = f"The chooser against all that could be chosen, {len(CASES)} bearings over {1e3 * SPAN:g} ms"
+    figure.text(0.07, 0.945, title, fontsize=17, weight="bold", color=STYLE["ink"], va="center")
+    stamp(figure)
+    try:
+        figure.savefig(path)
+    except OSError as problem:
+        raise BearingTwinError(f"{path} cannot be written ({problem.strerror}); give another path") from problem

@@ -1,0 +1,126 @@
+"""Contests of the kinds beside the bearing: two bodies that meet, a sphere on a beam, bodies that are tracked.
+
+The force over time is compared at the same instants, over the greatest; truth is `true` of each problem, a far tighter
+setting. Seconds are CPU seconds of a whole run, reading the scene and all outputs included.
+"""
+
+from typing import NamedTuple
+
+from bearing_twin.charts.contest import DONE, Row
+from bearing_twin.charts.contest_picture import Contest
+from bearing_twin.charts.scene_rows import command_of, scene_row
+
+
+class Field(NamedTuple):
+    """A method: the overrides that choose it, the key that its settings go to, and those settings."""
+
+    fixed: tuple[str, ...]
+    key: str
+    ladder: tuple[float, ...]
+
+
+class Problem(NamedTuple):
+    """A scene of a contest: overrides of all runs, those of the truth, and what takes part."""
+
+    scene: str
+    always: tuple[str, ...]
+    true: tuple[str, ...]
+    fields: dict[str, Field]
+
+
+TIGHT, LADDER = ("wanted.tolerance=1e-12",), (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
+CONTACT = 7.13e-5  # s, of the two spheres
+
+
+def _pair(*always: str, closed: bool) -> Problem:
+    steps = tuple(CONTACT / count for count in (4, 8, 16, 32, 64, 128, 512))
+    fields = {"closed_form": Field(("solver.stepper=closed_form",), "wanted.tolerance", (1e-6,))} if closed else {}
+    fields["dop853"] = Field(("solver.stepper=dop853",), "wanted.tolerance", LADDER)
+    for stepper in ("rk4", "symplectic_euler"):
+        fields[stepper] = Field((f"solver.stepper={stepper}",), "solver.step", steps)
+    same = (*always, "run.duration=8.8e-5", "run.output_rate=5e6")
+    return Problem("two_spheres", same, ("solver.stepper=dop853", *TIGHT), fields)
+
+
+def _beam(scene: str, *always: str) -> Problem:
+    steps = (12, 24, 48, 96, 192, 384)
+    fields = {
+        "tolerance": Field((), "wanted.tolerance", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8)),
+        "modes, 9": Field(("solver.stepper=modes", "solver.modes=9"), "solver.steps", steps),
+        "modes, 41": Field(("solver.stepper=modes", "solver.modes=41"), "solver.steps", steps),
+        "volterra": Field(("solver.stepper=volterra", "solver.modes=301"), "solver.steps", (60, 120, 250, 500, 1000)),
+        "sinusoidal": Field(("solver.stepper=sinusoidal",), "wanted.tolerance", (1e-6,)),
+    }
+    same = ("beam.theory=euler", "run.output_rate=1e6", "run.publish_rate=1e6", *always)
+    return Problem(scene, same, ("wanted.tolerance=1e-9",), fields)
+
+
+def _tracked(scene: str, trackings: tuple[str, ...], true: str, *always: str) -> Problem:
+    fields = {one: Field((f"contact.tracking={one}",), "wanted.tolerance", LADDER) for one in trackings}
+    return Problem(scene, always, (f"contact.tracking={true}", "wanted.tolerance=1e-11"), fields)
+
+
+PAIRS = {
+    "elastic spheres": _pair(closed=True),
+    "spheres, restitution 0.8": _pair("contact.restitution=0.8", closed=False),
+}
+BEAMS = {
+    "1 cm/s, one contact": _beam("sphere_on_beam", "run.duration=6e-4"),
+    "drop of 600 mm": _beam("sphere_on_beam_drop_600mm", "run.duration=3e-4"),
+}
+BODIES = {
+    "ball in a groove": _tracked(
+        "two_bodies_groove", ("closed", "algebraic", "differential"), "closed", "run.duration=0.02"
+    ),
+}
+EVERY = PAIRS | BEAMS | BODIES
+
+
+def _overrides(name: str, method: str, setting: float) -> tuple[str, ...]:
+    problem = EVERY[name]
+    field = problem.fields[method]
+    value = f"{setting:g}" if field.key != "solver.steps" else f"{round(setting)}"
+    return (*problem.always, *field.fixed, f"{field.key}={value}")
+
+
+def judge(name: str, method: str, setting: float, limit: float) -> Row:
+    """One run."""
+    problem = EVERY[name]
+    true = (*problem.always, *problem.true)
+    return scene_row(Row(name, method, setting), problem.scene, _overrides(name, method, setting), true, limit)
+
+
+def _command(name, method, setting):
+    return command_of(EVERY[name].scene, _overrides(name, method, setting))
+
+
+def _entries(name: str):
+    return ((method, one) for method, field in EVERY[name].fields.items() for one in field.ladder)
+
+
+def _lost(rows: list[Row]) -> list[str]:
+    """What was refused, failed or stopped, and what never comes near."""
+    lost = [row for row in rows if row.status != DONE]
+    words = (f"{row.method} at {row.setting:.3g} ({row.status})" for row in lost)
+    return [f"Without a result: {', '.join(dict.fromkeys(words))}."] if lost else []
+
+
+def _contest(problems, title, wanted):
+    return Contest(
+        judge=judge,
+        title=title,
+        error="greatest error of the force, over the greatest",
+        cost="CPU s a run",
+        wanted=wanted,
+        problems={name: name for name in problems},
+        entries=_entries,
+        command=_command,
+        more=_lost,
+    )
+
+
+CONTESTS = {
+    "pairs": _contest(PAIRS, "Two spheres meet: closed form, adaptive and fixed steps", 1e-3),
+    "beams": _contest(BEAMS, "A sphere on a beam: modes, Volterra's equation, a sinusoidal force", 1e-3),
+    "two_bodies": _contest(BODIES, "Opposing points in closed form, by Newton, by their differential equation", 1e-3),
+}

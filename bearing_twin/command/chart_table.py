@@ -1,0 +1,69 @@
+"""Every chart there is: what makes it, what it shows, how long it takes."""
+
+from typing import NamedTuple
+
+
+class Chart(NamedTuple):
+    """A row: module in charts/, what it shows, about how many seconds it takes on one free core, how it is made.
+
+    `made`: "points" are measured, drawn and read; "told" tells what it measures, "share" what share is done; "sheets"
+    are several pictures; "contest" has one format, a limit of cost, and can be resumed.
+    """
+
+    module: str
+    shows: str
+    seconds: float
+    made: str = "points"
+
+
+CHARTS = {
+    "steppers": Chart("work_precision", "error in load and friction against cost", 240, "problems"),
+    "tolerance": Chart("tolerance", "the error asked for against the error got, and what runs say of it", 240, "share"),
+    "fidelity": Chart(
+        "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 100, "share"
+    ),
+    "stability": Chart(
+        "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 150, "contest"
+    ),
+    "newcomers": Chart(
+        "newcomers", "SciPy with its defaults, Euler, a step of 0.1 ms: their error and cost", 60, "contest"
+    ),
+    "bearing_laws": Chart("bearing_laws", "elastic laws inside a bearing's run: error and cost", 60, "contest"),
+    "bearing_friction": Chart("bearing_laws", "friction models inside a bearing's run: error and cost", 60, "contest"),
+    "pairs": Chart("scene_contests", "two spheres: closed form, adaptive and fixed steps", 30, "contest"),
+    "beams": Chart("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 60, "contest"),
+    "two_bodies": Chart("scene_contests", "opposing points in closed form, by Newton, as a DAE", 60, "contest"),
+    "cost": Chart("cost", "where the time of a run goes, from the contacts to a log", 60, "told"),
+    "laws": Chart("laws", "error and cost of the elastic laws", 10),
+    "friction": Chart("friction", "error and cost of friction over a spot that slides and spins", 30),
+    "bounces": Chart("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 10),
+    "dimensions": Chart(
+        "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "share"
+    ),
+    "samplers": Chart(
+        "samplers", "error of mean and deviation of a contact time against realisations and cost", 30, "share"
+    ),
+    "coverage": Chart(
+        "coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples", 60, "told"
+    ),
+    "discs": Chart(
+        "soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps", 60
+    ),
+    "paper1": Chart(
+        "paper1", "paper 1's bearing in space, contact point and normal of a ball by several laws, their cost", 30
+    ),
+    "studies": Chart("studies", "densities, forces and convergence of impacts with uncertain inputs", 200, "sheets"),
+    "paper2": Chart(
+        "paper2",
+        "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them",
+        60,
+        "sheets",
+    ),
+}
+ALL = "all"
+"""The word for every chart."""
+
+
+def made_by(*ways: str) -> tuple[str, ...]:
+    """Names of the charts that are made in one of these ways."""
+    return tuple(name for name, chart in CHARTS.items() if chart.made in ways)

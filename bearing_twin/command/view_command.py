@@ -1,0 +1,144 @@
+"""The subcommand `view`: a page for the browser. Imports are late, so that --help is quick."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bearing_twin.command.outcome import Outcome, failure_kept
+from bearing_twin.errors import BearingTwinError
+
+HELP = "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found"
+EXAMPLES = ("bearing_twin view bearing_6203", "bearing_twin view run.mcap --out run.html")
+LONGEST = 10.0  # simulated seconds of a scene that is run for its page
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `view` to its parser."""
+    what = "an MCAP log or a bag folder; or the name or file of a scene or a study, which is run first"
+    parser.add_argument("what", metavar="LOG|SCENE|STUDY", help=what)
+    parser.add_argument("--out", metavar="HTML", help="the page (default: NAME.html here); an earlier one is replaced")
+    parser.add_argument("--study", action="store_true", help="the name is that of a study, where a scene has it too")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change a key of the scene or the study"
+    )
+    parser.add_argument(
+        "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST:g})"
+    )
+    parser.add_argument("--gif", metavar="GIF", help="also the picture in motion, for slides; wants the extra `view`")
+    parser.add_argument("--mp4", metavar="MP4", help="the same as a film")
+
+
+def run(arguments: argparse.Namespace) -> Outcome:
+    """Makes the page; raises BearingTwinError with a sentence for what makes none."""
+    out = _place(arguments.out, (".html", ".htm"), "page") if arguments.out else None
+    films = [
+        _place(text, (suffix,), "film")
+        for text, suffix in ((arguments.gif, ".gif"), (arguments.mp4, ".mp4"))
+        if text is not None
+    ]
+    sort = _sort(arguments)
+    if sort == "log" and (arguments.set or arguments.duration):
+        raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
+    document = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
+    from bearing_twin.view.page import write_page
+
+    page = write_page(document, out or Path(f"{_file_name(document['title'])}.html"))
+    written = {}
+    if films:
+        from bearing_twin.command.terminal import progress
+        from bearing_twin.view.film import write_films
+
+        with progress("filming the page") as update:
+            written = {path.suffix[1:]: str(path) for path in write_films(page, films, update)}
+    frames = document.get("packed", {}).get("frames")
+    result = {
+        "view": str(page),
+        "shows": document["title"],
+        "bytes": page.stat().st_size,
+        **({"outputs_shown": frames} if frames is not None else {}),
+        **written,
+    }
+    return Outcome(result, [*document["notes"], *document["flags"]])
+
+
+def _place(text: str, suffixes: tuple[str, ...], noun: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in suffixes:
+        raise BearingTwinError(f"{path} is not the name of a {noun}; give one that ends in {suffixes[0]}")
+    if not path.parent.is_dir():
+        raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
+    return path
+
+
+def _file_name(title: str) -> str:
+    return "".join(one if one.isalnum() or one in "-_." else "_" for one in title).strip(".") or "view"
+
+
+def _sort(arguments) -> str:
+    """Whether a log, a scene or a study is meant: by its suffix, its name, or what stands in the file."""
+    from bearing_twin.shelf import SCENES, STUDIES, SUFFIXES
+
+    text = arguments.what
+    path = Path(text)
+    if arguments.study:
+        return "study"
+    if path.suffix == ".mcap" or path.is_dir():
+        return "log"
+    if text in SCENES.names():
+        if text in STUDIES.names():
+            from bearing_twin.command.terminal import say
+
+            say(f"{text} is the name of a study too; give --study for that")
+        return "scene"
+    if text in STUDIES.names():
+        return "study"
+    if path.suffix in SUFFIXES and path.is_file():
+        held = STUDIES.load(STUDIES.read_text(path), path.name)
+        return "study" if isinstance(held, dict) and "scene" in held and "kind" not in held else "scene"
+    return "scene"
+
+
+def _of_log(arguments) -> dict[str, Any]:
+    from bearing_twin.command.terminal import said_if_slow
+    from bearing_twin.view.logs import document_of_log
+
+    with said_if_slow(f"reading {arguments.what}"):
+        return document_of_log(arguments.what)
+
+
+def _of_scene(arguments) -> dict[str, Any]:
+    from bearing_twin.run.scene import load_scene
+
+    overrides = list(arguments.set)
+    if arguments.duration is not None:
+        overrides.append(f"run.duration={arguments.duration}")
+    scene = load_scene(arguments.what, overrides)
+    own = scene.parameters.run.duration
+    from bearing_twin.command.terminal import progress, said_if_slow, say
+    from bearing_twin.run.simulation import simulate
+    from bearing_twin.view.run_page import document_of_run
+
+    if arguments.duration is None and own > LONGEST:
+        say(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more")
+        scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
+    else:
+        say(f"{scene.name} is run for {own:g} s")
+    with progress(f"simulating {scene.name}") as update, failure_kept(Path()):
+        with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
+            run_ = simulate(scene, update)
+            run_.simulation.warm_up()
+        return document_of_run(run_).document
+
+
+def _of_study(arguments) -> dict[str, Any]:
+    from bearing_twin.command.terminal import progress
+    from bearing_twin.uq.run import run_study
+    from bearing_twin.uq.study_file import load_study
+    from bearing_twin.view.study_page import document_of_study
+
+    if arguments.duration is not None:
+        raise BearingTwinError("a study has no --duration; give --set run.duration=... for that of its scene")
+    study = load_study(arguments.what, arguments.set)
+    with progress(f"study {study.name}") as update:
+        result = run_study(study, lambda one: update(one.done / one.total))
+    return document_of_study(result)

@@ -1,0 +1,260 @@
+"""What a bearing's figures are worth: of the method by its companion, of law, friction model and what is left out."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.special import ellipe
+
+from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
+from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
+from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.windows import ALL, PLACE, WINDOW
+from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.report import Choice
+from bearing_twin.sample import Block
+
+UNSEEN = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
+CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
+FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
+SIDES = ("inner", "outer")
+
+
+class BearingDoubt:
+    """Gathers what a run's errors follow from, in memory that does not grow with the run."""
+
+    def __init__(self, parameters: BearingScene, choice: Choice):
+        self.parameters, self.choice = parameters, choice
+        balls = parameters.geometry.balls
+        self.worst = np.zeros((2, len(WINDOW.columns)))  # of single balls, and of windows with all of them
+        self.rows = {name: np.zeros(len(WINDOW.columns)) for name in ("load", "friction")}  # the worst of each
+        self.windows = self.outputs = 0
+        self.load = np.zeros((balls, 2))
+        self.curvatures = np.ones((2, balls, 2))
+        self.rubbed = np.zeros((balls, 2))  # sums of load^(4/3) times spin
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        for row in block.records.get(WINDOW.name, ()):
+            self.windows += 1
+            whole = int(row[PLACE["ball"]] == ALL)
+            self.worst[whole] = np.maximum(self.worst[whole], row)
+            for name, kept in self.rows.items():
+                if row[PLACE[name]] > kept[PLACE[name]]:
+                    self.rows[name] = row.copy()
+        load = block.values["normal_load"]
+        self.outputs += len(block)
+        self.rubbed += (np.cbrt(load) ** 4 * np.abs(block.values["spin_rate"])).sum(axis=0)
+        better = load.max(axis=0) > self.load
+        if better.any():
+            at = load.argmax(axis=0)[None]
+            self.load[better] = np.take_along_axis(load, at, axis=0)[0][better]
+            for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
+                kept[better] = np.take_along_axis(block.values[name], at, axis=0)[0][better]
+
+    def errors(self, figures: Mapping[str, Any]) -> Errors:
+        """The errors of these figures so far."""
+        law, found = self._law(), {}
+        for key, parts in self._method(figures).items():
+            found.setdefault(key, {}).update({METHOD: parts})
+        if law is not None:
+            for key, error in self._by_load(figures, law).items():
+                found.setdefault(key, {})[LAW] = error
+        width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
+        for key, error in self._by_load(figures, width).items():
+            found.setdefault(key, {})[LEFT_OUT] = error
+        for key, error in self._friction(figures).items():
+            found.setdefault(key, {})[FRICTION_MODEL] = error
+        return Errors(found, self._promises(law), self._notes())
+
+    @property
+    def _known(self) -> bool:
+        return self.windows > 0
+
+    def _seen(self, name: str) -> float:
+        """The greatest error of the method in a quantity: what single balls had, and a bound for coupled ones."""
+        return float(max(self.worst[0, PLACE[name]], self._unseen * self.worst[1, PLACE[name]]))
+
+    @property
+    def _unseen(self) -> float:
+        cage = self.parameters.cage.kind
+        shared = dimension_of(self.parameters) == FREE_RING or cage == EVEN
+        return CARRIED if shared and cage != POCKETS else UNSEEN
+
+    def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:
+        """Errors of the method by figure; one that no window saw is missing."""
+        if not self._known:
+            return {}
+        seen = {column.name: self._seen(column.name) for column in WINDOW.columns}
+        balls, pitch = self.parameters.geometry.balls, self.parameters.geometry.pitch_diameter
+        share = np.divide(seen["load"], self.load, out=np.zeros_like(self.load), where=self.load > 0.0)
+        torque = balls * seen["drive_torque"]
+        free = dimension_of(self.parameters) == FREE_RING
+        ring = seen["ring_force"] or balls * seen["load"]
+        turned = torque * abs(figures["inner_ring_speed_at_end_rad_s"])
+        return {
+            **self._of_loads(figures, share),
+            **{f"{key}_{side}_n": [seen["load"]] * balls for key in LOADS_OF for side in SIDES},
+            **{f"contact_angle_{side}_rad": [seen["contact_angle"]] * balls for side in SIDES},
+            "cage_speed_rad_s": seen["orbit_speed"],
+            "roll_rate_rad_s": seen["roll_rate"],
+            "drive_torque_nm": torque,
+            "drive_work_j": turned * self._seconds,
+            "dissipated_j": balls * seen["loss"] * self._seconds,
+            "ring_displacement_m": [seen["ring_displacement"] if free else 0.0] * 3,
+            "ring_force_n": [ring] * 3,
+            "ring_moment_nm": [0.5 * ring * pitch] * 2,
+            "friction_torque_nm": [seen["torque"]] * balls,
+        }
+
+    @property
+    def _seconds(self) -> float:
+        return max(self.outputs - 1, 0) / self.parameters.run.output_rate
+
+    def _law(self) -> np.ndarray | None:
+        """Relative error of each contact's load (N, 2) against exact Hertz where it was greatest; None if measured."""
+        law, found = self.choice.law, np.zeros_like(self.load)
+        if law not in LAWS or LAWS[law].measured:
+            return None
+        for side, nominal in enumerate(nominal_curvatures(self.parameters.geometry)):
+            frozen = hertz_coefficient(*nominal, 1.0)
+            for ball in np.flatnonzero(self.load[:, side] > 0.0):
+                at = tuple(float(one[ball, side]) for one in self.curvatures)
+                found[ball, side] = abs(coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0)
+        return found
+
+    def _by_load(self, figures: Mapping[str, Any], share: np.ndarray) -> dict[str, Any]:
+        """Errors of figures where loads are off by these shares (N, 2); a ring with mass has its load from outside.
+
+        What all loads share scales their sum on the ring; what they do not share need not cancel.
+        """
+        greatest = float(share.max(initial=0.0))
+        uneven = float(np.ptp(share[self.load[:, 0] > 0.0, 0])) if self.load[:, 0].any() else 0.0
+        free = dimension_of(self.parameters) == FREE_RING
+        given = dimension_of(self.parameters) == QUASI_STATIC or free
+        pitch = 0.5 * self.parameters.geometry.pitch_diameter
+        carried = math.fsum(abs(one) for one in figures["normal_load_inner_n"])
+        found = {
+            f"{key}_{side}_n": [float(share[ball, place]) * abs(value) for ball, value in enumerate(values)]
+            for key in LOADS_OF
+            for place, side in enumerate(SIDES)
+            for values in [figures[f"{key}_{side}_n"]]
+        }
+        force, moment = (
+            0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
+            for key, arm in (("ring_force_n", 1.0), ("ring_moment_nm", pitch))
+        )
+        moved = 2.0 / 3.0 * greatest * math.hypot(*figures["ring_displacement_m"]) if given else 0.0
+        return {
+            **found,
+            **self._of_loads(figures, share),
+            "ring_force_n": [force] * 3,
+            "ring_moment_nm": [moment] * 2,
+            "ring_displacement_m": [moved] * 3,
+        }
+
+    @staticmethod
+    def _of_loads(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
+        """Ellipses and pressures go with the cube root of the load."""
+        return {
+            f"{key}_{side}{unit}": [float(share[ball, place]) * value / 3.0 for ball, value in enumerate(values)]
+            for key, unit in (("semi_major", "_m"), ("semi_minor", "_m"), ("peak_pressure", "_pa"))
+            for place, side in enumerate(SIDES)
+            for values in [figures[f"{key}_{side}{unit}"]]
+        }
+
+    def _drilling(self, figures: Mapping[str, Any]) -> tuple[np.ndarray, float]:
+        """Drilling torque of each ball (N,) [N m] at its greatest load, and the power of all, mean over the run [W].
+
+        A spot under pure spin resists with 3/8 mu N a E, E the complete elliptic integral of its eccentricity.
+        """
+        most, power = np.zeros(len(self.load)), 0.0
+        coefficient = self.parameters.contact.friction_coefficient
+        for side, name in enumerate(SIDES):
+            for ball in np.flatnonzero(self.load[:, side] > 0.0):
+                ratio = axis_ratio(*(float(one[ball, side]) for one in self.curvatures))
+                arm = figures[f"semi_major_{name}_m"][ball] * float(ellipe(1.0 - ratio * ratio))
+                greatest = 0.375 * coefficient * self.load[ball, side] * arm
+                most[ball] += greatest
+                power += greatest * self.rubbed[ball, side] / self.load[ball, side] ** (4.0 / 3.0) / self.outputs
+        return most, power
+
+    def _friction(self, figures: Mapping[str, Any]) -> dict[str, Any]:
+        """Errors of the friction model: at a point it holds no drilling; over a spot it is off by its quadrature."""
+        if dimension_of(self.parameters) == QUASI_STATIC or not self.outputs:
+            return {}
+        most, power = self._drilling(figures)
+        model, speed = FRICTIONS[self.parameters.contact.friction], abs(figures["inner_ring_speed_at_end_rad_s"])
+        share = model.error if model.over_spot else 1.0
+        found = {
+            "dissipated_j": share * power * self._seconds,
+            "drive_work_j": share * power * self._seconds,
+            "friction_torque_nm": [share * float(one) for one in most],
+        }
+        return found | ({"drive_torque_nm": share * power / speed} if speed > 0.0 else {})
+
+    def _promises(self, law: np.ndarray | None) -> tuple[Promise, ...]:
+        """What is wanted: loads, and friction unless loads alone are."""
+        wanted, greatest = self.parameters.wanted, float(self.load.max())
+        still = self.choice.stepper == QUASI_STATIC
+        off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
+        method = self._seen("load") / greatest if self._known and greatest else None
+        whole = None if method is None else method + off
+        mend = (
+            self._mend() if method is not None and method >= off else "contact.normal: hertz is exact at no more cost"
+        )
+        norm = "over the greatest load"
+        loads = Promise("loads", norm, whole, wanted.tolerance, self._where("load"), mend)
+        if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
+            return (loads,)
+        error = max(self._seen("friction"), FLOOR) if self._known else None
+        norm = "over mu N of a contact, or mu N R of a ball"
+        return loads, Promise("friction", norm, error, wanted.tolerance, self._where("friction"), self._mend())
+
+    def _where(self, name: str) -> str:
+        row = self.rows[name]
+        if not self._known or row[PLACE[name]] == 0.0:
+            return ""
+        whose = "all balls together" if row[PLACE["ball"]] == ALL else f"ball {int(row[PLACE['ball']])}"
+        return f"{whose}, {row[PLACE['begin']]:.6g} s to {row[0]:.6g} s"
+
+    def _mend(self) -> str:
+        """What makes the method's error smaller."""
+        if self.choice.stepper in FIXED_STEP:
+            return "halve solver.step, or set solver.stepper: rodas4"
+        if self.choice.stepper not in ("rodas4", "auto"):
+            return "set solver.stepper: rodas4, or a tenth of wanted.tolerance"
+        return "set a tenth of wanted.tolerance"
+
+    def _notes(self) -> dict[str, str]:
+        """What is not known, by source and by what is left out."""
+        notes = {}
+        if self.choice.stepper == QUASI_STATIC:
+            notes[METHOD] = "equilibria are solved to rounding; balls that move about them are off by what docs say"
+        elif self.parameters.solver.companion == "off":
+            notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
+        elif not self._known:
+            notes[METHOD] = "the run holds no window of a companion, so the error of its integration is not known"
+        elif self.worst[1].any():
+            notes[METHOD] = (
+                f"balls touch, or meet a moving ring or a cage: {self._unseen:g} times what windows show stands for "
+                "what they inherit"
+            )
+        if self.choice.law in LAWS and LAWS[self.choice.law].measured:
+            notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
+        if not FRICTIONS[self.parameters.contact.friction].over_spot:
+            notes[FRICTION_MODEL] = (
+                "contact.friction: point holds no drilling: what the spots' spin would add is in the errors; "
+                "contact.friction: spot computes it"
+            )
+        return notes | left_out(self.parameters)
+
+
+LOADS_OF = ("normal_load", "greatest_normal_load")

@@ -1,0 +1,49 @@
+"""What a bearing scene leaves out: one row each, a sentence where it applies, and a number where one is computed."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+
+
+class LeftOut(NamedTuple):
+    """Something that real bearings have: whether a scene lacks it, and what is to be said of its effect."""
+
+    applies: Callable[[object], bool]
+    sentence: str
+
+
+ROWS = {
+    "film": LeftOut(
+        lambda parameters: True,
+        "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
+    ),
+    "vibration": LeftOut(
+        lambda parameters: dimension_of(parameters) != QUASI_STATIC,
+        "balls and rings are rigid outside their contacts: energy that goes into their vibration is not computed",
+    ),
+    "cage": LeftOut(
+        lambda parameters: parameters.cage.kind == "none",
+        "no cage: its friction and its pushes on the balls are not computed; cage.kind: pockets has them",
+    ),
+    "shear": LeftOut(
+        lambda parameters: dimension_of(parameters) != QUASI_STATIC,
+        "no tangential elasticity: friction answers to slip alone, smoothed by contact.friction_regularisation, so "
+        "that creep in rolling is what the smoothing gives",
+    ),
+}
+"""What is left out, by name."""
+
+
+def left_out(parameters) -> dict[str, str]:
+    """The sentences that apply to a scene, by name."""
+    return {name: row.sentence for name, row in ROWS.items() if row.applies(parameters)}
+
+
+def half_space_error(parameters, semi_major) -> list[float]:
+    """Relative errors of loads where ellipses of these semi-axes [m] lie on bodies that Hertz takes for half-spaces.
+
+    The square of semi-axis over ball radius: the next term of the shape of a sphere against its parabola.
+    """
+    radius = 0.5 * parameters.geometry.ball_diameter
+    return [(one / radius) ** 2 for one in semi_major]

@@ -1,0 +1,165 @@
+"""What steppers and dimensions cost and err in bearings, as measured: the tables that the chooser reads.
+
+`bearing_twin chart steppers` and `chart dimensions` make them; they hold for eight balls, contacts by `hertz` and
+friction by `point`. Costs are CPU seconds a simulated second on the machine of the tables: only ratios mean something.
+"""
+
+import csv
+import functools
+import math
+from typing import NamedTuple
+
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
+from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
+from bearing_twin.numerics.steppers import ROSENBROCK
+from bearing_twin.paths import share_path
+
+STICKY = 1e-3  # m/s: a regularisation of friction below this is like the sticking one of the table
+FAST = 3e5  # mm/min of speed times pitch diameter, the n d_m of catalogues
+LOOSEST = 30.0  # times the wanted tolerance
+LIKE_MEASURED = 30.0, 2.0  # what a scene of the same motion may err more: settings looser than wanted, and others
+LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
+FINEST = 1e-9  # no setting is finer
+SPREAD = 0.05  # of costs, measured again
+ROOM = 1.1  # ball diameters from centre to centre: less, and neighbours soon meet
+RATES = (1000.0, 100.0)  # outputs a second, of the columns of costs of dimensions
+
+
+class Rung(NamedTuple):
+    """A stepper at one setting of its tolerance: relative errors of load and friction, and cost."""
+
+    setting: float
+    load_error: float
+    friction_error: float
+    cost: float
+
+
+class Prediction(NamedTuple):
+    """A stepper for a scene: the tolerance it is given, what errors and cost it had in that motion when measured."""
+
+    motion: str
+    stepper: str
+    setting: float
+    load_error: float
+    friction_error: float
+    cost: float
+
+
+def _rest(parameters) -> bool:
+    return parameters.initial.motion == "rest"
+
+
+def _jump(parameters) -> bool:
+    change = parameters.drive.change
+    return bool(change.time) and (any(change.offset) or hurried(parameters))
+
+
+def _sticks(parameters) -> bool:
+    return parameters.contact.friction_regularisation <= STICKY
+
+
+def _uneven(parameters) -> bool:
+    return any(parameters.drive.offset[:2]) or bool(cage_needed(parameters))
+
+
+def _fast(parameters) -> bool:
+    turns = 60.0 * abs(parameters.drive.speed) / (2.0 * math.pi)
+    return turns * 1e3 * parameters.geometry.pitch_diameter >= FAST
+
+
+MOTIONS = {
+    "sudden": ("the ring jumps", _jump),
+    "sliding": ("balls start from rest", _rest),
+    "sticking": ("friction is regularised below 1 mm/s", _sticks),
+    "lift-off": ("the load of a ball changes on its way round", _uneven),
+    "fast": ("speed times pitch diameter is above 3e5 mm/min", _fast),
+    "settled": ("balls roll", lambda parameters: True),
+}
+"""The motions of the table, hardest first: when a scene is like one."""
+
+
+def motions_of(parameters) -> tuple[str, ...]:
+    """All motions of MOTIONS that a scene is like."""
+    return tuple(name for name, (_, like) in MOTIONS.items() if like(parameters))
+
+
+def unmeasured(parameters) -> str:
+    """What a scene has that the table of steppers does not hold, "" for nothing."""
+    if FRICTIONS[parameters.contact.friction].over_spot:
+        return "friction over the spot"
+    if parameters.cage.kind != "none":
+        return "a cage"
+    if dimension_of(parameters) == FREE_RING:
+        return "a ring that moves"
+    contact, geometry = parameters.contact, parameters.geometry
+    if 0.0 < contact.relaxation_time < LEAST_DAMPING:
+        return "so little damping"
+    room = geometry.pitch_diameter * math.sin(math.pi / geometry.balls) / geometry.ball_diameter
+    return "balls that can touch" if geometry.balls > 1 and room < ROOM else ""
+
+
+def _read(name: str) -> list[dict[str, str]]:
+    with share_path("config", "measured", name).open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@functools.cache
+def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
+    """(motion, stepper): its rungs from loose to tight, of adaptive steppers that the bearing's own loops run."""
+    found: dict[tuple[str, str], list[Rung]] = {}
+    for row in _read("steppers.csv"):
+        if row["stepper"] in ROSENBROCK and not row["failure"]:
+            rung = (float(row[key]) for key in ("setting", "load_error", "friction_error", "cpu_per_simulated_second"))
+            found.setdefault((row["problem"], row["stepper"]), []).append(Rung(*rung))
+    return {key: tuple(sorted(rungs, reverse=True)) for key, rungs in found.items()}
+
+
+def _enough(rungs: tuple[Rung, ...], wanted: float) -> Rung | None:
+    """The loosest rung that keeps a tolerance LIKE_MEASURED times over; beyond the tightest errors fall as settings."""
+    for rung in rungs:
+        worst = max(rung.load_error, rung.friction_error)
+        if worst * LIKE_MEASURED[rung.setting <= wanted] <= wanted and rung.setting <= LOOSEST * wanted:
+            return rung
+    if not rungs:
+        return None
+    share = min(1.0, wanted / (LIKE_MEASURED[True] * max(rungs[-1].load_error, rungs[-1].friction_error)))
+    last = rungs[-1]._replace(setting=min(wanted, share * rungs[-1].setting))
+    return last._replace(load_error=share * last.load_error, friction_error=share * last.friction_error)
+
+
+def predictions(parameters) -> list[Prediction]:
+    """Each stepper at the loosest setting that keeps what is wanted in all motions the scene is like; cheapest first.
+
+    Costs within SPREAD of each other were measured equal: the stepper that stands first in the table of steppers leads.
+    """
+    found = []
+    for stepper in ROSENBROCK:
+        motions, wanted = motions_of(parameters), parameters.wanted.tolerance
+        rungs = {one: _enough(ladders().get((one, stepper), ()), wanted) for one in motions}
+        if None in rungs.values():
+            continue
+        # The motion that costs most decides; what it errs by at a setting tighter than its own is less than measured.
+        motion, worst = max(rungs.items(), key=lambda one: one[1].cost)
+        setting = max(FINEST, min(rung.setting for rung in rungs.values()))
+        found.append(Prediction(motion, stepper, *worst._replace(setting=setting)))
+    least = min((one.cost for one in found), default=0.0)
+    return sorted(found, key=lambda one: one.cost if one.cost > (1.0 + SPREAD) * least else least)
+
+
+def dimension_costs(parameters, share: float) -> dict[str, float]:
+    """Cost of each measured dimension at the scene's output rate, where load across and centrifugal share are nearest.
+
+    Between and beyond the two rates measured it is taken as a cost a second and one an output.
+    """
+    across, nearest, found = any(parameters.drive.offset[:2]), math.inf, {}
+    for row in _read("dimensions.csv"):
+        away = abs(math.log(float(row["centrifugal_share"]) / max(share, 1e-3)))
+        if ("across" in row["load"]) != across or away > nearest + 1e-6:
+            continue
+        nearest = away
+        high, low = (float(row[f"cost_at_{rate:.0f}_hz"]) for rate in RATES)
+        slope = (high - low) / (RATES[0] - RATES[1])
+        base = max(0.0, low - slope * RATES[1])
+        found[row["dimension"]] = base + slope * parameters.run.output_rate
+    return found

@@ -1,0 +1,148 @@
+"""A bearing in motion that is watched by a companion, and integrated again where that finds it off too far.
+
+Each part of a chunk is verified at the windows the companion looks at. Where an output that is wanted is off by more
+than SAFE of the tolerance, the part is done again with a tighter setting, which holds from then on: what was too rough
+once is never tried again. The windows that failed are looked at again, whatever points to them then.
+"""
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.companion import Companion
+from bearing_twin.kinds.bearing.deviations import Part
+from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
+from bearing_twin.kinds.bearing.motion import MOVING, BearingMotion
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, BearingScene
+from bearing_twin.kinds.bearing.pointing import POINTED
+from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.windows import PLACE, WINDOW, is_watched
+from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
+from bearing_twin.report import Choice
+
+SAFE, GOOD = 0.5, 0.8  # share of the tolerance that windows may be off, others may be worse; once it was done again
+SHORT = 0.02  # s: the first part of a run, those after it are twice as long each, so that little is done again
+AIM = 0.25  # share of the tolerance that a tighter setting aims at
+LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
+REDONE = 3  # times at most that a part is done again
+BEGUN = ("drive", "elapsed", "_acceleration", "_load", "_load_rate")  # what a part changes besides arrays in place
+VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
+
+
+def moving_by(parameters: BearingScene, choice: Choice):
+    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion, watched or not."""
+    if choice.stepper == QUASI_STATIC:
+        return QuasiStaticMotion(parameters, choice)
+    return (WatchedMotion if is_watched(parameters) else BearingMotion)(parameters, choice)
+
+
+class WatchedMotion(BearingMotion):
+    """As BearingMotion, with records of what a companion found."""
+
+    def reset(self) -> None:
+        """Back to the start, to the setting of the scene."""
+        if not hasattr(self, "companion"):
+            spent = STEP_SHARE * self.given
+            self.companion = Companion(self.parameters, self.scales / spent)
+            self._asked, self.setting = (self.scales, self.partners.scales), 1.0
+        self.companion.reset()
+        self._set(1.0)
+        self._rows: list[np.ndarray] = []
+        self._found: np.ndarray | None = None
+        super().reset()
+
+    def _set(self, setting: float) -> None:
+        """Takes steps that spend this share of what the scene allows them."""
+        scales, border = self._asked
+        self.step *= (setting / self.setting) ** (1.0 / STEPPER_FACTS[self.stepper].order)
+        self.scales, self.partners = setting * scales, self.partners._replace(scales=setting * border)
+        self.setting = setting
+
+    @property
+    def tolerance(self) -> float:
+        """What the present setting stands for."""
+        return self.setting * self.given
+
+    def _keep(self) -> None:
+        super()._keep()
+        self._known = self.companion.memory(), self.setting, self.step
+
+    def take_back(self) -> None:
+        """Back to before the last `advance`, with what was known then."""
+        memory, setting, step = self._known
+        self.companion.remember(memory)
+        self._set(setting)
+        self.step = step
+        self._rows = []
+        super().take_back()
+
+    def snapshot(self) -> dict:
+        """The state as plain data; see `resume`."""
+        return super().snapshot() | {"companion": self.companion.memory(), "setting": self.setting}
+
+    def resume(self, kept: dict) -> None:
+        """To a state that `snapshot` gave; the setting is kept where the scene is the same."""
+        super().resume(kept)
+        if "companion" in kept:
+            self.companion.remember(kept["companion"])
+            self._set(float(kept["setting"]))
+            self._keep()
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """Windows of the companion since the last call."""
+        rows, self._rows = self._rows, []
+        return {WINDOW.name: np.concatenate(rows)} if rows else {}
+
+    def costs(self) -> dict[str, int]:
+        """As of BearingMotion, and the steps of the companion."""
+        return super().costs() | {"companion_ball_steps": self.companion.steps}
+
+    def _part(self, times, duration, out, first) -> None:
+        """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
+        arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
+        followed, self._windows = self.companion.followed, None
+        for attempt in range(1 + REDONE):
+            super()._part(times, duration, out, first)
+            cut = self._cut(GOOD if attempt else SAFE) if attempt < REDONE else 1.0
+            if cut == 1.0:
+                break
+            vars(self).update(zip(BEGUN, others, strict=True))
+            for name, array in arrays.items():
+                getattr(self, name)[:] = array
+            self.companion.followed = followed
+            self._set(max(cut * self.setting, VERIFIABLE / self.given))
+        if self._found is not None and len(self._found):
+            self._rows.append(self._found)
+        self._found = None
+
+    def _until_next(self, duration: float) -> float:
+        return min(super()._until_next(duration), SHORT * 2.0**self.companion.parts)
+
+    def _cut(self, safe: float) -> float:
+        """By how much the setting is to be cut for what was found in this part; 1 where it will do."""
+        rows, greatest = self._found, self.companion.greatest_load
+        if rows is None or not len(rows) or self.tolerance <= VERIFIABLE or greatest <= 0.0:
+            return 1.0
+        worst = max(rows[:, PLACE["load"]].max() / greatest, rows[:, PLACE["friction"]].max())
+        wanted = self.parameters.wanted.tolerance
+        if worst <= safe * wanted:
+            return 1.0
+        return min(LEAST_CUT, max(MOST_CUT, AIM * wanted / worst))
+
+    def _pointer(self, instants: int) -> np.ndarray:
+        """Room for what `pointing` notes, where the method does."""
+        pointed = self.stepper in ROSENBROCK and self.parameters.wanted.tolerance >= VERIFIABLE
+        return np.zeros((self.bearing.balls, instants, POINTED)) if pointed else super()._pointer(instants)
+
+    def _look(self, part: Part) -> None:
+        """Has the companion look at a part; its windows are kept, for the case that the call is done again."""
+        if self.parameters.wanted.tolerance < VERIFIABLE or not len(part.times):
+            return
+        if self._windows is None:
+            self._windows = self.companion.windows(part)
+        elif self._windows and (self._windows[0].ball < 0) != part.coupled:
+            # Done again, other balls came near each other.
+            self._windows = [one._replace(ball=-1 if part.coupled else 0) for one in self._windows]
+        pointed = self.stepper not in FIXED_STEP and len(part.pointer)
+        scales = self.scales if pointed else self._asked[0]
+        self._found = self.companion.look(part, self._windows, scales, self.tolerance)

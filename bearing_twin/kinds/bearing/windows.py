@@ -1,0 +1,76 @@
+"""Windows of a bearing run that a companion integrates again: where they lie, and what is recorded of them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.sample import Channel, Table
+
+ALL = -1  # in place of the number of a ball
+LEAST_STEPS = 10  # of the run in a window
+
+WINDOW = Table(
+    "companion",
+    (
+        Channel("time", "s", (), "end of the window"),
+        Channel("begin", "s", (), "of the window"),
+        Channel("ball", "1", (), "number of the ball; -1 = all of them"),
+        Channel("steps", "1", (), "of a ball that the companion took"),
+        Channel("tolerance", "1", (), "that the run had in this piece"),
+        Channel("load", "N", (), "error of a load on a raceway"),
+        Channel("friction", "1", (), "error of friction, over what it could be: mu N of a contact, mu N R of a ball"),
+        Channel("torque", "N m", (), "error of the raceways' torque on a ball"),
+        Channel("contact_angle", "rad", (), "error of a contact angle"),
+        Channel("orbit_speed", "rad/s", (), "error of a ball's speed about the axis"),
+        Channel("roll_rate", "rad/s", (), "error of a ball's roll rate"),
+        Channel("drive_torque", "N m", (), "error of the drive's work on a ball, over the angle turned"),
+        Channel("loss", "W", (), "error of the power lost at a ball, mean over the window"),
+        Channel("ring_displacement", "m", (), "error of the place of the inner ring's centre"),
+        Channel("ring_force", "N", (), "error of the force of the balls on the inner ring"),
+    ),
+    "a window of the run that a companion with a tighter tolerance integrated again; greatest errors in it",
+    needed=False,
+)
+PLACE = {column.name: place for place, column in enumerate(WINDOW.columns)}
+
+
+def is_watched(parameters) -> bool:
+    """Whether a companion goes with the run of a scene."""
+    return parameters.solver.companion == "on" and dimension_of(parameters) != QUASI_STATIC
+
+
+class Window(NamedTuple):
+    """Outputs `begin` + 1 to `begin` + `length` of a part, for one ball, or for all where `ball` is -1."""
+
+    ball: int
+    begin: int
+    length: int
+
+
+def bend(array: np.ndarray) -> np.ndarray:
+    """How much vectors (outputs, balls, 3) bend at each output, (balls, outputs); their changes at both ends."""
+    change = np.linalg.norm(np.diff(array, axis=0, prepend=array[:1], append=array[-1:]), axis=-1)
+    return np.maximum(change[1:], change[:-1]).T
+
+
+def window_at(ball: int, cell: int, steps: np.ndarray) -> Window:
+    """The window of LEAST_STEPS that ends one output behind `cell`; at the beginning of a part it grows forwards."""
+    end = min(cell + 1, len(steps) - 1)
+    begin = cell - 1
+    while begin >= 0 and steps[begin + 1 : end + 1].sum() < LEAST_STEPS:
+        begin -= 1
+    while end < len(steps) - 1 and steps[begin + 1 : end + 1].sum() < LEAST_STEPS:
+        end += 1
+    return Window(ball, begin, end - begin)
+
+
+def within(window: Window, other: Window) -> bool:
+    """Whether another window of the same ball holds all of this one."""
+    ends = window.begin + window.length <= other.begin + other.length
+    return window.ball == other.ball and window.begin >= other.begin and ends
+
+
+def overlap(window: Window, other: Window) -> bool:
+    """Whether two windows have an output in common, of whatever balls."""
+    return window.begin < other.begin + other.length and other.begin < window.begin + window.length

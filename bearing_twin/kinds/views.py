@@ -1,0 +1,254 @@
+"""What a kind's view is made of: numbers of every output, things to draw in space, and panels of curves.
+
+A `View` is data: the page in the browser draws it and knows no kind. Names in the fields of solids and marks are those
+of the view's series; SI units throughout, angles in radians, quaternions x, y, z, w.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from bearing_twin.sample import Channel
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from bearing_twin.sample import Sample
+
+STEEL, DARK, BRASS, GLASS = "steel", "dark", "brass", "glass"
+BLUE, ORANGE, GREEN, RED = "blue", "orange", "green", "red"
+"""Colours of things; the page gives each a shade that suits its ground."""
+
+PALETTE = -1  # as a colour of many bodies: each has that of its curves
+MOST_CURVES = 64  # of a panel
+
+
+class Solid(NamedTuple):
+    """`count` rigid bodies of one `shape`: a mapping from its sort to its numbers, such as {"ellipsoid": semi-axes}.
+
+    A body stands at `position` + enlargement x `deviation` (both series (count, 3) or empty), is tilted by enlargement
+    x `tilt` (2,), turned by `orientation` (count, 4) or about z by an angle whose cosine and sine are `turn` (2,).
+    `marked` bodies show that they turn. `place` is the number of the first body in its series.
+    """
+
+    name: str
+    words: str
+    shape: Mapping[str, Any]
+    colour: str = STEEL
+    count: int = 1
+    position: str = ""
+    deviation: str = ""
+    orientation: str = ""
+    turn: str = ""
+    tilt: str = ""
+    marked: bool = False
+    opacity: float = 1.0
+    place: int = 0
+
+
+class Arrows(NamedTuple):
+    """Arrows along `vector` (..., 3), as long as `size` (...), or as the vector where that is empty.
+
+    The longest of the run is drawn `longest` [m] long. Tips, or tails with `from_point`, stand at `point` (..., 3) or,
+    with `on`, on the surface of that body of `radius` [m] against the vector.
+    """
+
+    name: str
+    words: str
+    unit: str
+    vector: str
+    longest: float
+    colours: tuple[str, ...] = (GREEN,)
+    size: str = ""
+    point: str = ""
+    on: str = ""
+    radius: float = 0.0
+    from_point: bool = False
+
+
+class Spots(NamedTuple):
+    """Contact ellipses across `normal` (..., 3), enlarged, coloured by `pressure`; `point`, `on` as of `Arrows`.
+
+    The major axis is the series `major_axis`, or the direction `along` as seen in the plane of contact.
+    """
+
+    name: str
+    words: str
+    normal: str
+    semi_major: str
+    semi_minor: str
+    pressure: str
+    reach: float
+    major_axis: str = ""
+    along: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    point: str = ""
+    on: str = ""
+    radius: float = 0.0
+
+
+class Sheet(NamedTuple):
+    """A surface whose nodes move: `nodes` (n, 2) in the plane of the picture, `triangles`, `values` (n,) as colours.
+
+    The colours go up to the greatest value of the series `scale`. `signs` gives the signs of x and y of each copy
+    drawn, as for the other half of a symmetric body.
+    """
+
+    name: str
+    words: str
+    nodes: str
+    triangles: Any
+    edges: Any
+    values: str
+    scale: tuple[str, ...]
+    signs: tuple[tuple[float, float], ...] = ((1.0, 1.0),)
+
+
+class Bar(NamedTuple):
+    """A straight bar along x from -length / 2, bent downward by enlargement x `deflection` (n,) at even stations."""
+
+    name: str
+    words: str
+    deflection: str
+    length: float
+    width: float
+    height: float
+    colour: str = STEEL
+
+
+class Trail(NamedTuple):
+    """The way of a point, `position` (3,), over the whole run."""
+
+    name: str
+    words: str
+    position: str
+    colour: str = BLUE
+
+
+class Line(NamedTuple):
+    """One curve of a panel: a column of a series, its name, and the number of its colour; `body` is its place there."""
+
+    series: str
+    label: str
+    column: int = 0
+    colour: int = 0
+    body: int = -1
+
+
+class Panel(NamedTuple):
+    """Curves over time on one axis; `logarithmic` where they span many decades."""
+
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+    logarithmic: bool = False
+
+
+class Details(NamedTuple):
+    """What is shown of the body of `solid` that is chosen: for each contact ellipse, pressure, load and more.
+
+    `rows` are (words, series) whose second axis is the contact.
+    """
+
+    solid: str
+    noun: str
+    contacts: tuple[str, ...]
+    semi_major: str
+    semi_minor: str
+    pressure: str
+    rows: tuple[tuple[str, str], ...]
+
+
+class Look(NamedTuple):
+    """Where the eye stands: `direction` from the middle, which way is up, and the radius [m] of what is seen.
+
+    `around` names series of points (..., 3) that are all to be seen, with `radius` around them and `middle` amid them.
+    """
+
+    radius: float
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    middle: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    around: tuple[str, ...] = ()
+
+
+EYE = Look(1.0)
+
+
+class Enlarged(NamedTuple):
+    """Which displacements are enlarged: the greatest of the series, or `least` [m], is drawn `reach` [m] long."""
+
+    words: str
+    series: tuple[str, ...]
+    reach: float
+    least: float = 0.0
+
+
+@dataclass(frozen=True)
+class View:
+    """The view of one scene: `rows` turns a sample of many outputs into the arrays (count, *shape) of `series`.
+
+    `solids` and `marks` may be empty: then there is no picture in space. `period` [s] of the run pass in one second of
+    looking; 0 = an eighth of it. `words` says what is drawn.
+    """
+
+    series: tuple[Channel, ...]
+    rows: Callable[[Sample], Mapping[str, np.ndarray]]
+    panels: tuple[Panel, ...]
+    solids: tuple[Solid, ...] = ()
+    marks: tuple[NamedTuple, ...] = ()
+    look: Look = EYE
+    enlarged: Enlarged | None = None
+    details: Details | None = None
+    period: float = 0.0
+    words: str = ""
+    axes: bool = False
+
+
+def picked(channels, names) -> tuple[Channel, ...]:
+    """The channels of these names, in this order; those that are not there are left out."""
+    known = {channel.name: channel for channel in channels}
+    return tuple(known[name] for name in names if name in known)
+
+
+def lines_of(channel: Channel) -> tuple[Line, ...]:
+    """Curves of all the numbers of a channel, the first MOST_CURVES of them."""
+    if not channel.shape:
+        return (Line(channel.name, channel.name.replace("_", " ")),)
+    names = "xyzw" if channel.shape in ((3,), (4,)) else ""
+    return tuple(
+        Line(channel.name, names[k] if names else _place(k, channel.shape), k, k)
+        for k in range(min(math.prod(channel.shape), MOST_CURVES))
+    )
+
+
+def _place(number: int, shape: tuple[int, ...]) -> str:
+    places = []
+    for size in reversed(shape):
+        number, place = divmod(number, size)
+        places.insert(0, str(place))
+    return ", ".join(places)
+
+
+def panel_of(channel: Channel) -> Panel:
+    """The panel of one channel."""
+    words = channel.name.replace("_", " ").capitalize()
+    return Panel(f"{words}: {channel.meaning}" if channel.meaning else words, channel.unit, lines_of(channel))
+
+
+def curves(title: str, unit: str, *rows: tuple, logarithmic: bool = False) -> Panel:
+    """A panel of rows (series, words) or (series, words, column), each with the next colour."""
+    lines = tuple(Line(row[0], row[1], row[2] if len(row) > 2 else 0, place) for place, row in enumerate(rows))
+    return Panel(title, unit, lines, logarithmic)
+
+
+def plain_view(facts, channels) -> View:
+    """The view of a kind that has none of its own: every channel over time."""
+    shown = tuple(channel for channel in channels if channel.width <= MOST_CURVES)
+    return View(
+        series=shown,
+        rows=lambda sample: {channel.name: sample[channel.name] for channel in shown},
+        panels=tuple(panel_of(channel) for channel in shown),
+    )

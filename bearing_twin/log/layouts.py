@@ -1,0 +1,190 @@
+"""Layouts for RViz, Foxglove and PlotJuggler, drawn from the panels of a scene."""
+
+import json
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.panels import Panels, Plot
+
+COLORS = (
+    "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf",
+)  # fmt: skip
+PLOTS_IN_A_ROW = 2
+
+
+class Layout(NamedTuple):
+    """One program: end of the file's name, what makes its bytes, and how to open them."""
+
+    suffix: str
+    made: Callable[[Panels], bytes]
+    opened: str
+
+
+def write_layout(program: str, panels: Panels, path) -> Path:
+    """Writes the layout for a program of LAYOUTS to a new file; raises BearingTwinError where it cannot."""
+    path = Path(path)
+    if path.exists():
+        raise BearingTwinError(f"{path} exists and is not overwritten; give another folder or remove it first")
+    path.write_bytes(LAYOUTS[program].made(panels))
+    return path
+
+
+def rviz(panels: Panels, *others: Panels) -> bytes:
+    """Markers, frames and, switched off, the URDF of one scene or several, in the frame of the first."""
+    displays = [
+        {"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True, "Cell Size": 0.2 * panels.size},
+        {"Class": "rviz_default_plugins/TF", "Name": "Frames", "Enabled": False, "Marker Scale": 0.3 * panels.size},
+    ]
+    for one in (panels, *others):
+        displays += _rviz_displays(one)
+    view = {
+        "Class": "rviz_default_plugins/Orbit",
+        "Name": "Current View",
+        "Distance": 2.5 * panels.size,
+        "Focal Point": {"X": 0, "Y": 0, "Z": 0},
+        "Target Frame": panels.frame,
+        "Yaw": 0.6,
+        "Pitch": 0.9,
+        "Near Clip Distance": 0.001 * panels.size,
+    }
+    tools = [{"Class": f"rviz_default_plugins/{name}"} for name in ("MoveCamera", "Select", "FocusCamera", "Measure")]
+    manager = {
+        "Class": "",
+        "Name": "root",
+        "Enabled": True,
+        "Displays": displays,
+        "Tools": tools,
+        "Global Options": {"Fixed Frame": panels.frame, "Background Color": "48; 48; 48", "Frame Rate": 30},
+        "Views": {"Current": view, "Saved": None},
+    }
+    sides = [{"Class": "rviz_common/Displays", "Name": "Displays"}, {"Class": "rviz_common/Views", "Name": "Views"}]
+    text = yaml.safe_dump({"Panels": sides, "Visualization Manager": manager}, sort_keys=False)
+    return text.encode()
+
+
+def _rviz_displays(panels: Panels) -> list[dict]:
+    found = []
+    if panels.description:
+        named = {"Name": f"Bodies of {panels.description}", "Enabled": False, "Description Source": "Topic"}
+        topic = _rviz_topic(panels.description, "Transient Local")
+        found.append({"Class": "rviz_default_plugins/RobotModel", **named, "Description Topic": topic})
+    if panels.markers:
+        named = {"Name": panels.markers, "Enabled": True}
+        topic = _rviz_topic(panels.markers, "Volatile")
+        found.append({"Class": "rviz_default_plugins/MarkerArray", **named, "Topic": topic})
+    return found
+
+
+def _rviz_topic(name: str, durability: str) -> dict:
+    quality = {"Depth": 5, "Durability Policy": durability, "History Policy": "Keep Last"}
+    return {**quality, "Reliability Policy": "Reliable", "Value": name}
+
+
+def foxglove(panels: Panels) -> bytes:
+    """A 3-D panel beside plots."""
+    view = {
+        "followTf": panels.frame,
+        "followMode": "follow-none",
+        "transforms": {},
+        "publish": {},
+        "scene": {"meshUpAxis": "z_up"},
+        "cameraState": {
+            "distance": 2.5 * panels.size,
+            "perspective": True,
+            "phi": 50,
+            "thetaOffset": 35,
+            "fovy": 45,
+            "near": 0.001 * panels.size,
+            "far": 100.0,
+            "target": [0, 0, 0],
+            "targetOffset": [0, 0, 0],
+            "targetOrientation": [0, 0, 0, 1],
+        },
+        "topics": {panels.markers: {"visible": True}} if panels.markers else {},
+        "layers": {"grid": {"layerId": "foxglove.Grid", "instanceId": "grid", "size": 4 * panels.size}},
+    }
+    found, names = {"3D!scene": view}, []
+    for number, plot in enumerate(panels.plots):
+        name = f"Plot!{number}"
+        names.append(name)
+        found[name] = {
+            "title": plot.title,
+            "paths": [
+                {
+                    "value": f"{curve.topic}{curve.dotted()}",
+                    "label": curve.label,
+                    "enabled": True,
+                    "timestampMethod": "receiveTime",
+                    "color": color,
+                }
+                for curve, color in _colored(plot)
+            ],
+            "showXAxisLabels": True,
+            "showYAxisLabels": True,
+            "showLegend": True,
+            "legendDisplay": "floating",
+            "isSynced": True,
+            "xAxisVal": "timestamp",
+        }
+    layout = {"configById": found, "globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
+    split = {"first": "3D!scene", "second": _halved(names), "direction": "row", "splitPercentage": 45}
+    return json.dumps(layout | {"layout": split if names else "3D!scene"}, indent=1).encode() + b"\n"
+
+
+def _halved(names: Sequence[str], direction: str = "column"):
+    """Panels one below the other, as Foxglove nests them: in halves."""
+    if len(names) == 1:
+        return names[0]
+    middle = len(names) // 2
+    other = "row" if direction == "column" and len(names) <= 2 * PLOTS_IN_A_ROW else direction
+    first, second = _halved(names[:middle], other), _halved(names[middle:], other)
+    return {"first": first, "second": second, "direction": direction, "splitPercentage": 50}
+
+
+def plotjuggler(panels: Panels) -> bytes:
+    """One tab of plots, two in a row."""
+    root = ElementTree.Element("root")
+    window = ElementTree.SubElement(root, "tabbed_widget", parent="main_window", name="Main Window")
+    tab = ElementTree.SubElement(window, "Tab", containers="1", tab_name=panels.name)
+    columns = ElementTree.SubElement(ElementTree.SubElement(tab, "Container"), "DockSplitter")
+    shares = min(PLOTS_IN_A_ROW, len(panels.plots))
+    columns.attrib.update({"orientation": "-", "count": str(shares), "sizes": _equal(shares)})
+    for column in range(shares):
+        plots = panels.plots[column::shares]
+        rows = ElementTree.SubElement(columns, "DockSplitter")
+        rows.attrib.update({"orientation": "|", "count": str(len(plots)), "sizes": _equal(len(plots))})
+        for plot in plots:
+            area = ElementTree.SubElement(rows, "DockArea", name=plot.title)
+            axes = ElementTree.SubElement(
+                area, "plot", mode="TimeSeries", style="Lines", flip_x="false", flip_y="false"
+            )
+            ElementTree.SubElement(axes, "limitY")
+            for curve, color in _colored(plot):
+                name = curve.topic + "".join(
+                    f"[{part}]" if isinstance(part, int) else f"/{part}" for part in curve.path
+                )
+                ElementTree.SubElement(axes, "curve", name=name, color=color)
+    ElementTree.SubElement(window, "currentTabIndex", index="0")
+    ElementTree.SubElement(root, "use_relative_time_offset", enabled="1")
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+def _equal(count: int) -> str:
+    return ";".join([f"{1 / max(count, 1):.6g}"] * count)
+
+
+def _colored(plot: Plot):
+    return [(curve, COLORS[number % len(COLORS)]) for number, curve in enumerate(plot.curves)]
+
+
+LAYOUTS = {
+    "rviz": Layout(".rviz", rviz, "rviz2 -d FILE"),
+    "foxglove": Layout(".foxglove.json", foxglove, "in Foxglove: Layouts, import from file"),
+    "plotjuggler": Layout(".plotjuggler.xml", plotjuggler, "plotjuggler --layout FILE"),
+}

@@ -1,0 +1,117 @@
+"""What a person looks at of a running scene, whatever the program: its frame, its markers, and curves over time.
+
+`bearing_twin.log.layouts` writes it in the forms that programs take; the topics and their types are those of the scene.
+"""
+
+from typing import NamedTuple
+
+from bearing_twin.errors import LogError
+from bearing_twin.kinds import KINDS
+from bearing_twin.log import cdr
+from bearing_twin.log.run_log import LogStream
+from bearing_twin.log.stream import Channelled, topics
+from bearing_twin.run.scene import Scene
+
+STATE = "bearing_twin_msgs/msg/BearingState"
+ENERGIES = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
+RACEWAYS = ("inner", "outer")
+
+
+class Curve(NamedTuple):
+    """One number over time: full name of the topic, its type, names of nested fields (or an index) and a label."""
+
+    topic: str
+    ros_type: str
+    path: tuple[str | int, ...]
+    label: str
+
+    def dotted(self) -> str:
+        """The path as `.force.x` or `.normal_load[0]`."""
+        return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in self.path)
+
+
+class Plot(NamedTuple):
+    """Curves on one pair of axes; the title has their unit."""
+
+    title: str
+    curves: tuple[Curve, ...]
+
+
+class Panels(NamedTuple):
+    """What there is to look at: the frame of the scene, topics of the 3-D view (None: there is none), and plots."""
+
+    name: str
+    frame: str
+    markers: str | None
+    description: str | None
+    size: float
+    plots: tuple[Plot, ...]
+
+
+def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
+    """The panels of a scene that runs in `namespace` (empty: that of its kind), its frames behind `frame_prefix`."""
+    kind = KINDS[scene.kind]
+    table = {topic.name: topic for topic in topics(scene)}
+    place = namespace.rstrip("/") or kind.namespace
+
+    def full(name: str) -> str | None:
+        return f"{place}/{name}" if name in table else None
+
+    bodies = [name for name, topic in table.items() if topic.ros_type == cdr.WRENCH]
+    balls = sum(name.startswith("ball_") for name in bodies)
+    plots = [
+        *_contact_plots(table, place, balls),
+        *(_wrench_plot(table[name], place) for name in bodies if not name.startswith("ball_")),
+        *_state_plots(table, place),
+    ]
+    size = scene.parameters.geometry.pitch_diameter if balls else 0.1
+    return Panels(
+        scene.name, f"{frame_prefix}{kind.frame}", full("markers"), full("robot_description"), size, tuple(plots)
+    )
+
+
+def panels_of_log(log: LogStream) -> Panels:
+    """The panels of the run in a log, its topics and frames named as there; raises LogError where it has no scene."""
+    if log.scene is None:
+        raise LogError(
+            f"{log.path} holds no scene, neither in its metadata nor on a topic; record the topic `scene` too"
+        )
+    return panels(log.scene, log.namespace, log.frame.removesuffix(KINDS[log.scene.kind].frame))
+
+
+def _contact_plots(table: dict[str, Channelled], place: str, balls: int) -> list[Plot]:
+    if "contacts" not in table:
+        return []
+    topic = table["contacts"]
+    shown = {"normal_load": "normal load [N]", "peak_pressure": "peak pressure [Pa]"}
+
+    def curve(field: str, row: int, label: str) -> Curve:
+        return Curve(f"{place}/{topic.name}", topic.ros_type, (field, row), label)
+
+    if not balls:
+        return [Plot(title, (curve(field, 0, field),)) for field, title in shown.items()]
+    return [
+        Plot(f"{title}, {raceway} raceway", tuple(curve(field, 2 * k + side, f"ball {k}") for k in range(balls)))
+        for field, title in shown.items()
+        for side, raceway in enumerate(RACEWAYS)
+    ]
+
+
+def _wrench_plot(topic: Channelled, place: str) -> Plot:
+    body = topic.name.removesuffix("/wrench")
+    curves = (Curve(f"{place}/{topic.name}", topic.ros_type, ("wrench", "force", axis), f"F{axis}") for axis in "xyz")
+    return Plot(f"force on {body.replace('_', ' ')} [N]", tuple(curves))
+
+
+def _state_plots(table: dict[str, Channelled], place: str) -> list[Plot]:
+    if "state" not in table or table["state"].ros_type != STATE:
+        return []
+    shown = {
+        "speed [rad/s]": ("cage_speed", "inner_ring_speed"),
+        "torque of the drive [N m]": ("drive_torque",),
+        "energy [J]": ENERGIES,
+    }
+    return [
+        Plot(title, tuple(Curve(f"{place}/state", STATE, (field,), field.replace("_", " ")) for field in fields))
+        for title, fields in shown.items()
+    ]

@@ -1,0 +1,61 @@
+"""A log as one file for the viewer Rerun: the messages, and how to look at them."""
+
+import functools
+from pathlib import Path
+
+from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.log.panels import Panels
+from bearing_twin.log.raw_log import log_files
+
+APPLICATION = "bearing_twin"
+MOST_NAMED = 5  # curves: a longer legend would hide them
+
+
+def write_rerun(log, panels: Panels, path) -> Path:
+    """Writes a log (.mcap or bag folder) with a 3-D view and plots to a new .rrd file: `rerun FILE` opens it.
+
+    Rerun binds layouts to programs, so that a layout alone would not be used for a log. It draws the links of
+    `robot_description` where `/tf` places them; of markers it knows nothing. Raises LogError, and BearingTwinError
+    without rerun-sdk.
+    """
+    try:
+        import rerun
+    except ImportError as error:
+        raise BearingTwinError(
+            f"files for Rerun are written by rerun-sdk, which is not here ({error}): pip install 'bearing_twin[rerun]'"
+        ) from error
+    path = Path(path)
+    if path.exists():
+        raise LogError(f"{path} exists and is not overwritten; give another name or remove it first")
+    recording = rerun.RecordingStream(APPLICATION)
+    recording.save(path)
+    for file in log_files(log):
+        recording.log_file_from_path(file)
+    recording.send_blueprint(_blueprint(panels))
+    recording.flush()
+    recording.disconnect()
+    return path
+
+
+def _blueprint(panels: Panels):
+    import rerun
+    import rerun.blueprint as blueprint
+    from rerun.blueprint import encodings
+
+    mapped = functools.partial(encodings.VisualizerComponentMapping, "Scalars:scalars")
+    source = encodings.ComponentSourceKind.SourceComponent
+    place = blueprint.SpatialInformation(target_frame=panels.frame)
+    view = blueprint.Spatial3DView(name=panels.name, origin="/", contents=["/**"], spatial_information=place)
+    plots = []
+    for plot in panels.plots:
+        lines = {}
+        for curve in plot.curves:
+            component = f"{curve.ros_type.replace('/', '.')}:message"
+            mapping = mapped(source, source_component=component, selector=curve.dotted())
+            line = rerun.SeriesLines(names=curve.label).visualizer(mappings=[mapping])
+            lines.setdefault(curve.topic, []).append(line)
+        corner = blueprint.PlotLegend(blueprint.Corner2D.LeftTop, visible=len(plot.curves) <= MOST_NAMED)
+        named = {"name": plot.title, "plot_legend": corner}
+        plots.append(blueprint.TimeSeriesView(origin="/", contents=sorted(lines), overrides=lines, **named))
+    beside = blueprint.Horizontal(view, blueprint.Grid(*plots, grid_columns=2))
+    return blueprint.Blueprint(beside, collapse_panels=True)

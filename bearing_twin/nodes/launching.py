@@ -1,0 +1,191 @@
+"""What the launch files of the package start; imported by them alone, for it needs ROS 2's `launch` and `launch_ros`.
+
+Every launch file takes the arguments `SHARED` and, by name, every parameter of its node.
+"""
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+from bearing_twin.log.layouts import foxglove, rviz
+from bearing_twin.log.panels import Panels, panels, panels_of_log
+from bearing_twin.log.run_log import read_log
+from bearing_twin.nodes.launch_arguments import SHARED, Argument, arguments_of, truth, values_given
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
+from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
+from bearing_twin.nodes.recording import FRAMES
+from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
+from bearing_twin.nodes.scene_parameters import PARAMETERS as SIMULATION
+from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
+from bearing_twin.paths import share_path
+from bearing_twin.run.scene import load_scene
+
+DISCOVERY = 5.0  # s that a simulation or a replay waits for its recorder
+BRIDGE_PORT = 8765
+SIDES = ("left", "right")
+DISTANCE = NodeParameter("distance", 0.1, "from the left bearing to the right one along z of `world`", "m", -1e3, 1e3)
+SIDE_ARGUMENTS = (
+    Argument("scene", "bearing_6203", "scene of the left bearing"),
+    Argument("scene_right", "", "scene of the right bearing; empty = the same"),
+    Argument("overrides", "", "changes to both scenes, such as ['contact.normal=volumetric']"),
+    *arguments_of([DISTANCE]),
+)
+
+
+def simulate() -> LaunchDescription:
+    """A scene, its recorder and what shows it."""
+
+    def actions(words):
+        node = _simulation(words, on_exit=[Shutdown()])
+        return [*_recorder(words), node, *_shown(words, lambda: [_panels(words)])]
+
+    return _described(arguments_of(SIMULATION), actions)
+
+
+def replay() -> LaunchDescription:
+    """A log, played; recorded anew where that is wanted."""
+
+    def actions(words):
+        given = values_given(REPLAY, words) | ({"discovery": DISCOVERY} if _waits(words) else {})
+        node = _node("replay_node", words, given, on_exit=[Shutdown()])
+        return [*_recorder(words), node, *_shown(words, lambda: [panels_of_log(read_log(words["log"]))])]
+
+    return _described(arguments_of(REPLAY), actions)
+
+
+def study() -> LaunchDescription:
+    """Studies on request; what it shows beside are the default scene's topics."""
+
+    def actions(words):
+        node = _node("uq_node", words, values_given(STUDIES, words))
+        return [*_recorder(words), node, *_shown(words, lambda: [_panels({"namespace": ""})])]
+
+    return _described(arguments_of(STUDIES), actions)
+
+
+def two_bearings() -> LaunchDescription:
+    """Two bearings in one tree of frames: namespaces /left and /right, frames left/ and right/, both below `world`."""
+
+    def actions(words):
+        distance = values_given([DISTANCE], words).get("distance", DISTANCE.default)
+        both = {side: _told(words, side) for side in SIDES}
+        found = _recorder(words, topics=[*(f"/{side}/*" for side in SIDES), *FRAMES])
+        for side, place in zip(SIDES, (0.0, distance), strict=True):
+            found.append(_simulation(both[side]))
+            found.append(_standing(_panels(both[side]).frame, place))
+        return [*found, *_shown(words, lambda: [_panels(one)._replace(frame="world") for one in both.values()])]
+
+    shared = [one for one in SHARED if one.name != "namespace"]
+    return _launched([*shared, *SIDE_ARGUMENTS], actions)
+
+
+def _told(words: Mapping[str, str], side: str) -> dict[str, str]:
+    """The words for one of two bearings."""
+    scene = words["scene_right"] if side == "right" and words["scene_right"] else words["scene"]
+    return {**words, "scene": scene, "namespace": f"/{side}", "frame_prefix": f"{side}/"}
+
+
+def _panels(words: Mapping[str, str]) -> Panels:
+    given = values_given(SIMULATION, words)
+    default = next(one.default for one in SIMULATION if one.name == "scene")
+    scene = load_scene(given.get("scene", default), [one for one in given.get("overrides", ()) if one])
+    return panels(scene, words["namespace"], given.get("frame_prefix", ""))
+
+
+def _described(arguments: Sequence[Argument], actions) -> LaunchDescription:
+    """The shared arguments and a node's own."""
+    return _launched([*SHARED, *arguments], actions)
+
+
+def _launched(arguments: Sequence[Argument], actions) -> LaunchDescription:
+    declared = [
+        DeclareLaunchArgument(
+            one.name, default_value=one.default, description=one.meaning, choices=list(one.choices) or None
+        )
+        for one in arguments
+    ]
+    started = OpaqueFunction(function=lambda context: actions(context.launch_configurations))
+    return LaunchDescription([*declared, started])
+
+
+def _waits(words: Mapping[str, str]) -> bool:
+    """Whether a node waits for the recorder that begins beside it; an own `discovery` wins."""
+    return bool(words["record"]) and not words.get("discovery")
+
+
+def _simulation(words: Mapping[str, str], **options) -> Node:
+    given = values_given(SIMULATION, words) | ({"discovery": DISCOVERY} if _waits(words) else {})
+    return _node("sim_node", words, given, **options)
+
+
+def _recorder(words: Mapping[str, str], **parameters) -> list[Node]:
+    if not words["record"]:
+        return []
+    shared = {one.name: words.get(one.name, "") for one in LOG_SAFETY}
+    given = values_given(RECORDER, {**shared, "log": words["record"]})
+    return [_node("recorder_node", words, given | parameters)]
+
+
+def _node(name: str, words: Mapping[str, str], given: Mapping[str, object], **options) -> Node:
+    files = [str(share_path("config", f"{name}.yaml")), *([words["params_file"]] if words["params_file"] else [])]
+    # launch_ros would read texts as YAML again: "1e3" as a number.
+    kinds = {str: str, list: list[str]}
+    typed = {
+        key: ParameterValue(value, value_type=kinds[type(value)]) if type(value) in kinds else value
+        for key, value in given.items()
+    }
+    return Node(
+        package="bearing_twin",
+        executable=name,
+        namespace=words.get("namespace", ""),
+        output="screen",
+        parameters=[*files, *([typed] if typed else [])],
+        arguments=["--ros-args", "--log-level", words["log_level"]],
+        **options,
+    )
+
+
+def _standing(frame: str, height: float) -> Node:
+    words = {"--z": height, "--frame-id": "world", "--child-frame-id": frame}
+    return Node(
+        package="tf2_ros",
+        executable="static_transform_publisher",
+        name=f"place_of_{frame.replace('/', '_')}",
+        arguments=[str(word) for pair in words.items() for word in pair],
+    )
+
+
+def _shown(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list:
+    """RViz and the bridge to Foxglove, where they are wanted and installed; else one sentence."""
+    found = []
+    if truth(words, "rviz"):
+        layout = _written("bearing_twin.rviz", rviz(*scenes()))
+        found.append(_if_installed("rviz", "rviz2", arguments=["-d", layout]))
+    if truth(words, "foxglove"):
+        layout = _written("bearing_twin.foxglove.json", foxglove(scenes()[0]))
+        bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
+        found.append(_if_installed("foxglove", "foxglove_bridge", parameters=[bridge]))
+        found.append(LogInfo(msg=f"in Foxglove open ws://localhost:{BRIDGE_PORT} and import the layout {layout}"))
+    return found
+
+
+def _written(name: str, content: bytes) -> str:
+    path = Path(tempfile.mkdtemp(prefix="bearing_twin_")) / name
+    path.write_bytes(content)
+    return str(path)
+
+
+def _if_installed(argument: str, package: str, **options):
+    """The program of a package that is named as it, or a word that it is not there."""
+    try:
+        get_package_prefix(package)
+    except PackageNotFoundError:
+        debian = f"ros-jazzy-{package.replace('_', '-')}"
+        return LogInfo(msg=f"{argument}:=true: {package} is not installed, so it is not opened (Debian: {debian})")
+    return Node(package=package, executable=package, output="screen", **options)

@@ -1,0 +1,258 @@
+"""A small web server for one page, a stream of events and commands: without ROS, and careful whom it listens to.
+
+Commands need a token, which stands in the address behind #, where no server or log sees it. The name that a browser
+asks for and the page that sends a command are checked, so that no other page can use this one's place.
+"""
+
+import hmac
+import ipaddress
+import json
+import queue
+import secrets
+import socket
+import threading
+from collections.abc import Callable, Mapping
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any, Protocol
+from urllib.parse import urlsplit
+
+from bearing_twin.errors import BearingTwinError
+
+MOST_VIEWERS = 32
+MOST_CONNECTIONS = 64
+LARGEST_COMMAND = 4096  # B
+PATIENCE = 10.0  # s for a request to come in, or for a viewer to take what is sent
+WAITING = 20  # events that a slow viewer may be behind; then the oldest are left out
+ASK_AGAIN = 2  # s after which a browser asks for a page again that was not there yet
+QUIET = 2.0  # s without an event after which a sign of life is sent: a viewer that has left is noticed then
+SAFE_HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+class Refused(BearingTwinError):
+    """A request that is answered with `status` and one sentence."""
+
+    def __init__(self, status: HTTPStatus, sentence: str):
+        super().__init__(sentence)
+        self.status = status
+
+
+class Feed:
+    """Events for any number of viewers: each is encoded once, and a viewer that is too slow misses some."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._waiting: set[queue.Queue] = set()
+
+    @property
+    def viewers(self) -> int:
+        """How many look at present."""
+        return len(self._waiting)
+
+    def join(self) -> queue.Queue:
+        """A new viewer's events; raises Refused where there are MOST_VIEWERS."""
+        with self._lock:
+            if len(self._waiting) >= MOST_VIEWERS:
+                raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} viewers are all there may be")
+            waiting: queue.Queue = queue.Queue(WAITING)
+            self._waiting.add(waiting)
+            return waiting
+
+    def leave(self, waiting: queue.Queue) -> None:
+        """The viewer has gone."""
+        with self._lock:
+            self._waiting.discard(waiting)
+
+    def send(self, name: str, data: str) -> None:
+        """One event of one line to all viewers."""
+        event = f"event: {name}\ndata: {data}\n\n".encode()
+        with self._lock:
+            for waiting in self._waiting:
+                if waiting.full():
+                    waiting.get_nowait()
+                waiting.put_nowait(event)
+
+
+class Site(Protocol):
+    """What is served."""
+
+    feed: Feed
+
+    def page(self) -> bytes:
+        """The page as HTML; raises BearingTwinError while there is none."""
+
+    def obey(self, command: Mapping[str, Any]) -> str:
+        """Carries out a command and says so in one sentence; raises BearingTwinError."""
+
+
+class PageServer(ThreadingHTTPServer):
+    """Serves a `Site` on `host` and `port` (0: any that is free); raises BearingTwinError where it cannot listen."""
+
+    daemon_threads = True
+    block_on_close = False
+
+    def __init__(self, site: Site, host: str, port: int):
+        self.site, self.token = site, secrets.token_urlsafe(24)
+        self._host = host
+        self._places = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self.stopping = threading.Event()
+        if ":" in host:
+            self.address_family = socket.AF_INET6
+        try:
+            super().__init__((host, port), _Handler)
+        except (OSError, OverflowError) as error:
+            raise BearingTwinError(f"nothing can listen on {host}:{port} ({error}); give another --port") from error
+
+    @property
+    def url(self) -> str:
+        """The address with the token that commands need."""
+        return f"http://{_bracketed(self._host)}:{self.server_port}/#{self.token}"
+
+    def start(self) -> None:
+        """Serves in a thread of its own."""
+        threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.2}, name="serve", daemon=True).start()
+
+    def close(self) -> None:
+        """Ends it; viewers are left alone."""
+        self.stopping.set()
+        self.shutdown()
+        self.server_close()
+
+    def known(self, host: str) -> bool:
+        """Whether a browser may ask for this name: else a page elsewhere could lead its own name here."""
+        name = urlsplit(f"//{host}").hostname or ""
+        if name in ("localhost", self._host.lower()):
+            return True
+        try:
+            return ipaddress.ip_address(name).is_loopback or not _is_loopback(self._host)
+        except ValueError:
+            return False
+
+    def process_request(self, request, client_address):
+        """A thread for each connection, up to MOST_CONNECTIONS of them."""
+        if not self._places.acquire(blocking=False):
+            self.shutdown_request(request)
+            return
+        super().process_request(request, client_address)
+
+    def process_request_thread(self, request, client_address):
+        """One connection."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._places.release()
+
+    def handle_error(self, request, client_address):
+        """A connection that breaks is nobody's fault."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: PageServer
+    timeout = PATIENCE
+    server_version, sys_version = "bearing_twin", ""
+
+    def log_message(self, *_):
+        """Nothing: a page asks often."""
+
+    def do_GET(self):
+        """The page, or its events."""
+        self._answer({"/": self._page, "/events": self._events, "/favicon.ico": self._no_icon})
+
+    def do_POST(self):
+        """A command."""
+        self._answer({"/command": self._command})
+
+    def _answer(self, places: Mapping[str, Callable[[], None]]) -> None:
+        try:
+            if not self.server.known(self.headers.get("Host", "")):
+                raise Refused(HTTPStatus.FORBIDDEN, "this name is not served here: use the address that was printed")
+            place = places.get(urlsplit(self.path).path)
+            if place is None:
+                raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here: the page is at /")
+            place()
+        except Refused as error:
+            self._say(error.status, str(error))
+        except BearingTwinError as error:
+            self._say(HTTPStatus.CONFLICT, str(error))
+        except (OSError, ValueError):  # the connection broke, or what came over it was no request
+            self.close_connection = True
+
+    def _page(self) -> None:
+        try:
+            self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.site.page())
+        except Refused as error:  # it may be there soon
+            self._send(error.status, "text/plain; charset=utf-8", f"{error}\n".encode(), Refresh=str(ASK_AGAIN))
+
+    def _no_icon(self) -> None:
+        self._send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
+
+    def _events(self) -> None:
+        self._check_origin()
+        waiting = self.server.site.feed.join()
+        try:
+            self._head(HTTPStatus.OK, "text/event-stream; charset=utf-8")
+            self.end_headers()
+            while not self.server.stopping.is_set():
+                try:
+                    event = waiting.get(timeout=QUIET)
+                except queue.Empty:
+                    event = b": waiting\n\n"
+                self.wfile.write(event)
+        finally:
+            self.close_connection = True
+            self.server.site.feed.leave(waiting)
+
+    def _command(self) -> None:
+        self._check_origin()
+        given = self.headers.get("X-Token", "")
+        if not hmac.compare_digest(given.encode(), self.server.token.encode()):
+            raise Refused(HTTPStatus.FORBIDDEN, "commands need the token that the printed address ends with")
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or int(length) > LARGEST_COMMAND:
+            raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a command has at most {LARGEST_COMMAND} bytes")
+        try:
+            command = json.loads(self.rfile.read(int(length)))
+        except (ValueError, RecursionError):
+            raise Refused(HTTPStatus.BAD_REQUEST, "a command is one JSON object") from None
+        if not isinstance(command, dict):
+            raise Refused(HTTPStatus.BAD_REQUEST, "a command is one JSON object")
+        self._say(HTTPStatus.OK, self.server.site.obey(command))
+
+    def _check_origin(self) -> None:
+        """A page of another origin says so itself; this page's own origin is the name it was asked for by."""
+        origin = self.headers.get("Origin")
+        if origin is not None and origin != f"http://{self.headers.get('Host', '')}":
+            raise Refused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")
+        if self.headers.get("Sec-Fetch-Site", "same-origin") not in ("same-origin", "none"):
+            raise Refused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")
+
+    def _say(self, status: HTTPStatus, sentence: str) -> None:
+        self._send(status, "text/plain; charset=utf-8", f"{sentence}\n".encode())
+
+    def _head(self, status: HTTPStatus, kind: str, **headers: str) -> None:
+        self.send_response(status)
+        for name, value in {**SAFE_HEADERS, "Content-Type": kind, **headers}.items():
+            self.send_header(name, value)
+
+    def _send(self, status: HTTPStatus, kind: str, content: bytes, **headers: str) -> None:
+        self._head(status, kind, **headers)
+        self.send_header("Content-Length", str(len(content)))
+        self.end_headers()
+        self.wfile.write(content)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

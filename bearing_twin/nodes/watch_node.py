@@ -1,0 +1,255 @@
+"""watch_node: serves a page of a running node on this machine, read from its topics, with speed, load, pause and reset.
+
+It listens to the node only while somebody looks: without a viewer the node makes no samples for it.
+"""
+
+import threading
+import time
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import Float64, String
+from std_srvs.srv import SetBool, Trigger
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.stream import LATCHED
+from bearing_twin.nodes.aside import TakenAside, taken
+from bearing_twin.nodes.messages import message_class, qos_profile
+from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.running import declare, guarded, run
+from bearing_twin.nodes.serving import Feed, PageServer, Refused
+from bearing_twin.nodes.watch_orders import number_of, vector_of
+from bearing_twin.parameters import echo, unknown
+from bearing_twin.view.live import Again, LiveRun
+from bearing_twin.view.live_page import live_page
+
+PARAMETERS = (
+    NodeParameter("node", "", "full name of the node to look at; empty = the only one that publishes samples"),
+    NodeParameter("host", "localhost", "address to listen on; any but localhost lets other machines look and command"),
+    NodeParameter("port", 8080, "port to listen on; 0 = any that is free", "", 0, 65535),
+    NodeParameter("patience", 10.0, "wait at most this long for such a node", "s", 0.0, 3600.0),
+)
+LOOK_PERIOD = 0.05  # s between looks for viewers and for messages
+ASKED_FOR = 20.0  # s after a page was asked for in which it, and its viewer, may come
+ANSWER = 5.0  # s for a service to answer
+COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
+DEPTH = 5  # samples that may wait: later ones are better than all of them
+LONGEST_STATUS = 200  # characters
+SAMPLES = "/samples"
+
+
+class WatchNode(Node):
+    """Serves the page of one node; see PARAMETERS. Raises BearingTwinError where there is none or several."""
+
+    def __init__(self, **options):
+        super().__init__("watch_node", **options)
+        self.done = threading.Event()
+        self.failure: Exception | None = None
+        self.feed = Feed()
+        values = declare(self, PARAMETERS)
+        self._watched = self._found(values["node"], values["patience"])
+        place = self._watched.rpartition("/")[0]
+        self._place = place
+        self._run: LiveRun | None = None
+        self._told = threading.Event()
+        self._shown, self._asked = threading.Event(), -ASKED_FOR
+        self._aside, self._listening = TakenAside(), []
+        self._commands = MutuallyExclusiveCallbackGroup()
+        clients = {"callback_group": self._commands}
+        self._pause = self.create_client(SetBool, f"{self._watched}/pause", **clients)
+        self._reset = self.create_client(Trigger, f"{self._watched}/reset", **clients)
+        self._set = self.create_client(SetParameters, f"{self._watched}/set_parameters", **clients)
+        self._speed = self.create_publisher(Float64, f"{place}/command/speed", qos_profile(Qos()))
+        self._load = self.create_publisher(WrenchStamped, f"{place}/command/load", qos_profile(Qos()))
+        self.create_subscription(String, f"{place}/scene", self._on_scene, qos_profile(LATCHED))
+        self.server = PageServer(self, values["host"], values["port"])
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(LOOK_PERIOD, self._on_look, clock=steady)
+        self.server.start()
+        self.get_logger().info(f"{self._watched} is shown at {self.server.url}")
+
+    def close(self) -> None:
+        """Ends the server; may be called twice."""
+        if not self.server.stopping.is_set():
+            self.server.close()
+
+    def _found(self, name: str, patience: float) -> str:
+        """The full name of the node to look at."""
+        end = time.monotonic() + patience
+        while True:
+            nodes = {}
+            for topic, types in self.get_topic_names_and_types():
+                if cdr.SAMPLE_BLOCK in types and topic.endswith(SAMPLES):
+                    for one in self.get_publishers_info_by_topic(topic):
+                        full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
+                        if topic == f"{full.rpartition('/')[0]}{SAMPLES}":
+                            nodes[full] = topic
+            if len(nodes) == 1 and not name:
+                return next(iter(nodes))
+            if name in nodes:
+                return name
+            if time.monotonic() > end:
+                break
+            time.sleep(LOOK_PERIOD)
+        if name:
+            raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
+        if nodes:
+            raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
+        raise BearingTwinError(f"no node publishes samples (waited {patience:g} s): start a sim_node or a replay_node")
+
+    # Callbacks
+
+    @guarded
+    def _on_scene(self, message):
+        before = self._run
+        if before is None or message.data != before.said:
+            self._run = LiveRun(message.data)
+            self._told.set()
+            if before is not None:
+                self._begin_again()
+
+    @guarded
+    def _on_look(self):
+        wanted = bool(self.feed.viewers) or time.monotonic() - self._asked < ASKED_FOR
+        if wanted and not self._listening:
+            asked = (
+                (message_class(cdr.SAMPLE_BLOCK), f"{self._place}{SAMPLES}", self._on_samples),
+                (DiagnosticArray, "/diagnostics", self._on_diagnostics),
+            )
+            self._listening = [
+                self.create_subscription(*one, qos_profile(Qos(DEPTH)), raw=True, callback_group=self._aside)
+                for one in asked
+            ]
+        elif not wanted and self._listening:
+            for subscription in self._listening:
+                self.destroy_subscription(subscription)
+            self._listening = []
+            self._shown.clear()
+        for subscription in self._listening:
+            for data, _ in taken(subscription):
+                subscription.callback(data)
+
+    @guarded
+    def _on_samples(self, data):
+        if self._run is None:
+            return
+        try:
+            event = self._run.frames(data, time.monotonic())
+        except Again:
+            self._begin_again()
+            return
+        if event:
+            self._shown.set()
+            self.feed.send("frames", event)
+
+    @guarded
+    def _on_diagnostics(self, data):
+        for status in deserialize_message(data, DiagnosticArray).status[:1]:
+            if status.name.partition(":")[0] == self._watched.lstrip("/"):
+                pace = {pair.key: pair.value for pair in status.values}.get("real_time_factor", "")
+                words = [status.message, f"at {pace[:5]} × real time"] if pace else [status.message]
+                self.feed.send("status", " ".join(" ".join(words).split())[:LONGEST_STATUS])
+
+    def _begin_again(self) -> None:
+        self._shown.clear()
+        self.feed.send("again", "the run has begun again")
+
+    # Called by the server's threads
+
+    def page(self) -> bytes:
+        """The page of the run as it is now."""
+        self._asked = time.monotonic()
+        if not self._told.wait(COMING):
+            raise Refused(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                f"{self._watched} has not said its scene yet; the page comes when it does",
+            )
+        if not self._shown.wait(COMING):
+            raise Refused(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                f"{self._watched} sends no samples: it may be paused, compiling or at its end; the page comes when "
+                "they do",
+            )
+        return live_page(self._run, self._watched)
+
+    def obey(self, command: Mapping[str, Any]) -> str:
+        """Carries out {"do": "speed" | "load" | "pace" | "pause" | "reset", ...}."""
+        orders = {
+            "speed": self._obey_speed,
+            "load": self._obey_load,
+            "pace": self._obey_pace,
+            "pause": self._obey_pause,
+            "reset": self._obey_reset,
+        }
+        what = command.get("do")
+        if not isinstance(what, str) or what not in orders:
+            raise BearingTwinError(f"{echo(what)} is no command; {unknown(str(what), orders)}")
+        return orders[what](command)
+
+    def _obey_speed(self, command) -> str:
+        speed = number_of(command, "value")
+        self._send(self._speed, Float64(data=speed))
+        return f"speed {speed:g} rad/s sent"
+
+    def _obey_load(self, command) -> str:
+        message = WrenchStamped()
+        force, torque = message.wrench.force, message.wrench.torque
+        force.x, force.y, force.z = vector_of(command, "force")
+        torque.x, torque.y, torque.z = vector_of(command, "torque") if "torque" in command else (0.0, 0.0, 0.0)
+        self._send(self._load, message)
+        return f"load {force.x:g}, {force.y:g}, {force.z:g} N sent"
+
+    def _obey_pace(self, command) -> str:
+        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=number_of(command, "value"))
+        request = SetParameters.Request(parameters=[Parameter(name="real_time_factor", value=value)])
+        [result] = self._asked_of(self._set, request).results
+        if not result.successful:
+            raise BearingTwinError(result.reason or f"{self._watched} has no pace that can be set")
+        return f"{value.double_value:g} times real time"
+
+    def _obey_pause(self, command) -> str:
+        on = command.get("on")
+        if not isinstance(on, bool):
+            raise BearingTwinError("pause needs on, true or false")
+        return self._said(self._asked_of(self._pause, SetBool.Request(data=on)))
+
+    def _obey_reset(self, command) -> str:
+        return self._said(self._asked_of(self._reset, Trigger.Request()))
+
+    def _send(self, publisher, message) -> None:
+        if not publisher.get_subscription_count():
+            raise BearingTwinError(f"nobody takes {publisher.topic_name}: {self._watched} does not, with this scene")
+        publisher.publish(message)
+
+    def _asked_of(self, client, request):
+        if not client.service_is_ready():
+            raise BearingTwinError(f"there is no service {client.srv_name}: {self._watched} cannot do that")
+        answered = threading.Event()
+        future = client.call_async(request)
+        future.add_done_callback(lambda _: answered.set())
+        if not answered.wait(ANSWER):
+            client.remove_pending_request(future)
+            raise BearingTwinError(f"{client.srv_name} did not answer within {ANSWER:g} s")
+        return future.result()
+
+    @staticmethod
+    def _said(response) -> str:
+        if not response.success:
+            raise BearingTwinError(response.message or "it was refused")
+        return response.message or "done"
+
+
+def main(args: list[str] | None = None) -> int:
+    """The executable: exit code 0 when a signal ended it, 2 with one sentence when there is nothing to show."""
+    return run("watch_node", WatchNode, args)

@@ -1,0 +1,23 @@
+"""Numbers in the commands of a page, checked: whoever sends them may send anything."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from bearing_twin.errors import BearingTwinError
+
+
+def number_of(command: Mapping[str, Any], key: str) -> float:
+    """A finite number in a command; raises BearingTwinError."""
+    value = command.get(key)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise BearingTwinError(f"{key} must be a number")
+    return float(value)
+
+
+def vector_of(command: Mapping[str, Any], key: str) -> tuple[float, float, float]:
+    """Three finite numbers in a command; raises BearingTwinError."""
+    value = command.get(key)
+    if not isinstance(value, list) or len(value) != 3:
+        raise BearingTwinError(f"{key} must be three numbers")
+    return tuple(number_of({key: one}, key) for one in value)

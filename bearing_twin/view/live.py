@@ -1,0 +1,96 @@
+"""A run while it goes on, for its page: thinned outputs as text, out of the messages of its topics.
+
+An event `frames` is base64 of little-endian numbers: how many outputs (a float64), their times [s] as float64, then the
+rows of all series side by side as float32.
+"""
+
+import base64
+import json
+import math
+
+import numpy as np
+
+from bearing_twin.errors import LogError, SceneError
+from bearing_twin.kinds.views import View
+from bearing_twin.log import cdr
+from bearing_twin.log.blocks import block_of, channels_of, check_block
+from bearing_twin.report import Choice
+from bearing_twin.run.scene import Scene, read_logged
+from bearing_twin.sample import Channel, Sample
+from bearing_twin.view.run_page import view_of
+
+LARGEST_SCENE = 1 << 20  # characters
+LARGEST_BLOCK = 1 << 24  # B
+PERIOD = 0.05  # s between events, at least
+ROWS = 5  # outputs for every PERIOD since the last event, at most: as many as a page can draw
+MOST_ROWS = 100  # outputs in one event, at most
+
+
+class LiveRun:
+    """The run of a scene as its topics tell it; `said` is the text of the topic `scene`.
+
+    `latest` are times [s] and the series of the last event. Raises BearingTwinError for a text that is no scene.
+    """
+
+    def __init__(self, said: str):
+        self.said = said
+        self.scene, self.choice = _read(said)
+        self.channels: tuple[Channel, ...] = ()
+        self.view: View | None = None
+        self.latest: tuple[np.ndarray, dict[str, np.ndarray]] = np.empty(0), {}
+        self._next: int | None = None
+        self._due = 0.0
+
+    def frames(self, data: bytes, now: float) -> str:
+        """The event `frames` of a SampleBlock that came at `now` [s]; empty where none is due.
+
+        Raises LogError for bytes that are no block of this scene, and Again where the run has begun again.
+        """
+        if self._next is not None and now < self._due:
+            return ""
+        if len(data) > LARGEST_BLOCK:
+            raise LogError(f"samples of {len(data)} bytes are too long for a page")
+        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block("samples", message)
+        channels = channels_of(self.scene, message)
+        if self.view is None:
+            self.channels = channels
+            self.view = view_of(self)
+        first, following = int(message.first_sequence), self._next
+        passed = PERIOD + (0.0 if self._next is None else now - self._due)
+        self._next, self._due = first + int(message.count), now + PERIOD
+        if channels != self.channels or (following is not None and first < following):
+            self.view = self._next = None
+            raise Again("the run has begun again")
+        block = block_of(channels, message)
+        step = -(-len(block) // int(min(MOST_ROWS, ROWS * passed / PERIOD)))
+        rows = range((len(block) - 1) % step, len(block), step)
+        return self._encoded(block.sampled(rows))
+
+    def _encoded(self, sample: Sample) -> str:
+        times = 1e-9 * np.asarray(sample.time_ns, "<f8")
+        found = self.view.rows(sample)
+        parts = {one.name: np.reshape(found[one.name], (len(times), -1)) for one in self.view.series}
+        self.latest = times, parts
+        table = np.hstack(list(parts.values())).astype("<f4") if parts else np.empty((len(times), 0), "<f4")
+        head = np.array([len(times)], "<f8").tobytes()
+        return base64.b64encode(head + times.tobytes() + table.tobytes()).decode("ascii")
+
+
+class Again(LogError):
+    """The run has begun again, or another one: what a page shows so far is over."""
+
+
+def _read(said: str) -> tuple[Scene, Choice]:
+    """Scene and model in the text of the topic `scene`."""
+    if len(said) > LARGEST_SCENE:
+        raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
+    try:
+        told = json.loads(said)
+        texts = [told["scene"], *(str(told.get(key, "")) for key in ("law", "stepper", "reason"))]
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
+    if not isinstance(texts[0], str):
+        raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name")
+    law, stepper, reason = texts[1:]
+    return read_logged(texts[0], "the topic scene"), Choice(law, stepper, math.nan, reason, ())

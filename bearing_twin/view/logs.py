@@ -1,0 +1,80 @@
+"""Logs on their way to a page: of runs, of studies, damaged ones as far as they can be read, with what is left out."""
+
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from bearing_twin.errors import LogError
+from bearing_twin.log.mcap_log import read_log, recover
+from bearing_twin.log.mcap_read import DamagedLog, McapReader
+from bearing_twin.log.raw_log import log_files
+from bearing_twin.log.stream import topics
+from bearing_twin.log.study_log import STUDY_RECORD, read_study
+from bearing_twin.sample import Block
+from bearing_twin.view.run_page import document_of_run
+from bearing_twin.view.study_page import document_of_study
+
+OF_ROS = ("/clock", "/diagnostics", "/parameter_events", "/rosout", "/tf", "/tf_static", "/robot_description")
+"""Topics of any system, which hold nothing of a run that its samples do not."""
+
+Watch = Callable[[Any], Iterable[Block]]
+
+
+def document_of_log(path, watch: Watch = lambda stream: stream.blocks()) -> dict[str, Any]:
+    """The page of a log (.mcap file or bag folder), of a run or a study; `watch` hands on the blocks of a stream.
+
+    Of a damaged log the page shows what `recover` can save, and says so. Raises LogError where there is nothing.
+    """
+    try:
+        return _document(path, watch, ())
+    except LogError as error:
+        if not isinstance(error.__cause__, DamagedLog):
+            raise
+        return _of_damaged(path, watch, error.__cause__)
+
+
+def _of_damaged(path, watch: Watch, damage: DamagedLog) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory(prefix="bearing_twin_view_") as folder:
+        saved = Path(folder) / "recovered.mcap"
+        found = recover(path, saved)
+        note = (
+            f"The log is damaged at byte {damage.offset}: {damage.what}. Shown are the {found.samples} outputs "
+            f"that can be saved; `bearing_twin recover {Path(path).name} NEW_LOG` writes them to a new log."
+        )
+        return _document(saved, watch, (note,), Path(path))
+
+
+def _document(path, watch: Watch, notes: tuple[str, ...], original: Path | None = None) -> dict[str, Any]:
+    stream = read_log(path, allow_gaps=True)
+    if STUDY_RECORD in stream.metadata:
+        return document_of_study(read_study(path))
+    left_out = _left_out(path, stream)
+    notes = (
+        *notes,
+        *([f"Left out, because no kind of scene has such topics: {', '.join(left_out)}."] if left_out else []),
+    )
+    if stream.kept_rate:
+        notes = (*notes, f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
+    viewed = document_of_run(stream, watch(stream), notes)
+    name = original or Path(path)
+    return viewed.document | {"title": viewed.report.scene or name.stem}
+
+
+def _left_out(path, stream) -> list[str]:
+    """Topics, with their types, that are not in the table of the log's scene."""
+    known = (
+        {topic.full_name.rpartition("/")[2] for topic in topics(stream.scene)} if stream.scene else {"samples", "scene"}
+    )
+    found = {}
+    for file in log_files(path):
+        with McapReader(file) as reader:
+            summary = reader.summary()
+            for channel in summary.channels.values():
+                schema = summary.schemas.get(channel.schema_id)
+                found[channel.topic] = schema.name if schema else "of unknown type"
+    return sorted(
+        f"{name} ({ros_type})"
+        for name, ros_type in found.items()
+        if name not in OF_ROS and name.rpartition("/")[2] not in known
+    )

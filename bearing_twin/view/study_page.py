@@ -1,0 +1,194 @@
+"""The document of a study: distributions with quantiles, shares of the variance, convergence, histories, statistics."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from bearing_twin.pictures.style import BALL_COLOURS
+from bearing_twin.units import inverse, labelled, prefixed
+from bearing_twin.uq.picture import FAR, exact_of
+from bearing_twin.uq.result import StudyResult
+from bearing_twin.uq.statistics import histogram, natural_density
+from bearing_twin.view.packing import prefixes
+from bearing_twin.view.tables import DIGITS
+
+BLUE, ORANGE, GREEN, RED, INK = 0, 1, 2, 5, 6  # numbers of colours
+POINTS = 480  # of a curve
+MOST_QUANTITIES = 12
+SHOWN_QUANTILES = ("0.05", "0.50", "0.95")
+STATISTICS = ("mean", "std", "skewness")
+ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
+
+
+def document_of_study(result: StudyResult) -> dict[str, Any]:
+    """The page of a study that has run."""
+    study, summary = result.study, result.as_dict()
+    names = study.quantities[:MOST_QUANTITIES]
+    exact = exact_of(result)
+    charts = [_distribution(result, name, exact.get(name)) for name in names]
+    charts += [*_convergence(result, summary), *(_history(result, name) for name in study.histories)]
+    failed = sum(summary["failed"].values())
+    badges = [
+        {"sort": "", "name": "samples", "text": str(summary["samples"])},
+        {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
+        *([{"sort": "bad", "name": "", "text": f"{failed} failed"}] if failed else []),
+        *(
+            [{"sort": "doubt", "name": "", "text": f"{len(result.doubts)} doubt{'s' * (len(result.doubts) > 1)}"}]
+            if result.doubts
+            else []
+        ),
+    ]
+    return {
+        "kind": "study",
+        "title": study.name,
+        "subtitle": study.description or f"study of {summary['scene']}",
+        "badges": badges,
+        "charts": [one for one in charts if one],
+        "shares": [*_shares(names, summary)],
+        "statistics": [{"title": _words(name), "rows": _statistics(summary["quantities"][name])} for name in names],
+        "flags": [*result.doubts, *_refused(names, summary)],
+        "warnings": [],
+        "reason": f"Sampling ended because {summary['stopped_because']}.",
+        "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *_inputs(summary)],
+        "notes": [],
+        "palette": list(BALL_COLOURS),
+    }
+
+
+def _inputs(summary) -> Iterable[tuple[str, str]]:
+    """Each uncertain key with its distribution; the texts begin with the key."""
+    return ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").capitalize()
+
+
+def _chart(title, unit, x, lines, x_label, x_unit, **more) -> dict[str, Any]:
+    """A chart: `lines` are (label, y, colour) or the same with a mapping of how it looks."""
+    return {
+        "title": title,
+        "unit": unit,
+        "prefixes": prefixes(unit),
+        "x": list(map(float, x)),
+        "xLabel": labelled(x_label, x_unit),
+        "xUnit": "" if x_unit == "1" else x_unit,
+        "ys": [list(map(float, line[1])) for line in lines],
+        "lines": [{"label": line[0], "colour": line[2], **(line[3] if len(line) > 3 else {})} for line in lines],
+        "spans": [],
+        "bands": [],
+        "from_zero": False,
+        **more,
+    }
+
+
+def _distribution(result, name, exact) -> dict[str, Any] | None:
+    """Histogram, smoothed and exact density over the quantity, with quantiles and their intervals."""
+    found, sample = result.summary["quantities"][name], result.sample(name)
+    kept = sample[np.isfinite(sample)]
+    drawn = len(kept) > 1 and kept.min() < kept.max()
+    marks = [found["quantiles"][key] | {"key": key} for key in SHOWN_QUANTILES if key in found["quantiles"]]
+    if exact is not None:
+        low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)
+    elif drawn:
+        low, high = np.quantile(kept, [FAR, 1.0 - FAR])
+    elif len(marks) > 1:
+        low, high = marks[0]["value"], marks[-1]["value"]
+    else:
+        return None
+    margin = 0.08 * (high - low) or 1.0
+    x = np.linspace(low - margin, high + margin, POINTS)
+    factor, unit = prefixed(float(np.abs(x).max()), found["unit"])
+    lines = []
+    if drawn:
+        edges, heights = histogram(kept)
+        place = np.searchsorted(edges, x, side="right") - 1
+        inside = (place >= 0) & (place < len(heights))
+        bars = np.where(inside, heights[np.clip(place, 0, len(heights) - 1)], 0.0)
+        smooth = natural_density(kept)
+        lines.append((f"{len(kept)} samples", bars / factor, BLUE, {"filled": True, "width": 0.8}))
+        lines.append(("smoothed", np.interp(x, smooth.x, smooth.density, 0.0, 0.0) / factor, BLUE, {"width": 2.2}))
+    if exact is not None:
+        lines.append(("change of variable", np.nan_to_num(exact.pdf(x)) / factor, INK, {"dashed": True}))
+    spans = [
+        {key: None if one[key] is None else one[key] * factor for key in ("value", "low", "high")} | {"colour": RED}
+        for one in marks
+    ]
+    per = inverse(unit)
+    title = f"{_words(name)}: 5, 50 and 95 % quantiles with intervals"
+    return _chart(title, per, x * factor, lines, _words(name).lower(), unit, spans=spans, from_zero=True)
+
+
+def _convergence(result, summary) -> Iterable[dict[str, Any]]:
+    path = summary["convergence"]
+    if len(path["samples"]) < 2:
+        return
+    value, half = (np.array(path[key], float) for key in ("estimate", "half_width"))
+    unit = result.quantity_units[path["quantity"]]
+    what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
+    half = np.where(np.isfinite(half), half, 0.0)
+    edge = {"width": 0.6}
+    lines = [("95 % interval, high", value + half, BLUE, edge), ("low", value - half, BLUE, edge), (what, value, BLUE)]
+    lines[2] = (*lines[2], {"points": True, "width": 2.2})
+    title = f"Convergence of {path['quantity'].replace('_', ' ')}"
+    yield _chart(title, unit, path["samples"], lines, "samples", "", bands=[[0, 1, BLUE]])
+
+
+def _history(result, channel) -> dict[str, Any]:
+    found = result.summary["histories"][channel]
+    unit = next(one.unit for one in result.study.scene_at(result.values[0]).channels if one.name == channel)
+    time = np.array(found["time_s"])
+    factor, time_unit = prefixed(float(np.abs(time).max()), "s")
+    rows = (
+        ("0.95", "95 %", BLUE, {"width": 0.6}),
+        ("0.05", "5 %", BLUE, {"width": 0.6}),
+        ("0.50", "median", BLUE, {"width": 2.2}),
+        ("mean", "mean of the runs", RED, {}),
+        ("at_mean_inputs", "at the mean inputs", INK, {"dashed": True}),
+    )
+    lines = [(words, found[key], colour, look) for key, words, colour, look in rows if key in found]
+    bands = [[0, 1, BLUE]] if "0.95" in found and "0.05" in found else []
+    return _chart(f"{_words(channel)} over time", unit, time * factor, lines, "time", time_unit, bands=bands)
+
+
+def _shares(names, summary) -> Iterable[dict[str, Any]]:
+    """Sobol's indices as bars."""
+    for name in names:
+        sources = {key: one for key, one in summary["quantities"][name].get("sobol", {}).items() if key != "refused"}
+        if sources:
+            rows = [{"words": key, "shares": [one[order] for order in ORDERS]} for key, one in sources.items()]
+            yield {"title": f"{_words(name)}: share of its variance", "orders": list(ORDERS.values()), "rows": rows}
+
+
+def _statistics(found) -> list[dict[str, str]]:
+    rows = []
+    for key in STATISTICS:
+        unit = "" if key == "skewness" else found["unit"]
+        low, high = found[f"{key}_interval"] or (None, None)
+        rows.append(_row({"mean": "mean", "std": "standard deviation"}.get(key, key), found[key], low, high, unit))
+    for p, one in found["quantiles"].items():
+        rows.append(_row(f"{100.0 * float(p):g} % quantile", one["value"], one["low"], one["high"], found["unit"]))
+    return rows
+
+
+def _row(words, value, low, high, unit) -> dict[str, str]:
+    factor, shown = (1.0, unit) if value is None else prefixed(abs(value), unit)
+    text = ["–" if one is None else f"{one * factor:.{DIGITS}g}" for one in (value, low, high)]
+    interval = "" if low is None and high is None else f"{text[1]} to {text[2]}"
+    return {
+        "words": words,
+        "value": text[0],
+        "unit": "" if shown == "1" else shown,
+        "error": "",
+        "interval": interval,
+        "meaning": "",
+    }
+
+
+def _refused(names, summary) -> list[str]:
+    return [
+        f"{_words(name)}: no {statistic}, because {reason}"
+        for name in names
+        for statistic, reason in summary["quantities"][name]["refused"].items()
+    ]

@@ -1,0 +1,177 @@
+"""What a bearing run says of its own errors, against the same run at a tolerance so tight that it counts as true."""
+
+import json
+
+import numpy as np
+import pytest
+from made_up_run import a_choice, made_up_block, made_up_scene
+
+from bearing_twin.charts.work_precision import errors
+from bearing_twin.contact.friction import friction_number, friction_of
+from bearing_twin.kinds.bearing.doubt import BearingDoubt
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.kinds.bearing.windows import LEAST_STEPS, PLACE, Window, overlap, window_at, within
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+
+EXACT = 1e-8  # tolerance of what counts as true
+CELLS = {
+    "settled": ("bearing_6203", ("run.duration=0.1",), 1e-4),
+    "lift-off": ("bearing_6203_loose", ("run.duration=0.04",), 1e-3),
+    "wider": ("bearing_6205", ("geometry.radial_clearance=1e-5", "drive.offset=[0,-8e-6,0]", "run.duration=0.1"), 1e-3),
+}
+
+
+def outputs(motion, scene):
+    """All outputs of a motion but the first, in chunks of at most 100."""
+    run, parts = scene.parameters.run, []
+    total = round(run.duration * run.output_rate)
+    for first in range(0, total, 100):
+        times = np.arange(1, min(100, total - first) + 1) / run.output_rate
+        parts.append(motion.advance(times, times[-1]))
+    return Rows(parts[0].layout, np.concatenate([part.numbers for part in parts]))
+
+
+def watched(name, *overrides):
+    scene = load_scene(name, overrides)
+    return WatchedMotion(scene.parameters, a_choice()), scene
+
+
+def reported(name, *overrides):
+    run = simulate(load_scene(name, overrides))
+    for _ in run.blocks():
+        pass
+    return run
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_the_estimates_are_within_a_factor_of_three_of_the_true_errors(cell, monkeypatch):
+    name, overrides, tolerance = CELLS[cell]
+    moving, scene = watched(name, *overrides, f"wanted.tolerance={tolerance}")
+    monkeypatch.setattr(moving, "_cut", lambda safe: 1.0)  # as rough as it is
+    found = outputs(moving, scene)
+    exact_scene = load_scene(name, (*overrides, f"wanted.tolerance={EXACT}"))
+    true = errors(moving, found, outputs(BearingMotion(exact_scene.parameters, a_choice()), exact_scene))
+    rows = moving.take_records()["companion"]
+    estimates = rows[:, PLACE["load"]].max() / found.normal_load.max(), rows[:, PLACE["friction"]].max()
+    for estimate, error in zip(estimates, true, strict=True):
+        assert error / 3.0 < estimate < 3.0 * error
+
+
+def test_what_is_too_rough_is_done_again_and_that_is_remembered_and_told():
+    name, overrides, tolerance = CELLS["lift-off"]
+    moving, scene = watched(name, *overrides, f"wanted.tolerance={tolerance}")
+    found = outputs(moving, scene)
+    exact_scene = load_scene(name, (*overrides, f"wanted.tolerance={EXACT}"))
+    exact = outputs(BearingMotion(exact_scene.parameters, a_choice()), exact_scene)
+    plain = BearingMotion(scene.parameters, a_choice())
+    assert max(errors(plain, outputs(plain, scene), exact)) > tolerance
+    assert max(errors(moving, found, exact)) < tolerance
+    rows = moving.take_records()["companion"]
+    assert moving.setting < 1.0
+    assert rows[-1, PLACE["tolerance"]] == moving.setting * tolerance
+    assert (np.diff(rows[:, PLACE["tolerance"]]) <= 0.0).all()
+
+
+def test_a_run_gives_the_same_bits_however_it_is_asked_for_and_after_a_reset():
+    scene = load_scene("bearing_6203_loose", ("run.duration=0.12",))
+    simulation = Simulation(scene)
+    whole = simulation.advance(121)
+    simulation.reset()
+    parts = [simulation.advance(count) for count in (1, 30, 69, 20, 1)]
+    assert np.array_equal(np.concatenate([part.matrix() for part in parts]), whole.matrix())
+    rows = np.concatenate([part.records["companion"] for part in parts if "companion" in part.records])
+    assert len(rows) > 3
+    assert np.array_equal(rows, whole.records["companion"])
+
+
+def test_a_motion_goes_on_from_a_snapshot_with_what_its_companion_knew():
+    moving, _ = watched("bearing_6203_loose")
+    times = 1e-3 * np.arange(1, 21)
+    moving.advance(times, times[-1])
+    moving.take_records()
+    kept = json.loads(json.dumps(moving.snapshot()))
+    first = moving.advance(times, times[-1])
+    rows = moving.take_records()["companion"]
+    other, _ = watched("bearing_6203_loose")
+    other.resume(kept)
+    again = other.advance(times, times[-1])
+    assert np.array_equal(first.numbers, again.numbers)
+    assert np.array_equal(rows, other.take_records()["companion"])
+
+
+def test_a_companion_that_is_off_is_said_and_changes_no_number_of_a_run_that_was_good_enough():
+    on, off = (reported("bearing_6203", "run.duration=0.05", f"solver.companion={word}") for word in ("on", "off"))
+    assert on.report.figures == off.report.figures
+    assert "companion_ball_steps" not in off.report.costs
+    assert on.report.errors["wanted_errors"]["loads"]["error"] < 1e-3
+    assert off.report.errors["wanted_errors"]["loads"]["error"] is None
+    assert "solver.companion: off" in off.report.errors["errors_unknown"]["method"]
+    assert "method" not in off.report.errors["errors_by_source"]["normal_load_inner_n"]
+
+
+@pytest.mark.parametrize("stepper", ["dopri5", "imex"])
+def test_a_method_that_is_wrong_after_a_jump_is_refused_right_or_doubtful(stepper):
+    jump = ("drive.change.time=2e-3", "drive.change.offset=[0,-4e-5,0]", "run.duration=4e-3", "run.output_rate=2e4")
+    run = reported("bearing_6203", *jump, f"solver.stepper={stepper}")
+    _moving, scene = watched("bearing_6203", *jump, f"wanted.tolerance={EXACT}")
+    exact = outputs(BearingMotion(scene.parameters, a_choice()), scene)
+    found = Simulation(run.scene).advance(run.outputs).values
+    error = np.abs(found["normal_load"][1:] - exact.normal_load).max() / exact.normal_load.max()
+    assert error <= run.scene.parameters.wanted.tolerance or run.report.status.startswith("doubtful: ")
+
+
+def test_a_law_that_is_further_off_than_wanted_is_doubtful_and_told_what_mends_it():
+    run = reported("bearing_6203", "run.duration=0.02", "contact.normal=volumetric", "wanted.tolerance=1e-4")
+    assert run.report.status == "doubtful: loads"
+    assert any("contact.normal: hertz" in flag for flag in run.report.flags)
+    by_source = run.report.errors["errors_by_source"]["normal_load_inner_n"]
+    assert by_source["law"][0] > 100.0 * by_source["method"][0]
+    sums = [sum(parts) for parts in zip(*by_source.values(), strict=True)]
+    assert run.report.errors["normal_load_inner_n_error"] == pytest.approx(sums, rel=1e-12)
+
+
+def test_a_torque_of_friction_at_a_point_says_what_drilling_it_does_not_hold():
+    run = reported("bearing_6203", "run.duration=0.05")
+    figures, errors_of = run.report.figures, run.report.errors
+    assert abs(figures["drive_torque_nm"]) < 1e-7
+    # The power of both spots of every ball under pure spin, by quadrature over the spot, over the ring's speed.
+    last = Simulation(run.scene).advance(run.outputs)[-1]
+    power = 0.0
+    for side, name in enumerate(("inner", "outer")):
+        for ball in range(8):
+            spot = friction_of(
+                friction_number("spot_fine"), last["normal_load"][ball, side], figures[f"semi_major_{name}_m"][ball],
+                figures[f"semi_minor_{name}_m"][ball], 0.0, 0.0, last["spin_rate"][ball, side], 0.08, 1e-9,
+            )  # fmt: skip
+            power += abs(spot.torque * last["spin_rate"][ball, side])
+    told = errors_of["errors_by_source"]["drive_torque_nm"]["friction_model"]
+    assert told == pytest.approx(power / 183.26, rel=0.01)
+    assert any("drive_torque_nm" in flag for flag in run.report.flags)
+
+
+def test_outputs_without_windows_say_that_the_method_is_not_known():
+    scene = made_up_scene()
+    doubt, block = BearingDoubt(scene.parameters, a_choice()), made_up_block(scene, 20)
+    doubt.add(block)
+    assert not doubt.windows
+    assert "no window" in doubt._notes()["method"]
+
+
+def test_windows_hold_the_cell_they_are_made_for_and_enough_steps():
+    random = np.random.default_rng(5)
+    for _ in range(200):
+        steps = random.integers(0, 6, 40).astype(float)
+        cell = int(random.integers(40))
+        window = window_at(3, cell, steps)
+        inside = slice(window.begin + 1, window.begin + 1 + window.length)
+        assert window.begin < cell < window.begin + 1 + window.length
+        assert window.begin >= -1
+        assert window.begin + window.length < 40
+        assert steps[inside].sum() >= min(LEAST_STEPS, steps.sum())
+    assert overlap(Window(0, 3, 4), Window(1, 6, 2))
+    assert not overlap(Window(0, 3, 4), Window(1, 7, 2))
+    assert within(Window(0, 4, 2), Window(0, 3, 4))
+    assert not within(Window(1, 4, 2), Window(0, 3, 4))

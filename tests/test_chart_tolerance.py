@@ -1,0 +1,45 @@
+"""The chart of tolerances: what it measures is what runs say, and what it reads off follows from its points."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from bearing_twin.charts.tolerance import CASES, TolerancePoint, draw, measure, reading, write_table
+from bearing_twin.run.scene import load_scene
+
+
+def test_every_case_is_a_scene():
+    for name, overrides in CASES.values():
+        assert load_scene(name, overrides).kind == "bearing"
+    assert len({name for name, _ in list(CASES.values())[:7]}) == 7
+
+
+def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path):
+    (point,) = measure(cases=("settled",), tolerances=(1e-2,))
+    assert point.kept
+    assert point.status == "done"
+    assert 0 < point.companion_steps < point.watched_steps
+    assert all(1.0 / 3.0 < ratio < 3.0 for ratio in point.ratios)
+    draw([point], tmp_path / "tolerance.png")
+    write_table([point], tmp_path / "tolerance.csv")
+    with (tmp_path / "tolerance.csv").open(encoding="utf-8") as stream:
+        (row,) = csv.DictReader(stream)
+    assert float(row["load_error"]) == point.load_error
+
+
+def test_what_is_missed_is_said_with_what_the_run_says_of_it():
+    good = TolerancePoint("settled", 1e-3, 1e-4, 1e-4, 2e-4, 1e-5, "done", 100, 120, 30)
+    said = TolerancePoint("sudden", 1e-3, 4e-3, 1e-4, 4e-3, 1e-4, "doubtful: loads", 100, 400, 50)
+    unsaid = TolerancePoint("from rest", 1e-3, 1e-4, 2e-3, 1e-4, 1e-4, "done", 100, 100, 10)
+    broken = TolerancePoint("fast", 1e-3, problem="it broke")
+    text = " ".join(reading([good, said, unsaid, broken]))
+    assert "within the tolerance in 1 of 4 runs" in text
+    assert "doubtful in 1 of 2; the greatest error is 4 times" in text
+    assert "from rest at 0.001, 0.002" in text
+    assert "fast at 0.001: it broke" in text
+    # Of six estimates four are near, two are a tenth of the error or less: 0.1 and 0.05.
+    assert "true error in 4 of 6" in text
+    assert "at most" in text
+    assert np.isnan(broken.error)
+    assert said.ratios == pytest.approx([1.0, 1.0])

@@ -1,0 +1,163 @@
+"""Contests of methods: the runner's promises, and what the smallest version of each chart says about order."""
+
+import csv
+import json
+import math
+import os
+
+import pytest
+
+from bearing_twin.charts import bearing_laws, contest, newcomers, scene_contests, stability, stability_picture
+from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Kept, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.command.cli import main
+from bearing_twin.errors import IntegrationError, SceneError
+
+WANTED = Wanted((), lambda share: None, 0, 0.0, Kept(None))
+
+
+def here(*problems):
+    """What is asked of a contest in this process."""
+    return WANTED._replace(problems=problems, kept=Kept(None))
+
+
+def test_a_contestant_that_hangs_is_stopped_and_the_others_go_on(monkeypatch, tmp_path):
+    """In a process of its own, by the system; what is finished is not done again, and None is an answer, too."""
+    (tmp_path / "made_up").mkdir()
+    (tmp_path / "made_up" / "hanging.py").write_text(
+        "import time\nfrom bearing_twin.charts.contest import Row, limited\n\n"
+        "def run(number, hangs):\n    with limited(0.2):\n        while hangs:\n            pass\n"
+        "    return Row('p', 'm', number, load_error=0.5, status='done')\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
+    monkeypatch.syspath_prepend(tmp_path)
+    tasks = [Task("made_up.hanging:run", (number, number == 1.0)) for number in (0.0, 1.0, 2.0)]
+    kept = Kept(tmp_path / "x.unfinished")
+    answers = answers_of(tasks, kept, workers=1)
+    rows = rows_of(tasks, answers, lambda task: Row("p", "m", task.arguments[0]), 0.2)
+    assert [row.status for row in rows] == [DONE, STOPPED, DONE]
+    assert "0.2 CPU seconds" in rows[1].reason
+    again = Kept(tmp_path / "x.unfinished")
+    assert str(answers_of(tasks, again, workers=0)) == str(answers)  # NaN equals nothing
+    with (tmp_path / "x.unfinished").open("a") as stream:
+        stream.write('["torn')
+    assert len(Kept(tmp_path / "x.unfinished").answers) == 3
+    (tmp_path / "x.unfinished").write_text('"another state of the sources"\n["key", 1]\n')
+    assert Kept(tmp_path / "x.unfinished").answers == {}
+
+
+def test_what_does_not_come_out_is_a_row_with_its_reason():
+    row = Row("p", "m", 1.0)
+
+    def raises(error):
+        def work():
+            raise error
+
+        return work
+
+    assert contest.judged(row, raises(SceneError("too long")), 0.0)[8:10] == (REFUSED, "too long")
+    assert contest.judged(row, raises(IntegrationError("at 1 s")), 0.0).status == FAILED
+    assert contest.judged(row, raises(ZeroDivisionError("division")), 0.0).status == FAILED
+    assert contest.judged(row, lambda: {"load_error": math.nan}, 0.0).reason == "not finite"
+    good = contest.judged(row, lambda: {"load_error": 0.1, "friction_error": 0.2}, 0.0)
+    assert (good.status, good.error) == (DONE, 0.2)
+
+
+@pytest.mark.parametrize("method", stability.FIXED)
+@pytest.mark.parametrize("name", stability.AXES)
+def test_predicted_limits_are_those_found_and_refusal_follows_them(method, name):
+    """At both ends of two decades: within a fifth, and nothing is let pass that fails."""
+    for across in stability.AXES[name].values[:: len(stability.AXES[name].values) - 1]:
+        found = stability.limit(name, method, across)
+        assert found.ratio == pytest.approx(1.0, abs=stability_picture.WITHIN)
+        assert found.refused == pytest.approx(found.predicted, rel=0.05)
+
+
+def test_beyond_its_limit_rk4_gives_loads_right_and_friction_wrong():
+    good, bad = (stability.cell("regularisation", "rk4", step, 1e-2) for step in (1e-6, 4e-6))
+    assert good.error < 1e-6
+    assert bad.status == DONE
+    assert bad.load_error < 1e-3 < 0.1 < bad.friction_error
+
+
+def test_maps_are_drawn_told_and_read_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(stability, "TOLERANCES", (1e-1, 1e-5))
+    wanted = here("regularisation", "tolerance")
+    measured = stability.measure(wanted, every=8, steps=(1e-6, 1e-5, 5e-5))
+    rows, limits = measured
+    assert {row.status for row in rows} == {DONE, FAILED}
+    looser, tighter = (row.error for row in rows if row[:2] == ("tolerance", "rodas3") and row.setting in (1e-1, 1e-5))
+    assert tighter < looser
+    stability_picture.of_steps(rows, limits, tmp_path / "s.png")
+    stability_picture.of_tolerances(rows, tmp_path / "t.png")
+    stability_picture.write_limits(limits, tmp_path / "s.csv")
+    stability_picture.write_table(rows, tmp_path / "s_cells.csv")
+    again = stability_picture.read(tmp_path, "s")
+    assert again == stability_picture.reading(rows, limits)
+    assert "within 20 % at 2 of 2 places" in again[0]
+
+
+def test_a_cell_is_repeated_by_its_command(capsys):
+    assert main(["chart", "stability", "--cell", "stiffness imex 1e-06 2e+11", "--json"]) == 0
+    assert '"status": "done"' in capsys.readouterr().out
+    for words, told in (
+        ("stiffness imex 1e-6", "four words"),
+        ("stifness imex 1e-6 1", "stiffness"),
+        ("stiffness rodas4 1e-6 1", "rk4"),
+        ("stiffness imex nan 1", "above zero"),
+    ):
+        assert main(["chart", "stability", "--cell", words]) == 2
+        assert told in capsys.readouterr().err
+
+
+def test_newcomers_pay_more_or_get_nothing():
+    """Order only: a step of 0.1 ms gives nothing; RK45 takes far more evaluations than rodas4 at the same tolerance."""
+    assert newcomers.judge("settled", "rk4", 1e-4, 0.0).status == FAILED
+    assert newcomers.judge("settled", "explicit Euler", 1e-4, 0.0).status == FAILED
+    product, other = (newcomers.judge("settled", method, 1e-3, 0.0) for method in ("rodas4", "solve_ivp LSODA"))
+    assert other.evaluations > 3.0 * product.evaluations
+    assert max(product.error, other.error) < 1e-3
+
+
+def test_the_volumetric_law_stays_off_and_others_do_not():
+    off, near = (bearing_laws.judge("settled", law, 1e-5, 0.0).error for law in ("volumetric", "hertz"))
+    assert near < 1e-5 < 1e-3 < off < 1e-2
+
+
+def test_shorter_steps_and_tighter_tolerances_are_nearer(tmp_path):
+    """A chart of each kind beside the bearing; its table gives the same sentences again."""
+    for name, method, loose, tight in (
+        ("elastic spheres", "rk4", *scene_contests.PAIRS["elastic spheres"].fields["rk4"].ladder[2:5:2]),
+        ("elastic spheres", "dop853", 1e-4, 1e-8),
+        ("1 cm/s, one contact", "volterra", 60, 250),
+    ):
+        errors = [scene_contests.judge(name, method, one, 0.0).error for one in (loose, tight)]
+        assert errors[1] < 0.5 * errors[0] < 0.1
+    refused = scene_contests.judge("elastic spheres", "rk4", scene_contests.CONTACT / 4, 0.0)
+    assert refused.status == REFUSED
+    assert "8 steps" in refused.reason
+
+
+def test_a_contest_writes_picture_and_table(tmp_path, monkeypatch, capsys):
+    one = scene_contests.CONTESTS["pairs"]
+    few = tuple(entry for entry in one.entries("elastic spheres") if entry[0] in ("closed_form", "rk4"))[:4]
+    monkeypatch.setitem(vars(one), "entries", lambda name: few)
+    made = one.make(tmp_path, "pairs", here("elastic spheres"))
+    assert (tmp_path / "pairs.png").stat().st_size > 10_000
+    assert main(["chart", "pairs", "--read", "--out", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["reading"] == made.reading
+    assert main(["chart", "beams", "--read", "--out", str(tmp_path)]) == 2
+    assert "closed_form" in made.reading[0]
+    assert [row["status"] for row in csv.DictReader((tmp_path / "pairs.csv").open())].count(REFUSED) == 2
+
+
+def test_what_charts_there_are_and_words_that_fit_none(capsys):
+    assert main(["chart", "--list", "--json"]) == 0
+    assert '"stability"' in capsys.readouterr().out
+    assert main(["chart", "beams", "--problem", "bems"]) == 2
+    assert "drop of 600 mm" in capsys.readouterr().err
+    assert main(["chart"]) == 2
+    assert main(["chart", "beams", "--limit", "-1"]) == 2
+    assert main(["chart", "laws", "--limit", "3"]) == 2
+    with pytest.raises(SystemExit) as ended:
+        main(["chart", "--help"])
+    assert ended.value.code == 0

@@ -1,0 +1,52 @@
+"""What a step may err by: runs keep their tolerance in load and in friction, alone and together."""
+
+import numpy as np
+import pytest
+from bearings import motion
+
+from bearing_twin.charts.work_precision import errors
+from bearing_twin.kinds.bearing.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
+
+RIG = "bearing_6203_rig_1000N"
+
+
+def _outputs(tolerance, *overrides, scene):
+    moving = motion(*overrides, f"wanted.tolerance={tolerance}", scene=scene)
+    times = 5e-5 * np.arange(1, 401)
+    return moving, moving.advance(times, times[-1])
+
+
+@pytest.mark.parametrize("along", [0.0, 5e-6, 2e-5])
+def test_lift_off_keeps_its_tolerance(along):
+    """Balls that leave the load zone ring on one raceway for good: their friction is within the tolerance, too."""
+    shifted = f"drive.offset=[0,-9e-6,{along}]"
+    _, exact = _outputs(1e-7, shifted, scene="bearing_6203_loose")
+    moving, found = _outputs(1e-3, shifted, scene="bearing_6203_loose")
+    load, friction = errors(moving, found, exact)
+    assert load < 1e-3
+    assert friction < 1e-3
+
+
+@pytest.mark.parametrize(
+    "held",
+    [(), ("model.dimension=prescribed", "rings.inner.load=[0,0,0]", "drive.offset=[0,-21.853e-6,0]")],
+    ids=["ring with mass", "held ring"],
+)
+def test_balls_with_steps_in_common_keep_their_tolerance(held):
+    _, exact = _outputs(1e-6, *held, scene=RIG)
+    moving, found = _outputs(1e-3, *held, scene=RIG)
+    load, friction = errors(moving, found, exact)
+    assert load < 1e-3
+    assert friction < 1e-3
+
+
+def test_radial_velocity_counts_by_what_the_lightest_ball_carries():
+    """As slip where all balls carry alike, ten times as much where some carry next to nothing."""
+
+    def over_slip(scene):
+        scales = motion(scene=scene).scales
+        return scales[RADIAL_VELOCITY] / scales[TANGENTIAL_VELOCITY]
+
+    assert over_slip("bearing_6203") == 1.0
+    assert over_slip("bearing_6203_loose") == pytest.approx(0.1)
+    assert 1.0 < over_slip(RIG) <= 4.0

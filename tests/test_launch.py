@@ -1,0 +1,135 @@
+"""Launch files: what their arguments say to nodes; and, where ROS 2's own `launch` is there, what they start."""
+
+import re
+import runpy
+
+import pytest
+from doc_tables import PAGES
+from ros import rclpy
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.nodes.launch_arguments import SHARED, arguments_of, truth, values_given
+from bearing_twin.nodes.node_parameters import checked
+from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
+from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
+from bearing_twin.nodes.scene_parameters import PARAMETERS as SIMULATION
+from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
+from bearing_twin.paths import share_path
+
+assert rclpy
+TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES}
+LAUNCH = ("simulate", "replay", "study", "two_bearings")
+
+
+@pytest.mark.parametrize("table", [SIMULATION, REPLAY, STUDIES, RECORDER])
+def test_every_parameter_is_an_argument_that_says_its_own_default(table):
+    arguments = arguments_of(table)
+    assert [argument.name for argument in arguments] == [parameter.name for parameter in table]
+    typed = {one.name: one.meaning.rpartition("[default: ")[2].rstrip("]") for one in arguments}
+    given = {name: text for name, text in typed.items() if text != "none"}
+    for parameter in table:
+        if type(parameter.default) is list and parameter.name in given:
+            given[parameter.name] = str(parameter.default)
+    values = checked(table, values_given(table, given))
+    assert values == {parameter.name: parameter.default for parameter in table}
+
+
+@pytest.mark.parametrize("table", TABLES.values())
+def test_no_parameter_is_named_like_an_argument_of_all_launch_files(table):
+    assert not {argument.name for argument in SHARED} & {parameter.name for parameter in table}
+
+
+def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node():
+    words = {"scene": "1e3", "overrides": "['run.duration=1', 'contact.normal=hertz']", "duration": "2", "full": "True"}
+    words |= {"keep_files": "3", "log": "", "record": "x.mcap"}
+    assert values_given(SIMULATION, words) == {
+        "scene": "1e3",
+        "overrides": ["run.duration=1", "contact.normal=hertz"],
+        "duration": 2.0,
+        "full": True,
+        "keep_files": 3,
+    }
+    assert values_given(SIMULATION, {"overrides": "run.duration=1"}) == {"overrides": ["run.duration=1"]}
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ({"duration": "soon"}, "parameter duration = 'soon' must be a number"),
+        ({"duration": "nan"}, "must be finite"),
+        ({"duration": "-1"}, "must lie between 0 and 86400 s"),
+        ({"full": "maybe"}, "must be true or false"),
+        ({"keep_files": "1.5"}, "must be a whole number"),
+        ({"overrides": "[1, 2]"}, "must be a list of texts"),
+    ],
+)
+def test_words_that_are_no_values_are_named(words, sentence):
+    with pytest.raises(BearingTwinError, match=sentence):
+        values_given(SIMULATION, words)
+
+
+def test_true_or_false_is_nothing_else():
+    assert truth({"rviz": "True"}, "rviz")
+    assert not truth({}, "rviz")
+    with pytest.raises(BearingTwinError, match="rviz:='yes' must be true or false"):
+        truth({"rviz": "yes"}, "rviz")
+
+
+def test_the_launch_files_are_these():
+    files = {path.name.removesuffix(".launch.py") for path in share_path("launch").glob("*.launch.py")}
+    assert files == set(LAUNCH)
+
+
+def test_arguments_in_the_documentation_are_taken():
+    takes = {name: {one.name for one in (*SHARED, *arguments_of(table))} for name, table in TABLES.items()}
+    takes["two_bearings"] = {one.name for one in SHARED} | {"scene", "scene_right", "overrides", "distance"}
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    found = re.findall(r"^ros2 launch bearing_twin (\w+)\.launch\.py(.*)$", text, flags=re.MULTILINE)
+    assert {name for name, _ in found} >= {"simulate", "two_bearings"}
+    for name, words in found:
+        assert set(re.findall(r"(\w+):=", words)) <= takes[name], words
+
+
+# With ROS 2's launch
+
+
+def started(name, **words):
+    """(actions that a launch file starts, context) with these arguments."""
+    pytest.importorskip("launch_ros", reason="launch and launch_ros are not on PyPI: tried where a ROS 2 is installed")
+    from launch import LaunchContext
+
+    description = runpy.run_path(str(share_path("launch", f"{name}.launch.py")))["generate_launch_description"]()
+    context = LaunchContext()
+    for argument in description.get_launch_arguments():
+        context.launch_configurations[argument.name] = "".join(part.text for part in argument.default_value)
+    assert set(words) <= set(context.launch_configurations)
+    context.launch_configurations.update(words)
+    return description.entities[-1].execute(context), context
+
+
+def executables(actions):
+    """The executables of nodes, in order."""
+    return [action.node_executable for action in actions if hasattr(action, "node_executable")]
+
+
+@pytest.mark.parametrize("name", LAUNCH)
+def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path):
+    words = {"record": str(tmp_path / "run.mcap"), "rviz": "true", "foxglove": "true"}
+    if name == "replay":
+        words |= {"rviz": "false", "foxglove": "false", "log": "run.mcap"}
+    actions, context = started(name, **words)
+    shared = {argument.name for argument in SHARED} - ({"namespace"} if name == "two_bearings" else set())
+    own = {"scene", "scene_right", "overrides", "distance"} if name == "two_bearings" else set()
+    own |= {parameter.name for parameter in TABLES.get(name, ())}
+    assert set(context.launch_configurations) == shared | own
+    nodes = {"simulate": ["sim_node"], "replay": ["replay_node"], "study": ["uq_node"]}
+    two = ["sim_node", "static_transform_publisher"] * 2
+    found = [one for one in executables(actions) if one not in ("rviz2", "foxglove_bridge")]
+    assert found == ["recorder_node", *nodes.get(name, two)]
+    said = [action for action in actions if type(action).__name__ == "LogInfo"]
+    assert len(said) + len(executables(actions)) - len(found) == (0 if name == "replay" else 3)
+
+
+def test_a_bad_word_ends_the_launch_with_its_sentence():
+    with pytest.raises(BearingTwinError, match="must be a number"):
+        started("simulate", duration="soon")

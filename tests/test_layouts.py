@@ -1,0 +1,169 @@
+"""Layouts for RViz, Foxglove, PlotJuggler and Rerun: every topic and field in them is one that the scene publishes."""
+
+import json
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+import yaml
+from made_up_run import made_up_block, made_up_run, made_up_scene
+from rosbags.interfaces import Nodetype
+
+from bearing_twin.command.cli import main
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import MARKERS, PUBLISH
+from bearing_twin.log import cdr
+from bearing_twin.log.layouts import LAYOUTS, rviz
+from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.panels import panels
+from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.paths import share_path
+from bearing_twin.run.scene import Scene, load_scene
+
+SHIPPED = [name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")]
+SCENE = load_scene("bearing_6203")
+
+
+def bare(kind):
+    """The scene of a kind with all defaults."""
+    return Scene(kind, kind, "", KINDS[kind].parameters())
+
+
+def type_of(ros_type, path):
+    """The type of the number at `path` below a message type; fails where there is none."""
+    description = (Nodetype.NAME, ros_type)
+    for part in path:
+        node, what = description
+        if isinstance(part, int):
+            assert node in (Nodetype.ARRAY, Nodetype.SEQUENCE), path
+            description = what[0]
+        else:
+            assert node == Nodetype.NAME, path
+            description = dict(cdr.fields_of(what))[part]
+    node, what = description
+    assert node == Nodetype.BASE, path
+    return what[0]
+
+
+@pytest.mark.parametrize("kind", SHIPPED)
+def test_every_curve_is_a_number_on_a_topic_of_the_kind(kind):
+    shown = panels(bare(kind))
+    table = {topic.full_name: topic for topic in topics(bare(kind))}
+    assert shown.frame == KINDS[kind].frame
+    assert table[shown.markers].ros_type == "visualization_msgs/msg/MarkerArray"
+    assert table[shown.markers].rate in (MARKERS, PUBLISH)
+    assert table[shown.description].ros_type == "std_msgs/msg/String"
+    assert shown.plots
+    for plot in shown.plots:
+        assert re.search(r"\[.+\]", plot.title), plot.title
+        for curve in plot.curves:
+            assert table[curve.topic].ros_type == curve.ros_type
+            assert type_of(curve.ros_type, curve.path) == "float64"
+
+
+def test_indices_of_curves_are_within_the_arrays_of_a_message():
+    scene = made_up_scene(balls=5)
+    stream = MessageStream(scene)
+    said = {
+        topic.full_name: cdr.deserialise(topic.ros_type, data)
+        for topic, _, data in stream.messages(made_up_block(scene, 1))
+        if topic.ros_type in ("bearing_twin_msgs/msg/Contacts", cdr.WRENCH, "bearing_twin_msgs/msg/BearingState")
+    }
+    for plot in panels(scene).plots:
+        for curve in plot.curves:
+            value = said[curve.topic]
+            for part in curve.path:
+                value = value[part] if isinstance(part, int) else getattr(value, part)
+            assert isinstance(float(value), float)
+
+
+@pytest.mark.parametrize("program", LAYOUTS)
+def test_the_layouts_in_the_package_are_what_the_command_writes(program, tmp_path, capsys):
+    """`bearing_twin layouts bearing_6203 --out config/layouts` writes them again."""
+    assert main(["layouts", "bearing_6203", "--for", program, "--out", str(tmp_path), "--json"]) == 0
+    [path] = json.loads(capsys.readouterr().out)["files"].values()
+    name = f"bearing_6203{LAYOUTS[program].suffix}"
+    with open(path, "rb") as file:
+        assert file.read() == share_path("config", "layouts", name).read_bytes()
+
+
+def names_in(program, content):
+    """(topics, paths of curves as the program writes them) in a layout."""
+    if program == "rviz":
+        displays = yaml.safe_load(content)["Visualization Manager"]["Displays"]
+        named = [one.get("Topic") or one.get("Description Topic") for one in displays]
+        return {topic["Value"] for topic in named if topic}, set()
+    if program == "foxglove":
+        configs = json.loads(content)["configById"]
+        paths = {path["value"] for one in configs.values() for path in one.get("paths", ())}
+        return set(configs["3D!scene"]["topics"]), paths
+    return set(), {curve.get("name") for curve in ElementTree.fromstring(content).iter("curve")}
+
+
+@pytest.mark.parametrize("kind", SHIPPED)
+def test_programs_are_told_of_all_panels_and_of_nothing_else(kind):
+    shown = panels(bare(kind), "/left", "left/")
+    dotted = {f"{curve.topic}{curve.dotted()}" for plot in shown.plots for curve in plot.curves}
+    assert names_in("rviz", rviz(shown)) == ({"/left/markers", "/left/robot_description"}, set())
+    assert names_in("foxglove", LAYOUTS["foxglove"].made(shown)) == ({"/left/markers"}, dotted)
+    slashed = {re.sub(r"\.", "/", path) for path in dotted}
+    assert names_in("plotjuggler", LAYOUTS["plotjuggler"].made(shown)) == (set(), slashed)
+
+
+def test_every_panel_of_foxglove_is_placed_once():
+    made = json.loads(LAYOUTS["foxglove"].made(panels(SCENE)))
+
+    def placed(node):
+        return [node] if isinstance(node, str) else placed(node["first"]) + placed(node["second"])
+
+    assert sorted(placed(made["layout"])) == sorted(made["configById"])
+
+
+def test_two_bearings_share_one_picture():
+    both = [panels(SCENE, f"/{side}", f"{side}/")._replace(frame="world") for side in ("left", "right")]
+    content = rviz(*both)
+    wanted = {f"/{side}/{name}" for side in ("left", "right") for name in ("markers", "robot_description")}
+    assert names_in("rviz", content) == (wanted, set())
+    assert yaml.safe_load(content)["Visualization Manager"]["Global Options"]["Fixed Frame"] == "world"
+
+
+def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
+    scene = made_up_scene()
+    write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
+    words = ["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "new"), "--for", "plotjuggler", "--json"]
+    assert main(words) == 0
+    [path] = json.loads(capsys.readouterr().out)["files"].values()
+    assert path.endswith("run.plotjuggler.xml")
+    with open(path, "rb") as file:
+        assert file.read() == LAYOUTS["plotjuggler"].made(panels(scene))
+    assert main(words) == 2
+    assert "is not overwritten" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["bearing_6203", "--for", "rvis"], "'rvis' is no program; did you mean rviz?"),
+        (["bearing_6203", "--for", "rerun"], "give a log, not a scene"),
+        (["there_is_none.mcap"], "there is no log"),
+    ],
+)
+def test_what_cannot_be_laid_out_is_refused(words, sentence, tmp_path, capsys):
+    assert main(["layouts", *words, "--out", str(tmp_path)]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_a_file_for_rerun_shows_the_bearing(tmp_path):
+    """Where rerun-sdk is installed: the links of the URDF with their shapes, and their places on `/tf`."""
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
+    scene = made_up_scene()
+    write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
+    assert main(["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path), "--for", "rerun"]) == 0
+    printed = subprocess.run(
+        [sys.executable, "-m", "rerun", "rrd", "print", str(tmp_path / "run.rrd")], capture_output=True, text=True
+    ).stdout
+    for ball in range(3):
+        assert f"/bearing_link/visual_geometries/ball_{ball}/visual_0 - data columns: [Ellipsoids3D" in printed
+    assert "Transform3D:child_frame" in printed

@@ -1,0 +1,131 @@
+"""A run while it goes on: what of it reaches a page, and what a hostile publisher cannot do to it."""
+
+import base64
+import json
+
+import numpy as np
+import pytest
+from by_rosbags import message_class, serialise
+from made_up_run import a_choice, made_up_block, made_up_scene
+
+from bearing_twin.errors import BearingTwinError, LogError, SceneError
+from bearing_twin.log import cdr
+from bearing_twin.log.stream import samples_message, scene_text
+from bearing_twin.nodes.watch_orders import number_of, vector_of
+from bearing_twin.view.live import MOST_ROWS, PERIOD, ROWS, Again, LiveRun
+from bearing_twin.view.live_page import live_page
+
+SCENE = made_up_scene()
+BLOCK = made_up_block(SCENE, 200)
+
+
+def said(scene=SCENE):
+    return scene_text(scene, a_choice())
+
+
+def samples(low, high, block=BLOCK):
+    part = block.part(low, high)
+    return samples_message(part.channels, part.first_sequence, part.time_ns, part.matrix())
+
+
+def decoded(event, width):
+    """(times, rows) of an event."""
+    data = base64.b64decode(event)
+    count = int(np.frombuffer(data, "<f8", 1)[0])
+    times = np.frombuffer(data, "<f8", count, 8)
+    return times, np.frombuffer(data, "<f4", -1, 8 + 8 * count).reshape(count, width)
+
+
+def test_an_event_has_few_outputs_the_last_among_them_and_their_own_numbers():
+    run = LiveRun(said())
+    event = run.frames(samples(0, 50), 0.0)
+    width = sum(channel.width for channel in run.view.series)
+    times, rows = decoded(event, width)
+    assert len(times) == ROWS
+    assert times[-1] == 1e-9 * BLOCK.time_ns[49]
+    assert (np.diff(times) > 0.0).all()
+    wanted = BLOCK.sampled(range(9, 50, 10))
+    found = run.view.rows(wanted)
+    assert np.array_equal(rows, np.hstack([found[one.name].reshape(5, -1) for one in run.view.series]).astype("f4"))
+
+
+def test_where_time_is_slow_an_event_has_more_outputs_so_that_motion_is_smooth():
+    run = LiveRun(said())
+    run.frames(samples(0, 50), 0.0)
+    event = run.frames(samples(50, 200), PERIOD + 2.0)
+    times, _ = decoded(event, sum(channel.width for channel in run.view.series))
+    assert ROWS < len(times) <= MOST_ROWS
+    assert times[-1] == 1e-9 * BLOCK.time_ns[199]
+
+
+def test_events_come_no_faster_than_their_period():
+    run = LiveRun(said())
+    given = [run.frames(samples(k, k + 1), 0.001 * k) for k in range(200)]
+    sent = [k for k, event in enumerate(given) if event]
+    assert len(sent) <= 0.2 / PERIOD + 1
+    assert np.diff(sent).min() >= 1000 * PERIOD - 1e-6
+    assert run.frames(samples(0, 3, made_up_block(SCENE, 3, first=500)), 1.0)
+
+
+def test_a_run_that_begins_again_is_told_and_goes_on():
+    run = LiveRun(said())
+    run.frames(samples(0, 100), 0.0)
+    with pytest.raises(Again):
+        run.frames(samples(0, 50), 1.0)
+    assert run.frames(samples(0, 50), 2.0)
+    other = made_up_scene(balls=5)
+    with pytest.raises(Again):
+        run.frames(samples(0, 10, made_up_block(other, 10, first=900)), 3.0)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "7", '{"scene": 7}', "[" * 100_000, json.dumps({"scene": "kind: bearing\nnonsense: 1"})]
+)
+def test_a_text_that_is_no_scene_is_refused_in_one_sentence(text):
+    with pytest.raises(BearingTwinError) as caught:
+        LiveRun(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_scene_of_megabytes_is_refused():
+    with pytest.raises(SceneError, match="characters"):
+        LiveRun(json.dumps({"scene": "x" * (1 << 21)}))
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00\x01\x00\x00", samples(0, 10)[:-80], b"\xff" * 400])
+def test_bytes_that_are_no_samples_are_refused(data):
+    with pytest.raises(LogError):
+        LiveRun(said()).frames(data, 0.0)
+
+
+def test_samples_that_contradict_themselves_are_refused():
+    block = cdr.deserialise(cdr.SAMPLE_BLOCK, samples(0, 10))
+    fields = {name: getattr(block, name) for name in block.__dataclass_fields__ if name != "__msgtype__"}
+    fields["channel_width"] = fields["channel_width"] + np.uint32(1)
+    data = serialise(cdr.SAMPLE_BLOCK, message_class(cdr.SAMPLE_BLOCK)(**fields))
+    with pytest.raises(LogError, match="contradicts itself"):
+        LiveRun(said()).frames(data, 0.0)
+
+
+@pytest.mark.parametrize("value", [None, "1", True, float("nan"), float("inf"), [1.0]])
+def test_what_is_no_number_is_refused(value):
+    with pytest.raises(BearingTwinError, match="must be a number"):
+        number_of({"value": value}, "value")
+
+
+def test_numbers_and_vectors_are_read():
+    assert number_of({"value": 3}, "value") == 3.0
+    assert vector_of({"force": [1, 2.5, -3]}, "force") == (1.0, 2.5, -3.0)
+    for wrong in ([1, 2], "123", None, [1, 2, "3"]):
+        with pytest.raises(BearingTwinError):
+            vector_of({"force": wrong}, "force")
+
+
+def test_the_page_shows_texts_as_text():
+    run = LiveRun(said())
+    run.frames(samples(0, 10), 0.0)
+    page = live_page(run, "/bearing/</script><script>alert(1)</script>").decode()
+    assert "<script>alert(1)" not in page
+    assert "@@" not in page
+    assert "default-src 'none'" in page
+    assert "http://" not in page.replace("http://www.w3.org/", "")

@@ -1,0 +1,121 @@
+"""watch_node beside a sim_node: it costs nothing while nobody looks, shows what comes, and hands commands on."""
+
+import contextlib
+import http.client
+import json
+import threading
+
+import pytest
+from ros import plain_node, ros_executor, spin_until, started
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log import cdr
+from bearing_twin.nodes import watch_node
+from bearing_twin.nodes.sim_node import SimNode
+from bearing_twin.nodes.watch_node import WatchNode
+
+SCENE = {"scene": "bearing_6203", "overrides": ["run.output_rate=200.0", "run.publish_rate=10.0"]}
+
+
+def asked(executor, node, method="GET", path="/", command=None):
+    """(status, text) of an answer, while the executor spins."""
+    found = []
+
+    def ask():
+        connection = http.client.HTTPConnection("localhost", node.server.server_port, timeout=60)
+        connection.request(method, path, command and json.dumps(command), {"X-Token": node.server.token})
+        answer = connection.getresponse()
+        found.append((answer.status, answer.read().decode()))
+        connection.close()
+
+    threading.Thread(target=ask, daemon=True).start()
+    spin_until(executor, lambda: found, f"answer to {path} {command}")
+    return found[0]
+
+
+def listen(answer, heard):
+    """Puts every line of an answer into `heard` until it is closed."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        heard.extend(iter(answer.fp.readline, b""))
+
+
+def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
+    monkeypatch.setattr(watch_node, "ASKED_FOR", 0.5)
+    with ros_executor(threads=2) as executor:
+        sim = started(executor, SimNode, **SCENE)
+        spin_until(executor, lambda: sim.ready.is_set() or sim.failure, "compilation")
+        node = started(executor, WatchNode, port=0)
+        assert node._watched == "/bearing/sim_node"
+        samples = "/bearing/samples"
+        spin_until(executor, lambda: sim.loop.time_ns > 200_000_000, "0.2 s")
+        assert sim.count_subscribers(samples) == 0
+
+        status, page = asked(executor, node)
+        assert status == 200
+        assert "bearing_6203" in page
+        events = http.client.HTTPConnection("localhost", node.server.server_port, timeout=60)
+        events.request("GET", "/events")
+        answer = events.getresponse()
+        heard = []
+        threading.Thread(target=listen, args=(answer, heard), daemon=True).start()
+        spin_until(executor, lambda: heard.count(b"event: frames\n") > 3, "frames")
+        assert sim.count_subscribers(samples) == 1
+
+        for command, done in (
+            ({"do": "speed", "value": 50.0}, lambda: sim.loop.commands.taken == 1),
+            ({"do": "pace", "value": 0.5}, lambda: float(sim.loop.paced.pacer.factor) == 0.5),
+            ({"do": "pause", "on": True}, lambda: sim.loop.paced.paused),
+            ({"do": "pause", "on": False}, lambda: not sim.loop.paced.paused),
+            ({"do": "reset"}, lambda: sim.loop.runs == 1),
+        ):
+            status, text = asked(executor, node, "POST", "/command", command)
+            assert status == 200, text
+            spin_until(executor, done, str(command))
+        spin_until(executor, lambda: b"event: again\n" in heard, "word of the new run")
+
+        for command, sentence in (
+            ({"do": "jump"}, "'jump' is no command"),
+            ({"do": ["speed"]}, "is no command"),
+            ({"do": "speed", "value": "fast"}, "value must be a number"),
+            ({"do": "load", "force": [1.0]}, "force must be three numbers"),
+            ({"do": "pause"}, "true or false"),
+            ({"do": "pace", "value": 1e9}, "out of range"),
+        ):
+            status, text = asked(executor, node, "POST", "/command", command)
+            assert status == 409
+            assert sentence in text
+            assert len(text.splitlines()) == 1
+
+        answer.close()
+        events.close()
+        spin_until(executor, lambda: sim.count_subscribers(samples) == 0, "leaving the node alone")
+
+
+def test_without_a_node_to_show_it_says_so():
+    with ros_executor() as executor:
+        with pytest.raises(BearingTwinError, match="no node publishes samples"):
+            started(executor, WatchNode, patience=0.0)
+        for side in ("left", "right"):
+            other = plain_node(executor, f"{side}_node")
+            other.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10)
+        with pytest.raises(BearingTwinError, match="/left_node, /right_node publish samples: say which one"):
+            started(executor, WatchNode, patience=1.0)
+        with pytest.raises(BearingTwinError, match="no node '/lift_node' publishes samples; did you mean /left_node"):
+            started(executor, WatchNode, node="/lift_node", patience=1.0)
+        node = started(executor, WatchNode, node="/left_node", patience=60.0, port=0)
+        assert node._watched == "/left_node"
+
+
+def test_a_node_that_says_and_sends_nothing_gets_an_answer_too(monkeypatch):
+    monkeypatch.setattr(watch_node, "COMING", 0.2)
+    with ros_executor() as executor:
+        other = plain_node(executor, "mute_node")
+        other.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10)
+        node = started(executor, WatchNode, port=0)
+        status, text = asked(executor, node)
+        assert status == 503
+        assert "/mute_node has not said its scene yet" in text
+        for command, words in (({"do": "reset"}, "there is no service"), ({"do": "speed", "value": 1}, "nobody takes")):
+            status, text = asked(executor, node, "POST", "/command", command)
+            assert status == 409
+            assert words in text

@@ -1,0 +1,204 @@
+"""The server of live pages: who may look, who may command, and what a hostile or slow visitor can do."""
+
+import http.client
+import socket
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.nodes import serving
+from bearing_twin.nodes.serving import Feed, PageServer
+
+
+def a_site():
+    """A page, its feed, and what was commanded."""
+    obeyed = []
+
+    def obey(command):
+        if command.get("do") == "fail":
+            raise BearingTwinError("it cannot be done")
+        obeyed.append(command)
+        return "done"
+
+    return SimpleNamespace(feed=Feed(), obeyed=obeyed, page=lambda: b"<p>page</p>", obey=obey)
+
+
+@pytest.fixture
+def server():
+    found = PageServer(a_site(), "127.0.0.1", 0)
+    found.start()
+    yield found
+    found.close()
+
+
+def ask(server, method="GET", path="/", body=None, host=None, **headers):
+    """(status, text, headers) of an answer."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    named = {"Host": host} if host else {}
+    try:
+        connection.request(method, path, body, {key.replace("_", "-"): one for key, one in headers.items()} | named)
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode(), answer.headers
+    finally:
+        connection.close()
+
+
+def command(server, body='{"do": "reset"}', **headers):
+    return ask(server, "POST", "/command", body, **{"X_Token": server.token, **headers})
+
+
+def test_the_page_is_served_with_headers_that_keep_it_to_itself(server):
+    status, text, headers = ask(server)
+    assert (status, text) == (200, "<p>page</p>")
+    for name, value in serving.SAFE_HEADERS.items():
+        assert headers[name] == value
+    assert "Python" not in headers["Server"]
+
+
+def test_a_command_with_the_token_is_obeyed(server):
+    assert command(server)[:2] == (200, "done\n")
+    assert server.site.obeyed == [{"do": "reset"}]
+    assert command(server, '{"do": "fail"}')[:2] == (409, "it cannot be done\n")
+
+
+@pytest.mark.parametrize("token", ["", "x", "é", None])
+def test_without_the_token_nothing_is_obeyed(server, token):
+    headers = {} if token is None else {"X-Token": token.encode()}
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection.request("POST", "/command", '{"do": "reset"}', headers)
+    answer = connection.getresponse()
+    assert answer.status == 403
+    assert "commands need the token" in answer.read().decode()
+    connection.close()
+    assert server.site.obeyed == []
+
+
+def test_tokens_differ_and_stand_behind_the_hash(server):
+    other = PageServer(a_site(), "127.0.0.1", 0)
+    assert other.token != server.token
+    assert server.url == f"http://127.0.0.1:{server.server_port}/#{server.token}"
+    assert len(server.token) >= 32
+    other.server_close()
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{"Origin": "http://evil.example"}, {"Origin": "null"}, {"Sec_Fetch_Site": "cross-site"}],
+)
+def test_other_pages_are_refused_even_with_the_token(server, headers):
+    assert command(server, **headers)[:2] == (403, "requests of other pages are refused\n")
+    assert ask(server, path="/events", **headers)[0] == 403
+    assert server.site.obeyed == []
+
+
+def test_its_own_page_is_let_in(server):
+    host = f"127.0.0.1:{server.server_port}"
+    assert command(server, Origin=f"http://{host}", Sec_Fetch_Site="same-origin")[0] == 200
+
+
+@pytest.mark.parametrize(
+    ("host", "status"), [("localhost:80", 200), ("[::1]:1", 200), ("evil.example", 403), ("10.0.0.1", 403), ("", 403)]
+)
+def test_a_name_that_leads_here_from_elsewhere_is_refused(server, host, status):
+    assert ask(server, host=host or " ")[0] == status
+
+
+def test_one_that_listens_for_others_answers_to_its_addresses(server):
+    server._host = "0.0.0.0"
+    assert ask(server, host="10.0.0.1:8080")[0] == 200
+    assert ask(server, host="evil.example")[0] == 403
+
+
+@pytest.mark.parametrize(
+    ("body", "status"),
+    [("[]", 400), ("{", 400), ("[" * 4000, 400), ("x" * (serving.LARGEST_COMMAND + 1), 413)],
+)
+def test_what_is_no_command_is_answered_with_one_sentence(server, body, status):
+    found, text, _ = command(server, body)
+    assert found == status
+    assert len(text.splitlines()) == 1
+    assert server.site.obeyed == []
+
+
+def test_what_is_not_there_or_no_request_ends_quietly(server):
+    assert ask(server, path="/../../etc/passwd")[0] == 404
+    assert ask(server, "POST", "/")[0] == 404
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as raw:
+        raw.sendall(b"\x00\xff\r\n\r\n")
+        raw.recv(1000)
+    assert ask(server)[0] == 200
+
+
+def listened(server, path="/events"):
+    """A connection on which events come."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection.request("GET", path)
+    return connection, connection.getresponse()
+
+
+def until(done):
+    end = time.monotonic() + 60.0
+    while not done():
+        time.sleep(0.01)
+        assert time.monotonic() < end
+
+
+def test_all_viewers_get_the_events_and_are_counted(server):
+    feed = server.site.feed
+    viewers = [listened(server) for _ in range(3)]
+    until(lambda: feed.viewers == 3)
+    feed.send("frames", "abc")
+    for _, answer in viewers:
+        assert [answer.readline(), answer.readline(), answer.readline()] == [b"event: frames\n", b"data: abc\n", b"\n"]
+    for connection, answer in viewers:
+        answer.close()
+        connection.close()
+    until(lambda: feed.viewers == 0)
+
+
+def test_a_viewer_too_many_is_told_so(server, monkeypatch):
+    monkeypatch.setattr(serving, "MOST_VIEWERS", 1)
+    connection, answer = listened(server)
+    until(lambda: server.site.feed.viewers == 1)
+    status, text, _ = ask(server, path="/events")
+    assert status == 503
+    assert "all there may be" in text
+    answer.close()
+    connection.close()
+
+
+def test_a_slow_viewer_misses_the_oldest_events_and_holds_up_nobody():
+    feed = Feed()
+    slow = feed.join()
+    for number in range(1000):
+        feed.send("frames", str(number))
+    assert slow.qsize() == serving.WAITING
+    assert slow.get_nowait() == f"event: frames\ndata: {1000 - serving.WAITING}\n\n".encode()
+
+
+def test_connections_that_say_nothing_take_only_so_many_places(monkeypatch):
+    monkeypatch.setattr(serving, "MOST_CONNECTIONS", 4)
+    monkeypatch.setattr(serving._Handler, "timeout", 0.5)
+    server = PageServer(a_site(), "127.0.0.1", 0)
+    server.start()
+    idle = [socket.create_connection(("127.0.0.1", server.server_port), timeout=20) for _ in range(6)]
+    until(lambda: ask_or_none(server) == 200)  # once the patience with the idle ones is over
+    for one in idle:
+        one.close()
+    server.close()
+
+
+def ask_or_none(server):
+    try:
+        return ask(server)[0]
+    except (OSError, http.client.HTTPException):
+        return None
+
+
+def test_a_port_that_is_taken_is_said():
+    first = PageServer(a_site(), "127.0.0.1", 0)
+    with pytest.raises(BearingTwinError, match="give another --port"):
+        PageServer(a_site(), "127.0.0.1", first.server_port)
+    first.server_close()

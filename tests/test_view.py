@@ -1,0 +1,326 @@
+"""Pages for the browser without a browser: numbers that come back, thinning, hostile texts, damage, every kind."""
+
+import base64
+import json
+import math
+import re
+import sys
+import zlib
+
+import numpy as np
+import pytest
+import toy_kind  # noqa: F401  (a kind without a view of its own)
+from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
+
+from bearing_twin.command.cli import BAD_INPUT, DONE, main
+from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import Facts
+from bearing_twin.kinds.views import View, plain_view
+from bearing_twin.log.mcap_log import LogWriter, write_log
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.sample import Block, Channel
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import load_study
+from bearing_twin.view import film, frames
+from bearing_twin.view.frames import Frames
+from bearing_twin.view.logs import document_of_log
+from bearing_twin.view.packing import STEPS, packed
+from bearing_twin.view.page import SCRIPTS, html
+from bearing_twin.view.run_page import document_of_run
+from bearing_twin.view.study_page import document_of_study
+from bearing_twin.view.tables import ball_tables, figure_rows
+
+SHORT = {  # a short run of each kind
+    "bearing": ("bearing_6203_loose", "run.duration=0.02"),
+    "two_spheres": ("two_spheres",),
+    "two_discs": ("two_discs",),
+    "sphere_on_beam": ("sphere_on_beam", "run.duration=5e-4"),
+    "ellipsoid_on_plane": ("ellipsoid_on_plane", "run.duration=0.5"),
+    "two_bodies": ("two_bodies_superellipsoid", "run.duration=0.01"),
+    "soft_discs": ("soft_discs_fast", "mesh.divisions=12", "run.duration=1e-3"),
+    "toy": ({"kind": "toy", "name": "swinging"},),
+}
+
+
+def unpacked(found):
+    """Times and series of a packed run, as its page reads them."""
+    content = zlib.decompress(base64.b64decode(found["data"]))
+    count, start, values = found["frames"], 8 * found["frames"], {}
+    for one in found["series"]:
+        width = math.prod(one["shape"])
+        low, high = (np.frombuffer(content, np.uint8, count * width, start + k * count * width) for k in (0, 1))
+        steps = low.astype(np.int64) + 256 * high.astype(np.int64)
+        whole = np.cumsum(steps.reshape(width, count), axis=1).T % 65536
+        least, most = np.array(one["low"]), np.array(one["high"])
+        values[one["name"]] = np.where(whole == 65535, np.nan, least + (most - least) / STEPS * whole)
+        start += 2 * count * width
+    assert start == len(content)
+    return np.frombuffer(content, "<f8", count), values
+
+
+def test_numbers_come_back_within_a_step():
+    random = np.random.default_rng(1)
+    series = (Channel("one", "m", (), ""), Channel("some", "N", (5,), ""), Channel("many", "Pa", (40, 2), ""))
+    values = {one.name: random.normal(size=(300, one.width)).cumsum(axis=0) for one in series}
+    values["some"][:, 3] = 7.25  # does not move
+    values["some"][17, 1] = np.nan
+    values["some"][:, 4] = np.nan
+    time, found = unpacked(packed(np.arange(300) * 1e-3, values, series))
+    assert (time == np.arange(300) * 1e-3).all()
+    for one in series:
+        array = values[one.name]
+        span = np.nanmax(array) - np.nanmin(array) if one.width > 64 else np.ptp(np.nan_to_num(array), axis=0)
+        assert np.array_equal(np.isnan(found[one.name]), np.isnan(array))
+        missed = np.abs(np.nan_to_num(found[one.name] - array))
+        assert (missed <= 0.51 * span / STEPS + 1e-12).all()
+    assert (found["some"][:, 3] == 7.25).all()
+
+
+@pytest.mark.parametrize("outputs", [1, 99, 100, 101, 1000, 4321])
+@pytest.mark.parametrize("length", [1, 37, 400])
+def test_a_run_of_any_length_fits_and_keeps_its_start(monkeypatch, outputs, length):
+    """However the stream is cut, every 2^n-th output is kept, from the first on."""
+    monkeypatch.setattr(frames, "GREATEST_NUMBERS", 200)
+    channel = Channel("number", "1", (2,), "")
+    view = View((channel,), lambda sample: {"number": sample["number"]}, ())
+    kept = Frames(view)
+    for first in range(0, outputs, length):
+        count = min(length, outputs - first)
+        numbers = np.stack([np.arange(first, first + count, dtype=float)] * 2, axis=1)
+        kept.add(Block((channel,), first, 1000 * np.arange(first, first + count), numbers))
+    wanted = np.arange(0, outputs, kept.stride)
+    assert kept.stride == 2 ** max(0, math.ceil(math.log2(outputs / 100)))
+    assert kept.values["number"][:, 0].tolist() == wanted.tolist()
+    assert np.allclose(kept.time, 1e-6 * wanted)
+    assert (f"{outputs} outputs" in kept.note()) == (kept.stride > 1)
+
+
+def test_a_run_without_an_output_has_no_page():
+    with pytest.raises(LogError, match="no sample"):
+        Frames(View((), lambda sample: {}, ())).time  # noqa: B018
+
+
+HOSTILE = "</script><script>alert(1)</script><img src=http://example.org/x onerror=alert(2)>"
+
+
+def test_a_page_asks_no_network_and_its_texts_are_no_markup():
+    document = {"title": HOSTILE, "kind": "run", "notes": [HOSTILE, "<!--"], "figures": [{"words": HOSTILE}]}
+    page = html(document)
+    assert "default-src 'none'" in page
+    assert page.count("</script>") == len(SCRIPTS) + 1  # the scripts' own, and the document's
+    text = re.search(r'<script type="application/json" id="document">(.*?)</script>', page, re.DOTALL)[1]
+    assert json.loads(text)["notes"] == [HOSTILE, "<!--"]
+    assert HOSTILE not in page
+    page = re.sub(r"<title>.*?</title>", "", page).replace(text, "")  # there it is text
+    assert not re.search(r"(src|href)\s*=\s*[\"']?https?:", page)
+    assert "MIT License" in page
+    assert "@@" not in page.replace("@@iterator", "")
+
+
+@pytest.fixture(scope="module", params=SHORT)
+def shown(request):
+    """(kind, scene, document) of a short run of each kind."""
+    source, *overrides = SHORT[request.param]
+    scene = load_scene(source, overrides) if isinstance(source, str) else parse_scene(source, "a test")
+    return request.param, scene, document_of_run(simulate(scene)).document
+
+
+def test_every_kind_has_a_view_whose_names_are_its_series(shown):
+    kind, _, document = shown
+    view, held = document["view"], {one["name"]: one for one in document["packed"]["series"]}
+    named = {line["series"] for panel in view["panels"] for line in panel["lines"]}
+    words = ("position", "deviation", "orientation", "turn", "tilt")
+    named |= {one[word] for one in view["solids"] for word in words if one[word]}
+    words = (
+        "vector",
+        "size",
+        "point",
+        "normal",
+        "semi_major",
+        "semi_minor",
+        "pressure",
+        "major_axis",
+        "nodes",
+        "values",
+    )
+    named |= {one[word] for one in view["marks"] for word in (*words, "deflection", "position") if one.get(word)}
+    named |= {*view["look"]["around"], *((view["enlarged"] or {}).get("series", ()))}
+    assert named <= set(held)
+    assert len(view["panels"]) >= 2
+    for panel in view["panels"]:
+        for line in panel["lines"]:
+            assert line["column"] < math.prod(held[line["series"]]["shape"])
+    assert bool(view["solids"] or view["marks"]) == (kind != "toy")
+    assert {one["on"] for one in view["marks"] if one.get("on")} <= {one["name"] for one in view["solids"]}
+    assert document["packed"]["frames"] > 10
+    assert html(document)
+
+
+def test_a_page_shows_the_numbers_of_the_run(shown):
+    """Each series that is a channel too has the run's values, to the step of the page."""
+    _, scene, document = shown
+    blocks = list(simulate(scene).blocks())
+    time, found = unpacked(document["packed"])
+    assert np.allclose(time, np.concatenate([block.time_ns for block in blocks]) * 1e-9, rtol=0, atol=1e-15)
+    compared = 0
+    for name in set(found) & {one.name for one in scene.channels}:
+        whole = np.concatenate([np.reshape(block.values[name], (len(block), -1)) for block in blocks])
+        span = np.ptp(whole) if whole.shape[1] > 64 else np.ptp(whole, axis=0)
+        assert (np.abs(found[name] - whole) <= span / STEPS + 1e-6 * np.abs(whole).max()).all(), name
+        compared += 1
+    assert compared >= 3
+
+
+def test_balls_of_a_bearing_touch_what_they_press_on():
+    """Seat, deviation, normal and the drawn rings fit together: a loaded ball's surface lies on its raceway."""
+    scene = load_scene("bearing_6203_loose", ["run.duration=0.002"])
+    view = KINDS["bearing"].view(Facts(scene, "hertz", "rodas4"), scene.channels)
+    block = next(simulate(scene).blocks())
+    rows = view.rows(block.sampled(range(len(block))))
+    position = rows["seat"] + rows["deviation"]
+    assert np.allclose(position, block.values["position"], atol=1e-15)
+    radius = 0.5 * scene.parameters.geometry.ball_diameter
+    touch = position[:, :, None, :] - radius * rows["normal"]
+    loaded = rows["normal_load"] > 0.0
+    rings = {one.name: one.shape["turned"] for one in view.solids if "turned" in one.shape}
+    for side, name in enumerate(("inner_ring", "outer_ring")):
+        bottom = rings[name]["strokes"][0][0][0] + rings[name]["grow"]
+        centre = rows["inner_ring_offset"][:, None, :] if side == 0 else 0.0
+        distance = np.linalg.norm((touch[:, :, side] - centre)[..., :2], axis=-1)
+        gap = (distance - bottom) if side == 0 else (bottom - distance)
+        assert np.allclose(gap, -block.values["approach"][:, :, side], atol=2e-8)
+        assert (gap[loaded[:, :, side]] < 0.0).all()
+    assert loaded.any()
+    assert not loaded.all()
+
+
+def test_figures_have_readable_units_and_their_errors():
+    figures = {"peak_pressure_pa": 2.5e9, "turns": 3, "offset_m": [1e-6, -2e-6, 0.0], "load_n": [1.0, 2.0, 3.0, 4.5]}
+    errors = {"peak_pressure_pa_error": 1e7, "load_n_error": [0.1, 0.2, 0.1, 0.1], "errors_unknown": {}}
+    rows = {row["words"]: row for row in figure_rows(figures, errors, {"turns": "of the ring"})}
+    assert (rows["peak pressure"]["value"], rows["peak pressure"]["unit"]) == ("2.5", "GPa")
+    assert rows["peak pressure"]["error"] == "0.01"
+    assert (rows["offset"]["value"], rows["offset"]["unit"]) == ("1, -2, 0", "µm")
+    assert rows["turns"]["meaning"] == "of the ring"
+    assert len(rows) == 3
+    (table,) = ball_tables(figures, errors, {})
+    assert table["rows"] == [["1"], ["2"], ["3"], ["4.5"]]
+    assert table["errors"] == ["0.2"]
+
+
+@pytest.fixture
+def log_path(tmp_path, monkeypatch):
+    """A log of 400 made up samples in several chunks, with a topic that no kind has."""
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 60_000)
+    scene = made_up_scene(balls=1)
+    write_log(made_up_run(scene, [made_up_block(scene, 400)]), tmp_path / "run.mcap", run_record=False)
+    return tmp_path / "run.mcap"
+
+
+def test_a_damaged_log_shows_what_can_be_saved(log_path):
+    whole = unpacked(document_of_log(log_path)["packed"])[0]
+    data = log_path.read_bytes()
+    log_path.write_bytes(data[: len(data) // 2])
+    document = document_of_log(log_path)
+    time, _ = unpacked(document["packed"])
+    assert 50 < len(time) < 390
+    assert (time == whole[: len(time)]).all()
+    assert f"the {len(time)} outputs that can be saved" in document["notes"][0]
+    assert "bearing_twin recover run.mcap" in document["notes"][0]
+    log_path.write_bytes(data[:20])
+    with pytest.raises(LogError):
+        document_of_log(log_path)
+
+
+def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
+    scene = made_up_scene(balls=1)
+    block, path = made_up_block(scene, 120), tmp_path / "run.mcap"
+    with LogWriter(path, scene, {"law": "hertz", "stepper": "rodas4"}) as log:
+        text = "string data"
+        number = log._log.add_topic("/camera/label", "std_msgs/msg/String", text, "", ())
+        log._log.write(number, 0, 0, b"\0\1\0\0\2\0\0\0a\0")
+        log.write_all(MessageStream(scene, choice=a_choice()).messages(block))
+    notes = document_of_log(path)["notes"]
+    assert any("/camera/label (std_msgs/msg/String)" in note for note in notes)
+    assert not any("samples" in note for note in notes)
+
+
+def test_a_recording_without_its_scene_shows_its_channels():
+    scene = made_up_scene(balls=1)
+    view = plain_view(None, scene.channels)
+    assert {line.series for panel in view.panels for line in panel.lines} == {one.name for one in scene.channels}
+
+
+@pytest.fixture(scope="module")
+def study():
+    return document_of_study(run_study(load_study("spheres_alpha_4e-5", ["samples=400", "sweep=null"])))
+
+
+def test_a_study_shows_densities_with_their_quantiles(study):
+    charts = {one["title"].partition(":")[0]: one for one in study["charts"]}
+    found = charts["Contact duration"]
+    x, bars = np.array(found["x"]), np.array(found["ys"][0])
+    assert np.isclose(bars.sum() * (x[1] - x[0]), 1.0, atol=0.03)
+    assert found["xLabel"] == "contact duration [µs]"
+    assert len(found["spans"]) == 3
+    assert all(one["low"] <= one["value"] <= one["high"] for one in found["spans"])
+    rows = {row["words"]: row for row in study["statistics"][0]["rows"]}
+    assert np.isclose(float(rows["50 % quantile"]["value"]), found["spans"][1]["value"], rtol=1e-4)
+    assert rows["mean"]["interval"]
+    assert html(study)
+
+
+def test_sources_of_variance_are_bars():
+    overrides = ["samples=50", "sensitivity=64", "quantities=[contact_duration]", "histories=[]", "workers=1"]
+    document = document_of_study(run_study(load_study("discs_small_10", overrides)))
+    (shares,) = document["shares"]
+    assert shares["orders"] == ["alone", "with others"]
+    assert all(0.5 < one["value"] < 1.5 for row in shares["rows"] for one in row["shares"])
+
+
+def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
+    out = tmp_path / "page.html"
+    assert main(["view", "two_spheres", "--out", str(out), "--json"]) == DONE
+    captured = capsys.readouterr()
+    told = json.loads(captured.out)
+    assert (told["view"], told["bytes"], told["shows"]) == (str(out), out.stat().st_size, "two_spheres")
+    assert "is run for 7.848e-05 s" in captured.err
+    assert "<title>two_spheres" in out.read_text()
+
+
+def test_view_shortens_a_long_scene_and_says_so(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("bearing_twin.command.view_command.LONGEST", 0.25)
+    monkeypatch.chdir(tmp_path)
+    assert main(["view", "ellipsoid_on_plane"]) == DONE
+    assert "0.25 s of its 4.5 s" in capsys.readouterr().err
+    assert (tmp_path / "ellipsoid_on_plane.html").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["two_spheres", "--out", "x.png"], "not the name of a page"),
+        (["two_spheres", "--gif", "x.mp4"], "not the name of a film"),
+        (["two_spheres", "--out", "none/x.html"], "none is not a folder"),
+        (["no_such.mcap"], "no_such.mcap"),
+        (["no_such_scene"], "no scene 'no_such_scene'"),
+        (["run.mcap", "--duration", "1"], "a log cannot be changed"),
+        (["spheres_alpha_4e-5", "--duration", "1"], "a study has no --duration"),
+    ],
+)
+def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, capsys, monkeypatch, words, sentence):
+    monkeypatch.chdir(tmp_path)
+    assert main(["view", *words]) == BAD_INPUT
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert len(error.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_film_without_its_library_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
+    with pytest.raises(BearingTwinError, match=r"pip install \"bearing_twin\[view\]\""), film.browser_page():
+        pass

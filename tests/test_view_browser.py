@@ -1,0 +1,246 @@
+"""Pages in a real browser: no error, no request, and what is clicked moves what is seen. `make test-environments`.
+
+Needs playwright and a Chromium; where BEARING_TWIN_REQUIRE_BROWSER or CI is set they may not be missing. Screenshots of
+every kind go to build/view/ to be looked at.
+"""
+
+import contextlib
+import io
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from test_view import HOSTILE, SHORT
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.mcap_log import write_log
+from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import load_study
+from bearing_twin.view.film import DRAWN, browser_page
+from bearing_twin.view.logs import document_of_log
+from bearing_twin.view.page import write_page
+from bearing_twin.view.run_page import document_of_run
+from bearing_twin.view.study_page import document_of_study
+
+pytestmark = pytest.mark.environment
+
+REQUIRED = bool(os.environ.get("BEARING_TWIN_REQUIRE_BROWSER") or os.environ.get("CI"))
+SCREENSHOTS = Path(__file__).resolve().parent.parent / "build" / "view"
+DESKTOP, PHONE = (1280, 800), (390, 844)
+NOISE = "GPU stall due to ReadPixels"  # what Chromium says of its own screenshots
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """One page for all tests, and what went wrong on it: errors, warnings, requests."""
+    wrong = []
+    with contextlib.ExitStack() as stack:
+        try:
+            page = stack.enter_context(browser_page(*DESKTOP))
+        except BearingTwinError as error:
+            if REQUIRED:
+                raise
+            pytest.skip(str(error))
+        page.on("console", lambda said: NOISE in said.text or wrong.append(f"{said.type}: {said.text}"))
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("request", lambda asked: asked.is_navigation_request() or wrong.append(asked.url[:100]))
+        yield page, wrong
+
+
+@pytest.fixture
+def opened(browser, tmp_path):
+    """A function that opens a document and gives the browser's page; nothing may have gone wrong by the end."""
+    page, wrong = browser
+    wrong.clear()
+
+    def show(document, size=DESKTOP):
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.goto(write_page(document, tmp_path / "page.html").as_uri())
+        page.wait_for_selector("body[data-ready]", timeout=60_000)
+        return page
+
+    yield show
+    assert wrong == []
+
+
+def seen(page, part="#space"):
+    """The pixels of a part of the page, as drawn after all that was asked for."""
+    page.evaluate(DRAWN)
+    return np.asarray(Image.open(io.BytesIO(page.locator(part).screenshot())).convert("RGB"), float)
+
+
+def until(page, condition, patience=60.0):
+    """Waits for a condition of the page, whose policy forbids playwright's own way of waiting."""
+    end = time.monotonic() + patience
+    while not page.evaluate(condition):
+        page.evaluate(DRAWN)
+        assert time.monotonic() < end, f"{condition} did not come true"
+
+
+def differs(one, other):
+    """Share of the pixels that differ."""
+    return float((np.abs(one - other).max(axis=-1) > 12.0).mean())
+
+
+def kept(page, name):
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    page.evaluate(DRAWN)
+    page.screenshot(path=SCREENSHOTS / f"{name}.png")
+
+
+def go_to(page, share):
+    """Moves the slider, as a finger does."""
+    page.evaluate(
+        "([share]) => { const slider = document.getElementById('time'); slider.value = 1000 * share;"
+        " slider.dispatchEvent(new Event('input')); }",
+        [share],
+    )
+
+
+@pytest.fixture(scope="module", params=SHORT)
+def of_kind(request):
+    source, *overrides = SHORT[request.param]
+    scene = load_scene(source, overrides) if isinstance(source, str) else parse_scene(source, "a test")
+    return request.param, document_of_run(simulate(scene)).document
+
+
+def test_slider_and_play_move_the_picture_of_every_kind(of_kind, opened):
+    kind, document = of_kind
+    page = opened(document)
+    part = "#panes" if kind == "toy" else "#space"
+    go_to(page, 0.0)
+    start = seen(page, part)
+    assert len(np.unique(start.reshape(-1, 3), axis=0)) > 50  # something is drawn
+    go_to(page, 0.4)
+    later = seen(page, part)
+    assert differs(start, later) > 2e-4
+    kept(page, kind)
+    page.click("#play")
+    until(page, "bearingView.player.frames > 3")
+    page.click("#play") if page.evaluate("bearingView.player.playing") else None
+    assert differs(later, seen(page, part)) > 2e-4
+    assert float(page.evaluate("bearingView.player.time")) > 0.4 * float(page.evaluate("bearingView.store.last"))
+    for tab in ("Figures", "Model", "Curves"):
+        page.click(f"#tabs button:text-is('{tab}')")
+    assert page.locator(".figures td").count() > 2
+
+
+def test_curves_show_the_value_under_the_pointer_zoom_and_lead_the_time(opened):
+    page = opened(document_of_run(simulate(load_scene("two_spheres"))).document)
+    curve = page.locator(".chart .u-over").first
+    box = curve.bounding_box()
+    middle = box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"]
+    page.mouse.move(*middle)
+    until(page, "document.querySelector('.readout').textContent.includes('kN')")
+    page.mouse.click(*middle)
+    now = float(page.evaluate("bearingView.player.time"))
+    assert 0.3 < now / float(page.evaluate("bearingView.store.last")) < 0.5
+    page.mouse.move(box["x"] + 0.2 * box["width"], middle[1])
+    page.mouse.down()
+    page.mouse.move(*middle, steps=5)
+    page.mouse.up()
+    spans = "bearingView.charts.map((one) => one.plot.scales.x.max - one.plot.scales.x.min)"
+    until(page, f"{spans}.every((one) => one < 30)")  # of 78 microseconds, in all panels
+    assert float(page.evaluate("bearingView.player.time")) == now  # dragging is no click
+    page.mouse.dblclick(*middle)
+    until(page, f"{spans}.every((one) => one > 70)")
+
+
+def test_a_clicked_ball_is_looked_at(opened):
+    page = opened(document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document)
+    chosen = "bearingView.selected"
+    first = page.evaluate(chosen)
+    box = page.locator("#space").bounding_box()
+    wanted = (first + 3) % 8
+    x, y = page.evaluate(
+        "([ball]) => { const stage = bearingView.stage, at = stage.bodies('balls').places[ball].clone();"
+        " at.applyMatrix4(stage.world.matrixWorld).project(stage.camera); return [0.5 + at.x / 2, 0.5 - at.y / 2]; }",
+        [wanted],
+    )
+    before = seen(page, "#details")
+    page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+    assert page.evaluate(chosen) == wanted
+    assert differs(before, seen(page, "#details")) > 1e-3
+    pressure = page.locator(".contact dd").nth(1).inner_text()
+    assert pressure.endswith(("Pa", "MPa", "GPa"))
+    small = seen(page)
+    page.select_option("#factor", "1")
+    assert differs(small, seen(page)) > 1e-3  # displacements are drawn as they are
+
+
+def test_outputs_that_come_later_are_shown(opened):
+    """What a page of a running node does: it takes outputs as they come."""
+    document = document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document
+    page = opened(document)
+    count = page.evaluate(
+        "() => { const store = bearingView.store, values = {}, last = store.count - 1;"
+        " for (const [name, one] of store.series)"
+        "   values[name] = [Array.from(one.values.slice(last * one.width, store.count * one.width))];"
+        " for (let k = 1; k <= 30; k++) bearingView.append({ time: [store.last + 0.001], values });"
+        " return [store.count, bearingView.charts[0].plot.data[0].length, bearingView.player.time]; }"
+    )
+    assert count[:2] == [51, 51]
+    assert np.isclose(count[2], 0.05)
+    page.evaluate(
+        "() => { const store = bearingView.store;"
+        " const rows = (one) => Array.from({ length: 5000 }, () => new Array(one.width).fill(0.5));"
+        " const values = Object.fromEntries([...store.series].map(([name, one]) => [name, rows(one)]));"
+        " bearingView.append({ time: Array.from({ length: 5000 }, (_, k) => 1 + 0.001 * k), values }); }"
+    )
+    assert page.evaluate("bearingView.store.count") <= 5000
+
+
+@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_nothing_is_wider_than_the_window(opened, size):
+    page = opened(document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document, size)
+    kept(page, f"bearing_{size[0]}")
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    for tab in ("Figures", "Model", "Curves"):
+        page.click(f"#tabs button:text-is('{tab}')")
+        assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    page.click("#theme")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(16, 22, 28)"
+    kept(page, f"bearing_{size[0]}_dark")
+
+
+def test_a_study_is_drawn(opened):
+    overrides = ["samples=600", "sensitivity=64", "workers=1"]
+    document = document_of_study(run_study(load_study("discs_small_10", overrides)))
+    page = opened(document)
+    kept(page, "study")
+    assert page.locator(".chart canvas").count() >= 3
+    assert page.locator(".whisker").count() >= 2
+    page.click("#tabs button:text-is('Statistics')")
+    assert "95 % interval" in page.locator("#panes").inner_text()
+
+
+def test_a_hostile_log_is_shown_as_text(opened, tmp_path):
+    scene = parse_scene({"kind": "two_spheres", "name": "quiet", "description": HOSTILE}, "a test")
+    write_log(simulate(scene), tmp_path / "run.mcap")
+    page = opened(document_of_log(tmp_path / "run.mcap"))
+    assert page.locator("#subtitle").inner_text() == HOSTILE
+    assert page.locator("img").count() == 0
+
+
+def test_a_film_moves(browser, tmp_path):
+    """The film has a browser of its own, in a process of its own: one playwright a thread."""
+    scene = load_scene("bearing_6203_loose", ["run.duration=0.02"])
+    page = write_page(document_of_run(simulate(scene)).document, tmp_path / "page.html")
+    code = (
+        "import sys; from pathlib import Path; from bearing_twin.view import film; film.SECONDS = 0.4\n"
+        "film.write_films(Path(sys.argv[1]), [Path(one) for one in sys.argv[2:]])"
+    )
+    films = [tmp_path / "film.gif", tmp_path / "film.mp4"]
+    subprocess.run([sys.executable, "-c", code, str(page), *map(str, films)], check=True, timeout=600)
+    with Image.open(films[0]) as film:
+        first = np.asarray(film.convert("RGB"), float)
+        film.seek(film.n_frames - 1)
+        assert differs(first, np.asarray(film.convert("RGB"), float)) > 1e-2
+    assert films[1].read_bytes()[4:8] == b"ftyp"
