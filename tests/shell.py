@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pages import NODE, ROOT
 
-PATIENCE = 600.0  # s for one line; a busy machine is slow, nothing else is
+PATIENCE = 1800.0  # s for one line: kernels are compiled within it, and a busy machine is slow
 
 
 class Shell:
