@@ -66,6 +66,9 @@ class Layout:
             low += channel.width
         self.width = low
 
+    def __deepcopy__(self, memo) -> "Layout":
+        return self  # it never changes
+
 
 @lru_cache(maxsize=64)
 def layout_of(channels: tuple[Channel, ...]) -> Layout:

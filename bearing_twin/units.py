@@ -3,6 +3,7 @@
 A channel, a quantity and a parameter declare the symbol; the keys of figures, JSON and costs end with the suffix.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -37,6 +38,7 @@ class Limits(NamedTuple):
             or (self.at_most is not None and value > self.at_most)
         )
 
+    @functools.cache  # noqa: B019 - there are few, and every number of every scene asks
     def text(self) -> str:
         bounds = {word.replace("_", " "): bound for word, bound in list(self._asdict().items())[:4]}
         words = [f"{word} {bound:g}" for word, bound in bounds.items() if bound is not None]

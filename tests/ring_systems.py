@@ -25,6 +25,7 @@ from bearing_twin.kinds.bearing.layout import (
     put,
 )
 from bearing_twin.kinds.bearing.linear_system import couple_jacobians, new_coupling
+from bearing_twin.kinds.bearing.pairs import add_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates
 
 AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
@@ -39,20 +40,22 @@ CASES = {
     "ring and pockets": (*SHAFT, *POCKETS),
     "ring and even cage": (*SHAFT, "cage.kind=even"),
     "even cage": ("cage.kind=even",),
+    "ring and even cage of 9 balls": (*SHAFT, "cage.kind=even", "geometry.balls=9"),
+    "ring of balls that may touch": SHAFT,
     "tilted ring and even cage": ("model.dimension=prescribed", "drive.tilt=[1e-3,-5e-4]", "cage.kind=even"),
 }
 
 
 class System:
-    """Rates of eight balls and their border as functions of their motion, and the Jacobian as the kernels fill it."""
+    """Rates of balls and their border as functions of their motion, and the Jacobian as the kernels fill it."""
 
-    def __init__(self, moving, state, border):
+    def __init__(self, moving, state, border, near=False):
         self.bearing, self.partners = moving.bearing, moving._partners()
         self.drive, self.balls = RingDrive(0.3, 150.0, 0.0), np.arange(len(state))
-        self.state, self.border = state, border
+        self.state, self.border, self.near = state, border, np.full(len(state), near)
 
     def evaluated(self, state, border):
-        coupling = new_coupling(np.zeros(len(state), np.bool_), self.balls, self.partners, border)
+        coupling = new_coupling(self.near, self.balls, self.partners, border)
         blocks = new_blocks(len(state), BORDERED_ROWS)
         into_blocks(state, blocks, AXIS_DISTANCE)
         put_pockets(self.bearing, self.balls, blocks)
@@ -63,6 +66,8 @@ class System:
             for k in range(LANES):
                 put(lanes, RING_SPEED, k, self.drive.speed)
             lane_rates(self.bearing, lanes)
+        if self.near.any():
+            add_pairs(self.bearing, coupling.pairs, blocks, blocks, LANE_RATES)
         border_rates(self.bearing, self.drive, coupling.border, 0.0, blocks)
         return coupling, blocks
 
@@ -103,7 +108,7 @@ def disturbed(name, seed=3):
     state, border = moving.state.copy(), moving.border.copy()
     state[:, :MOTION] += BALL * rng.uniform(-1.0, 1.0, (len(state), MOTION))
     border[: 2 * PLACES] += np.where(np.tile(moving.partners.free, 2) > 0, 1.0, 0.0) * RING * rng.uniform(-1, 1, 12)
-    system = System(moving, state, border)
+    system = System(moving, state, border, near="may touch" in name)
     if moving.partners.even:
         _, blocks = system.evaluated(state, border)
         from_blocks(blocks, AXIS_DISTANCE, state)

@@ -4,13 +4,25 @@ import csv
 import json
 import math
 import os
+import subprocess
+import sys
 
 import pytest
 
-from bearing_twin.charts import bearing_laws, contest, newcomers, scene_contests, stability, stability_picture
+from bearing_twin.charts import (
+    bearing_laws,
+    bearing_outputs,
+    contest,
+    newcomers,
+    scene_contests,
+    stability,
+    stability_picture,
+)
 from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Kept, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.command import all_charts
+from bearing_twin.command.chart_table import CHARTS
 from bearing_twin.command.cli import main
-from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 
 WANTED = Wanted((), lambda share: None, 0, 0.0, Kept(None))
 
@@ -150,6 +162,17 @@ def test_a_contest_writes_picture_and_table(tmp_path, monkeypatch, capsys):
     assert [row["status"] for row in csv.DictReader((tmp_path / "pairs.csv").open())].count(REFUSED) == 2
 
 
+def test_peaks_need_outputs_and_quantiles_need_samples(monkeypatch):
+    monkeypatch.setattr(bearing_outputs, "FINEST", 1e4)
+    few, many = (bearing_outputs.judge_rate("lift-off", "heaviest load", rate, 0.0).error for rate in (100.0, 3e3))
+    assert many < few
+    for name, value in (("SEEDS", 1), ("TRUE_SAMPLES", 4)):
+        monkeypatch.setattr(bearing_outputs, name, value)
+    row = bearing_outputs.judge_quantile("tolerances", "sobol", 4.0, 0.0)
+    assert (row.status, row.evaluations) == (DONE, 4)
+    assert row.error < 3.0
+
+
 def test_what_charts_there_are_and_words_that_fit_none(capsys):
     assert main(["chart", "--list", "--json"]) == 0
     assert '"stability"' in capsys.readouterr().out
@@ -161,3 +184,27 @@ def test_what_charts_there_are_and_words_that_fit_none(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["chart", "--help"])
     assert ended.value.code == 0
+
+
+def test_all_charts_go_on_where_one_failed(tmp_path, monkeypatch):
+    """Charts stand for processes that end at once; the second fails the first time round."""
+    started = []
+
+    def start(code):
+        def begin(name, folder, limit):
+            started.append(name)
+            text = f"import sys; print('no room', file=sys.stderr); sys.exit({code if name == 'beams' else 0})"
+            return subprocess.Popen([sys.executable, "-c", text], stderr=subprocess.PIPE, text=True)
+
+        return begin
+
+    monkeypatch.setattr(all_charts, "CHARTS", {name: CHARTS[name] for name in ("stability", "beams")})
+    monkeypatch.setattr(contest, "WORKERS", 1)
+    monkeypatch.setattr(all_charts, "_started", start(2))
+    with pytest.raises(BearingTwinError, match="chart beams failed: no room"):
+        all_charts.make_all(tmp_path, None)
+    monkeypatch.setattr(all_charts, "_started", start(0))
+    made = all_charts.make_all(tmp_path, None)
+    assert started == ["stability", "beams", "beams"]
+    assert set(made.result["seconds"]) == {"stability", "beams"}
+    assert list(tmp_path.iterdir()) == []

@@ -6,6 +6,7 @@ import pytest
 
 from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Errors, Promise
+from bearing_twin.report import plain_json
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, exceeds, judged
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
@@ -68,9 +69,16 @@ def test_a_table_shows_errors_behind_figures_and_marks_large_ones(capsys):
     errors = Errors(parts, (promise(2e-4),), {METHOD: "half of it is not known"})
     show_result(figures | judged(errors, figures, "done").keys)
     text = capsys.readouterr().out
-    assert "2 ± 0.5 (doubtful) N m" in text
+    assert "2000 ± 5e+02 (doubtful) N mm" in text
     assert "100, 50, 0 ± 3 N" in text
     assert any(line.split()[:2] == ["±", "0.1"] for line in text.splitlines())
     assert "0.0002 over the greatest load (wanted 0.001) ball 3" in text
     assert "method: half of it is not known" in text
     assert "by source" not in text
+
+
+def test_an_error_without_bound_is_shown_as_such(capsys):
+    parts = {"torque_nm": {METHOD: math.inf}, "load_n": {METHOD: [math.inf, 1.0, 1.0]}}
+    show_result(plain_json(FIGURES | judged(Errors(parts, (promise(math.inf),)), FIGURES, "done").keys))
+    lines = capsys.readouterr().out.splitlines()
+    assert sum("± inf (doubtful)" in line for line in lines) == 2

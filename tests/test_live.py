@@ -12,6 +12,7 @@ from bearing_twin.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.nodes.watch_orders import number_of, vector_of
+from bearing_twin.run.scene import load_scene
 from bearing_twin.view.live import MOST_ROWS, PERIOD, ROWS, Again, LiveRun
 from bearing_twin.view.live_page import live_page
 
@@ -129,3 +130,15 @@ def test_the_page_shows_texts_as_text():
     assert "@@" not in page
     assert "default-src 'none'" in page
     assert "http://" not in page.replace("http://www.w3.org/", "")
+
+
+@pytest.mark.parametrize("name", ["two_spheres", "two_discs", "sphere_on_beam", "ellipsoid_on_plane"])
+def test_every_kind_has_a_live_page(name):
+    scene = load_scene(name)
+    random = np.random.default_rng(1)
+    values = random.uniform(0.1, 0.2, (20, sum(channel.width for channel in scene.channels)))
+    run = LiveRun(scene_text(scene, a_choice()))
+    assert run.frames(samples_message(scene.channels, 0, np.arange(20) * 1000, values), 0.0)
+    page = live_page(run, "/node").decode()
+    assert name in page
+    assert '"commands":[]' in page.replace(" ", "")

@@ -19,7 +19,8 @@ from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log.mcap_log import LogWriter, write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.report import json_text
+from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import Block, Channel
 from bearing_twin.uq.run import run_study
@@ -29,9 +30,9 @@ from bearing_twin.view.frames import Frames
 from bearing_twin.view.logs import document_of_log
 from bearing_twin.view.packing import STEPS, packed
 from bearing_twin.view.page import SCRIPTS, html
-from bearing_twin.view.run_page import document_of_run
+from bearing_twin.view.run_page import described_view, document_of_run
 from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.tables import ball_tables, figure_rows
+from bearing_twin.view.tables import ball_tables, error_notes, figure_rows
 
 SHORT = {  # a short run of each kind
     "bearing": ("bearing_6203_loose", "run.duration=0.02"),
@@ -159,6 +160,17 @@ def test_every_kind_has_a_view_whose_names_are_its_series(shown):
     assert html(document)
 
 
+@pytest.mark.parametrize("name", scene_names())
+def test_every_shipped_scene_has_a_picture_in_space(name):
+    scene = load_scene(name)
+    view = KINDS[scene.kind].view(Facts(scene, "hertz", "rodas4"), scene.channels)
+    assert view.solids or view.marks
+    found = json.loads(json_text(described_view(view)))
+    numbers = [one for solid in found["solids"] for one in re.findall(r"-?\d[\d.e-]*", json.dumps(solid["shape"]))]
+    assert all(math.isfinite(float(one)) for one in numbers)
+    assert "null" not in json.dumps([found["solids"], found["marks"], found["look"]])  # what JSON makes of NaN
+
+
 def test_a_page_shows_the_numbers_of_the_run(shown):
     """Each series that is a channel too has the run's values, to the step of the page."""
     _, scene, document = shown
@@ -209,6 +221,10 @@ def test_figures_have_readable_units_and_their_errors():
     (table,) = ball_tables(figures, errors, {})
     assert table["rows"] == [["1"], ["2"], ["3"], ["4.5"]]
     assert table["errors"] == ["0.2"]
+    promise = {"norm": "of the load", "tolerance": 1e-4, "where": "at 1 s"}
+    wanted = {"loads": {"error": 2e-3, **promise}, "slip": {"error": None, **promise}}
+    (note,) = error_notes({"wanted_errors": wanted, "errors_unknown": {}})
+    assert note == "loads are off by 0.002 of the load, wanted 0.0001 at 1 s"
 
 
 @pytest.fixture

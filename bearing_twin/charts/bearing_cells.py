@@ -174,7 +174,8 @@ def _by_euler(motion, case, setting):
     states = np.full((case.count, *state.shape), np.nan)
     turned, borders = np.zeros((case.count, balls, 4)), np.zeros((case.count, BORDER))
     counts, failure = np.zeros(4, np.int64), np.zeros(2)
-    results = Results(states, turned, counts, failure, motion.stop, motion.carried, borders, motion.border)
+    last = motion.border, np.zeros((0, 0, 0))
+    results = Results(states, turned, counts, failure, motion.stop, motion.carried, borders, *last)
     what = motion.bearing, motion.drive, near, case.times, float(case.times[-1]), setting, motion.scales
     if explicit_chunk(EULER, *what, state, motion.orientation, motion.steps, results) != OK:
         raise IntegrationError(f"not finite, or through a raceway, at {failure[0]:.3g} s")

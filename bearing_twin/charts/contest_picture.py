@@ -100,12 +100,13 @@ def draw(chart, rows: list[Row], path: Path) -> None:
     lines = math.ceil(len(names) / columns)
     figure = Figure(figsize=(16, 5.0 * lines + 2.2), layout="constrained")
     FigureCanvasAgg(figure)
+    least = max(LEAST, min((0.1 * row.error for row in rows if row.status == DONE), default=LEAST))
     axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for axis, name in zip(axes.flat, names, strict=False):
         for number, method in enumerate(methods):
             _line(axis, [row for row in rows if (row.problem, row.method) == (name, method)], method, number)
         frame(axis)
-        axis.set(xscale="log", yscale="log", xlim=(0.5 * LEAST, GREATEST))
+        axis.set(xscale="log", yscale="log", xlim=(0.5 * least, GREATEST))
         axis.xaxis.set_major_locator(LogLocator(subs=(1.0,), numticks=7))
         axis.xaxis.set_minor_locator(NullLocator())
         axis.axvline(chart.wanted, color=STYLE["soft"], linewidth=1.2, linestyle=":")

@@ -162,7 +162,8 @@ def draw(points: list[TolerancePoint], path: Path) -> None:
         left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=case)
     ends = np.array([min(p.tolerance for p in points), max(p.tolerance for p in points)])
     left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
-    left.text(ends[1], ends[1] * 1.4, "as asked", ha="right", fontsize=13, color=STYLE["ink"])
+    middle = float(np.sqrt(ends.prod()))
+    left.text(0.8 * middle, 1.5 * middle, "as asked", ha="right", fontsize=13, color=STYLE["ink"])
     for factor in (1.0 / FAR, 1.0 / NEAR, 1.0, NEAR, FAR):
         right.axhline(
             factor, color=STYLE["ink"], linewidth=1.5 if factor == 1.0 else 1.0, linestyle="-" if factor == 1.0 else ":"
@@ -175,7 +176,7 @@ def draw(points: list[TolerancePoint], path: Path) -> None:
     heading(right, f"estimates (dotted: factors {NEAR:g} and {FAR:g})")
     for axis in (left, right):
         frame(axis)
-    figure.legend(loc="outside lower center", ncols=5, fontsize=12, frameon=False)
+    figure.legend(loc="outside right upper", fontsize=12, frameon=False)
     figure.suptitle("A tolerance and what it is worth", fontsize=16, color=STYLE["ink"])
     stamp(figure)
     figure.savefig(path, dpi=100)

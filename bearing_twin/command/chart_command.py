@@ -9,7 +9,7 @@ from bearing_twin.command.outcome import Outcome
 from bearing_twin.errors import BearingTwinError
 
 HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
-EXAMPLES = ("bearing_twin chart laws --out charts", "bearing_twin chart steppers", "bearing_twin chart --list")
+EXAMPLES = ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers")
 
 OPTIONS = {  # option: the charts it goes with
     "problem": made_by("problems", "contest"),

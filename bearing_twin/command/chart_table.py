@@ -30,6 +30,8 @@ CHARTS = {
     ),
     "bearing_laws": Chart("bearing_laws", "elastic laws inside a bearing's run: error and cost", 60, "contest"),
     "bearing_friction": Chart("bearing_laws", "friction models inside a bearing's run: error and cost", 60, "contest"),
+    "output_rate": Chart("bearing_outputs", "figures of a bearing over the output rate", 30, "contest"),
+    "quantiles": Chart("bearing_outputs", "what a quantile of a bearing's load costs, by sampler", 100, "contest"),
     "pairs": Chart("scene_contests", "two spheres: closed form, adaptive and fixed steps", 30, "contest"),
     "beams": Chart("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 60, "contest"),
     "two_bodies": Chart("scene_contests", "opposing points in closed form, by Newton, as a DAE", 60, "contest"),

@@ -224,7 +224,7 @@ def _words(seconds: float) -> str:
 
 def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     """The result without the errors of its figures, which join them in the table, and these; parts stay in --json."""
-    errors = {key.removesuffix(ERROR): value for key, value in result.items() if key.endswith(ERROR)}
+    errors = {key.removesuffix(ERROR): _unbounded(value) for key, value in result.items() if key.endswith(ERROR)}
     errors = {key: value for key, value in errors.items() if key in result}
     hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
     told = {
@@ -234,6 +234,13 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
     rest = {key: value for key, value in result.items() if key not in hidden | {"wanted_errors", "errors_unknown"}}
     return rest | told | ({"errors not in these": notes} if notes else {}), errors
+
+
+def _unbounded(error):
+    """An error with infinity in the place of what JSON has no number for."""
+    if isinstance(error, (list, tuple)):
+        return [_unbounded(one) for one in error]
+    return math.inf if error is None else error
 
 
 def _worth(value, error, factor: float) -> str:

@@ -8,7 +8,7 @@ from bearing_twin.command.outcome import Outcome, failure_kept
 from bearing_twin.errors import BearingTwinError
 
 HELP = "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found"
-EXAMPLES = ("bearing_twin view bearing_6203", "bearing_twin view run.mcap --out run.html")
+EXAMPLES = ("bearing_twin view run.mcap", "bearing_twin view bearing_6203_loose --duration 0.5 --out loose.html")
 LONGEST = 10.0  # simulated seconds of a scene that is run for its page
 
 

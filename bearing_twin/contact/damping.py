@@ -11,8 +11,6 @@ Two laws, both with d(h) -> 0 as h -> 0 (paper 1, section 5), for the elastic lo
 import math
 from typing import NamedTuple
 
-from scipy.optimize import brentq
-
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.errors import SceneError
@@ -54,6 +52,13 @@ def steady_damped_load(elastic, approach, approach_rate, damping, power=HERTZIAN
     return load if load > 0.0 else 0.0
 
 
+def _root(function, low, high, **tolerances) -> float:
+    """A root by Brent's method; SciPy's, whose import takes as long as a short run, when one is asked for."""
+    from scipy.optimize import brentq
+
+    return brentq(function, low, high, **tolerances)
+
+
 def damping_number(restitution: float) -> float:
     """chi v of the Hunt-Crossley law for a restitution in (0, 1]: the exact root of x (1 + e) = ln[(1+x)/(1-ex)].
 
@@ -66,14 +71,14 @@ def damping_number(restitution: float) -> float:
         return 0.0
     low = 0.5 * (1.0 - e * e)
     if e > 0.5:
-        return brentq(lambda x: _residual(e, x), low, (1.0 - 1e-12) / e, xtol=1e-300, rtol=1e-14)
+        return _root(lambda x: _residual(e, x), low, (1.0 - 1e-12) / e, xtol=1e-300, rtol=1e-14)
 
     # x comes within exp(-1/e) of 1/e: solved for w = -ln(1 - e x) instead.
     def balance(w):
         x = -math.expm1(-w) / e
         return math.log1p(x) + w - x * (1.0 + e)
 
-    w = brentq(balance, -math.log1p(-e * low), (1.0 + e) / e, xtol=1e-300, rtol=1e-14)
+    w = _root(balance, -math.log1p(-e * low), (1.0 + e) / e, xtol=1e-300, rtol=1e-14)
     return -math.expm1(-w) / e
 
 
@@ -84,12 +89,12 @@ def restitution_of(number: float) -> float:
     if number == 0.0:
         return 1.0
     if number < SERIES_BELOW:
-        return brentq(lambda e: _residual(e, number), 0.0, 1.0, xtol=1e-16, rtol=1e-14)
+        return _root(lambda e: _residual(e, number), 0.0, 1.0, xtol=1e-16, rtol=1e-14)
 
     def balance(w):
         return math.log1p(number) + w - number + math.expm1(-w)
 
-    return -math.expm1(-brentq(balance, 0.0, number + 1.0, xtol=1e-300, rtol=1e-14)) / number
+    return -math.expm1(-_root(balance, 0.0, number + 1.0, xtol=1e-300, rtol=1e-14)) / number
 
 
 def damping_for_restitution(restitution: float, speed: float) -> float:
@@ -123,7 +128,7 @@ def steady_ratio(restitution: float) -> float:
         high *= 2.0
         if high > 1e150:
             raise SceneError(f"restitution = {restitution:g} is too small for any damping; give a larger one")
-    return brentq(lambda z: math.log(steady_restitution(z) / restitution), 0.0, high, xtol=1e-300, rtol=1e-14)
+    return _root(lambda z: math.log(steady_restitution(z) / restitution), 0.0, high, xtol=1e-300, rtol=1e-14)
 
 
 def steady_damping(restitution: float, coefficient: float, mass: float, power: float = HERTZIAN) -> float:

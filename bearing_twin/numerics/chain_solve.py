@@ -14,6 +14,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.block_solve import inverse, minus_block, negative, plus, product
+from bearing_twin.numerics.lean import lean_kernel
 
 SIDE = 6  # of a tile, which holds its columns one after the other
 
@@ -93,7 +94,7 @@ def _put_corner(tile, row, column, block):
             tile[(column + c) * SIDE + row + r] = block[r][c]
 
 
-@kernel
+@lean_kernel
 def invert_tile(tile):
     """Replaces a tile by its inverse."""
     upper = inverse(_corner(tile, 0, 0))
@@ -133,7 +134,7 @@ def _mixed(tile, r, x):
     )
 
 
-@kernel
+@lean_kernel
 def _multiply(left, right):
     """The tile `right` becomes left right."""
     for c in range(SIDE):
@@ -142,7 +143,7 @@ def _multiply(left, right):
             right[c * SIDE + r] = _mixed(left, r, x)
 
 
-@kernel
+@lean_kernel
 def _subtract(target, left, right):
     """target -= left right, for tiles."""
     for c in range(SIDE):
@@ -167,7 +168,7 @@ def _subtract_vector(target, tile, vector):
         target[r] -= _mixed(tile, r, x)
 
 
-@kernel
+@lean_kernel
 def factorise_chain(chain):
     """Replaces the tiles by factors for `solve_chain`; not finite where the matrix is singular."""
     tiles, last = chain.tiles, chain.bodies - 1 if chain.linked else 0
@@ -194,7 +195,7 @@ def factorise_chain(chain):
                 _subtract(tiles[corner_tile(chain, c, b)], tiles[corner_tile(chain, c, a)], right)
 
 
-@kernel
+@lean_kernel
 def solve_chain(chain):
     """Solves for the right-hand side in `chain.right`, in place: bodies first, then the blocks of the border."""
     tiles, right, bodies, border = chain.tiles, chain.right, chain.bodies, chain.border

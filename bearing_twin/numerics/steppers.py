@@ -13,7 +13,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import scipy.integrate
 
 from bearing_twin.compiled import inlined, kernel
 
@@ -183,14 +182,6 @@ DOPRI5 = RungeKutta(
     error=np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]),
     third=np.zeros(7),
     order=5,
-)
-DOP853 = RungeKutta(
-    a=np.ascontiguousarray(scipy.integrate.DOP853.A),
-    nodes=scipy.integrate.DOP853.C,
-    weights=scipy.integrate.DOP853.B,
-    error=scipy.integrate.DOP853.E5,
-    third=scipy.integrate.DOP853.E3,
-    order=8,
 )
 ROSENBROCK = {"rodas4": RODAS4, "rodas4_landing": RODAS4._replace(lands=True), "rodas3": RODAS3}
 EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}

@@ -210,7 +210,10 @@ class Simulation:
         chunk = self.chunk_outputs
         if first < self._commanded_until:
             chunk = min(chunk, chunk_outputs(self.scene, COMMANDED_NS))
-        times = period * np.arange(1, chunk - first % chunk + 1)
+        until = first - first % chunk + chunk
+        if first < self.scene.outputs < until:
+            until = self.scene.outputs  # what lies beyond the end of the scene is seldom asked for
+        times = period * np.arange(1, until - first + 1)
         state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
         try:
             with heeding_signals():

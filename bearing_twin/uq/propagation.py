@@ -10,9 +10,9 @@ from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.change_of_variable import Derived, derive
 from bearing_twin.uq.quantities import has_closed_form
 from bearing_twin.uq.realise import Task, only_what_is_wanted, realise
-from bearing_twin.uq.scene_keys import numeric_keys, put
+from bearing_twin.uq.scene_keys import numeric_keys, placed, put
 from bearing_twin.uq.statistics import MOMENTS
-from bearing_twin.uq.study import Study, placed
+from bearing_twin.uq.study import Study
 from bearing_twin.uq.tails import refuse_missing_moments
 
 

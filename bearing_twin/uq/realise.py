@@ -12,8 +12,7 @@ from bearing_twin.run.doubt import FAILED
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import quantities_of
-from bearing_twin.uq.scene_keys import replaced
-from bearing_twin.uq.study import placed
+from bearing_twin.uq.scene_keys import placed, replaced
 
 NEVER_MEET = "the bodies never meet"
 _NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")

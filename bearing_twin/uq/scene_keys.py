@@ -47,6 +47,14 @@ def put(mapping: dict, key: str, value) -> dict:
     return _put(mapping, words_of(key), value)
 
 
+def placed(scene: dict, targets, values) -> dict:
+    """A scene's plain data with one value for each group of keys."""
+    for keys, value in zip(targets, values, strict=True):
+        for key in keys:
+            scene = put(scene, key, float(value))
+    return scene
+
+
 def replaced(parameters, key: str, value):
     """A scene's dataclass with the value (a number or an array) at that key; nothing is checked."""
     return _replaced(parameters, words_of(key), value)

@@ -9,7 +9,7 @@ from bearing_twin.parameters import choice, plain, quantity, section
 from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.uq.inputs import Input, Joint
 from bearing_twin.uq.sampling import GREATEST_SAMPLES, GREATEST_SEED, SAMPLERS, rounded
-from bearing_twin.uq.scene_keys import put
+from bearing_twin.uq.scene_keys import placed, put
 
 PROPAGATION_METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
 STATISTICS = ("mean", "std", "quantile")
@@ -125,11 +125,3 @@ class Study:
             "executor": self.executor,
             **settings,
         }
-
-
-def placed(scene: dict, targets, values) -> dict:
-    """A scene's plain data with one value for each group of keys."""
-    for keys, value in zip(targets, values, strict=True):
-        for key in keys:
-            scene = put(scene, key, float(value))
-    return scene

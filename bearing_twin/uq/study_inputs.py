@@ -7,8 +7,7 @@ from bearing_twin.parameters import echo
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.units import Limits
 from bearing_twin.uq.inputs import Input, Joint, read_input
-from bearing_twin.uq.scene_keys import checked_key, numeric_keys
-from bearing_twin.uq.study import placed
+from bearing_twin.uq.scene_keys import checked_key, numeric_keys, placed
 
 
 def read_inputs(free, scene, problems):

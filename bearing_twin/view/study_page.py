@@ -1,5 +1,6 @@
 """The document of a study: distributions with quantiles, shares of the variance, convergence, histories, statistics."""
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -9,6 +10,7 @@ from bearing_twin.pictures.style import BALL_COLOURS
 from bearing_twin.units import inverse, labelled, prefixed
 from bearing_twin.uq.picture import FAR, exact_of
 from bearing_twin.uq.result import StudyResult
+from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.view.packing import prefixes
 from bearing_twin.view.tables import DIGITS
@@ -28,6 +30,9 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     exact = exact_of(result)
     charts = [_distribution(result, name, exact.get(name)) for name in names]
     charts += [*_convergence(result, summary), *(_history(result, name) for name in study.histories)]
+    charts += [
+        _swept(result, name, summary["sweep"]) for name in names if len(summary.get("sweep", {}).get("studies", ())) > 1
+    ]
     failed = sum(summary["failed"].values())
     badges = [
         {"sort": "", "name": "samples", "text": str(summary["samples"])},
@@ -150,6 +155,20 @@ def _history(result, channel) -> dict[str, Any]:
     lines = [(words, found[key], colour, look) for key, words, colour, look in rows if key in found]
     bands = [[0, 1, BLUE]] if "0.95" in found and "0.05" in found else []
     return _chart(f"{_words(channel)} over time", unit, time * factor, lines, "time", time_unit, bands=bands)
+
+
+def _swept(result, name, sweep) -> dict[str, Any]:
+    """Quantiles of a quantity over the number that is swept."""
+    values = [one["value"] for one in sweep["studies"]]
+    found = [one["quantities"][name]["quantiles"] for one in sweep["studies"]]
+    rows = (("0.95", "95 %", {"width": 0.8}), ("0.05", "5 %", {"width": 0.8}), ("0.50", "median", {"width": 2.2}))
+    lines = [
+        (words, [one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
+        for key, words, look in rows
+    ]
+    key, unit = sweep["key"], numeric_keys(result.study.kind)[sweep["key"]].unit
+    title = f"{_words(name)} over {key}"
+    return _chart(title, result.quantity_units[name], values, lines, key, unit, bands=[[0, 1, BLUE]])
 
 
 def _shares(names, summary) -> Iterable[dict[str, Any]]:

@@ -60,6 +60,7 @@ def error_notes(errors: Mapping[str, Any]) -> list[str]:
     told = [
         f"{output} are off by {one['error']:.2g} {one['norm']}, wanted {one['tolerance']:g} {one['where']}".rstrip()
         for output, one in errors.get("wanted_errors", {}).items()
+        if one["error"] is not None
     ]
     return told + [f"Not in these errors: {name}: {text}" for name, text in errors.get("errors_unknown", {}).items()]
 

@@ -37,8 +37,10 @@ from bearing_twin.kinds.bearing.layout import (
     WORK_DONE,
     get,
     put,
+    sum_of,
 )
 from bearing_twin.kinds.bearing.ring_seat import RingMotion
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.steppers import MOST_STAGES, rosenbrock_dense
 
 CAGE_SPEED = PLACES + CAGE
@@ -138,15 +140,16 @@ def bearing_at(ring, bearing, state):
     )
 
 
-@kernel
+@lean_kernel
 def put_pockets(bearing, balls, blocks):
     """Gives every lane the angle from the cage to the pocket of its ball."""
-    for place in range(len(blocks) * LANES):
-        number = balls[min(place, len(balls) - 1)]
-        put(blocks[place // LANES], POCKET, place % LANES, 2.0 * math.pi * number / bearing.balls)
+    for block in range(len(blocks)):
+        for k in range(LANES):
+            number = balls[min(LANES * block + k, len(balls) - 1)]
+            put(blocks[block], POCKET, k, 2.0 * math.pi * number / bearing.balls)
 
 
-@kernel
+@lean_kernel
 def put_border(border, blocks):
     """Gives all lanes the motion of ring and cage, as the border has it `now`."""
     if border.partners.active:
@@ -156,7 +159,7 @@ def put_border(border, blocks):
                     put(blocks[block], BORDER_MOTION + i, k, border.now[i])
 
 
-@kernel
+@lean_kernel
 def follow_cage(border, state, blocks, row):
     """Puts balls of an even cage, whose state begins at `row`, where `state` has the cage."""
     if border.partners.even:
@@ -167,15 +170,7 @@ def follow_cage(border, state, blocks, row):
                 put(lanes, row + TANGENTIAL_VELOCITY, k, state[CAGE_SPEED] * get(lanes, row + AXIS_DISTANCE, k))
 
 
-@inlined
-def sum_of(lanes, row):
-    """The sum of the LANES numbers in a row, two and two."""
-    at = row * LANES
-    low = (lanes[at] + lanes[at + 1]) + (lanes[at + 2] + lanes[at + 3])
-    return low + ((lanes[at + 4] + lanes[at + 5]) + (lanes[at + 6] + lanes[at + 7]))
-
-
-@kernel
+@lean_kernel
 def leave_out_spares(count, blocks, row, rows):
     """Puts zeros into so many rows from `row` on of lanes that repeat the last ball, so that sums leave them out."""
     if count % LANES != 0:
@@ -185,7 +180,7 @@ def leave_out_spares(count, blocks, row, rows):
                 put(last, at, k, 0.0)
 
 
-@kernel
+@lean_kernel
 def _pulls(bearing, lanes):
     """Of an even cage's balls r (F_t - 2 m v_r w) [N m] and m r^2 [kg m^2]."""
     for k in range(LANES):
@@ -207,7 +202,7 @@ def applied_load(partners, drive, time, i):
     return found
 
 
-@kernel
+@lean_kernel
 def border_rates(bearing, drive, border, time, blocks):
     """Fills `border.rates` at the state `border.now`, from the pushes and rates of the balls in `blocks`."""
     partners, state, rates = border.partners, border.now, border.rates
@@ -233,7 +228,7 @@ def border_rates(bearing, drive, border, time, blocks):
         rates[PLACES + i] *= border.inverse[i]
 
 
-@kernel
+@lean_kernel
 def _load_ring(partners, drive, time, state, rates):
     """Adds to the forces on the ring, and fills the rates of work done and lost."""
     spin = partners.polar_inertia * (drive.speed + drive.acceleration * time)
@@ -247,7 +242,7 @@ def _load_ring(partners, drive, time, state, rates):
         rates[LOST] += partners.free[i] * drag * speed
 
 
-@kernel
+@lean_kernel
 def border_stage_state(a, border):
     """The state at which a stage takes its rates: `now`, and `end` after the last."""
     for i in range(BORDER):
@@ -257,7 +252,7 @@ def border_stage_state(a, border):
         border.now[i] = border.end[i] = total
 
 
-@kernel
+@lean_kernel
 def border_right(c, d, step, border):
     """The right-hand side of a stage."""
     for i in range(BORDER):
@@ -267,7 +262,7 @@ def border_right(c, d, step, border):
         border.right[i] = total
 
 
-@kernel
+@lean_kernel
 def border_keep(stage, border):
     """Stores the solution as a stage's, as `lanes` does."""
     for i in range(BORDER):
@@ -275,7 +270,7 @@ def border_keep(stage, border):
         border.stages[stage, i] = value if abs(value) < math.inf else 0.0
 
 
-@kernel
+@lean_kernel
 def border_finish(dense, border):
     """The end of the step, its error in units of the scales, and the terms of its interpolant."""
     partners, total, count = border.partners, 0.0, 0.0
@@ -292,7 +287,7 @@ def border_finish(dense, border):
     border.error[0] = math.sqrt(total / max(count, 1.0))
 
 
-@kernel
+@lean_kernel
 def border_inside(border, fraction, out):
     """The state (BORDER,) of ring and cage at `fraction` of the step."""
     for i in range(BORDER):

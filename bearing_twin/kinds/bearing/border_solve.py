@@ -4,8 +4,7 @@ The border's Schur complement C - sum V_j B_j^-1 U_j is summed over the balls an
 touch each other, too, are solved by `chain_solve`, to which the same tiles are handed.
 """
 
-from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.border import sum_of
+from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BALL_BY_BORDER,
@@ -32,15 +31,18 @@ from bearing_twin.kinds.bearing.layout import (
     TILT_X,
     TILT_Y,
     VELOCITY,
+    clear_rows,
     get,
     get_block,
     get_vector,
     increase,
     put,
     put_vector,
+    sum_of,
 )
 from bearing_twin.numerics import chain_solve
 from bearing_twin.numerics.block_solve import times
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add
 
 
@@ -69,7 +71,7 @@ def _border_row(g, lanes, r):
         put(lanes, tile + 30, k, -get(lanes, row + SPIN + 2, k))
 
 
-@kernel
+@lean_kernel
 def border_tiles(g, border, lanes):
     """Tiles of the linear system between the balls in `lanes` and the border, after the balls' own."""
     if len(border.partners.ring) > 0:
@@ -87,7 +89,7 @@ def border_tiles(g, border, lanes):
     _border_row(g, lanes, CAGE)
 
 
-@kernel
+@lean_kernel
 def border_corner(g, border, tile):
     """Fills the tile (36,) of the border by itself."""
     for c in range(PLACES):
@@ -101,7 +103,7 @@ def _copy(lanes, row, k, tile):
         tile[i] = get(lanes, row + i, k)
 
 
-@kernel
+@lean_kernel
 def put_border_tiles(g, border, chain, blocks):
     """Puts the border's tiles into the system of balls that touch, as its last block."""
     tiles, block = chain.tiles, chain.border - 1
@@ -155,7 +157,7 @@ def _eliminate(border, lanes, c):
         border.corner[6 * c + r] -= sum_of(lanes, SHARES + r)
 
 
-@kernel
+@lean_kernel
 def factorise_border(g, border, blocks):
     """Eliminates the balls, whose own factors stand in the lanes, from the border's system: C - sum V_j B_j^-1 U_j.
 
@@ -165,8 +167,7 @@ def factorise_border(g, border, blocks):
     for block in range(len(blocks)):
         lanes = blocks[block]
         border_tiles(g, border, lanes)
-        for i in range(SHARES * LANES, (SHARES + PLACES) * LANES):
-            lanes[i] = 0.0
+        clear_rows(lanes, SHARES, SHARES + PLACES)
         if len(border.partners.ring) > 0:
             _eliminate(border, lanes, RING_X)
             _eliminate(border, lanes, RING_Y)
@@ -204,7 +205,7 @@ def mixed(ring, lanes, row, apart, k, weights):
     return (first + second) + (weights[4] * get(lanes, row + 4 * apart, k) + last)
 
 
-@kernel
+@lean_kernel
 def solve_border(border, blocks):
     """Solves for velocities and spins of balls that do not touch, and the border's velocities; after `border_known`."""
     ring, solution, corner = border.partners.ring, border.solution, border.corner

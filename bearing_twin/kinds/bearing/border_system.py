@@ -5,8 +5,8 @@ speed (`_make_even`); all that follows is then the same for any cage and for a r
 of one statement a row, so that they become vector instructions.
 """
 
-from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.border import CAGE_SPEED, applied_load, leave_out_spares, sum_of
+from bearing_twin.compiled import inlined
+from bearing_twin.kinds.bearing.border import CAGE_SPEED, applied_load, leave_out_spares
 from bearing_twin.kinds.bearing.border_solve import mixed, six
 from bearing_twin.kinds.bearing.cage import pocket_answers
 from bearing_twin.kinds.bearing.layout import (
@@ -23,7 +23,6 @@ from bearing_twin.kinds.bearing.layout import (
     LANES,
     LOST,
     MOTION,
-    MOTION_SPAN,
     ORBIT_ANGLE,
     PLACES,
     RADIAL_VELOCITY,
@@ -34,13 +33,17 @@ from bearing_twin.kinds.bearing.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
     WORK_DONE,
+    clear_rows,
     entry,
     get,
     get_vector,
     increase,
+    multiply_rows,
     put,
+    sum_of,
 )
 from bearing_twin.kinds.bearing.ring_gradient import ring_answers
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 
 
@@ -59,7 +62,7 @@ def _to_cage(row, by_border, lanes, k):
     put(lanes, row + TANGENTIAL_VELOCITY, k, 0.0)
 
 
-@kernel
+@lean_kernel
 def _make_even(bearing, border, lanes):
     """Rewrites the Jacobian of balls by their own orbit angle and tangential velocity as one by the cage's."""
     acceleration, mass = border.rates[CAGE_SPEED], bearing.ball_mass
@@ -98,7 +101,7 @@ def _make_even(bearing, border, lanes):
         _to_cage(BORDER_BY_BALL + CAGE * MOTION, BORDER_BY_BORDER + CAGE * stride, lanes, k)
 
 
-@kernel
+@lean_kernel
 def _own_jacobian(drive, border, time):
     """What the border's accelerations answer to its own motion without the balls."""
     partners, own, inverse = border.partners, border.own, border.inverse
@@ -111,14 +114,13 @@ def _own_jacobian(drive, border, time):
     own[4, PLACES + 3] += inverse[4] * spin
 
 
-@kernel
+@lean_kernel
 def border_jacobian(ring, pockets, bearing, drive, border, time, blocks):
     """How balls and border answer to each other, at the motion of the last `border_rates`, after the balls' own."""
     partners, own, stride = border.partners, border.own, 2 * PLACES
     for block in range(len(blocks)):
         lanes = blocks[block]
-        for i in range(BALL_BY_BORDER * LANES, BALL_TILE * LANES):
-            lanes[i] = 0.0
+        clear_rows(lanes, BALL_BY_BORDER, BALL_TILE)
         if len(ring) > 0 and len(partners.ring) > 0:
             ring_answers(ring, bearing, lanes)
         if len(pockets) > 0:
@@ -132,16 +134,15 @@ def border_jacobian(ring, pockets, bearing, drive, border, time, blocks):
         lanes = blocks[block]
         for r in range(first, PLACES):
             inverse = border.inverse[r]
-            at = (BORDER_BY_BALL + r * MOTION) * LANES
-            for i in range(at, at + MOTION_SPAN):
-                lanes[i] *= inverse
+            at = BORDER_BY_BALL + r * MOTION
+            multiply_rows(lanes, at, at + MOTION, inverse)
             for c in range(first, PLACES):
                 at = BORDER_BY_BORDER + r * stride + c
                 own[r, c] += inverse * sum_of(lanes, at)
                 own[r, PLACES + c] += inverse * sum_of(lanes, at + PLACES)
 
 
-@kernel
+@lean_kernel
 def border_known(g, border, blocks):
     """What is known before a stage is solved: of the border, and added to the balls; after the balls' own."""
     solution, right = border.solution, border.right
@@ -168,7 +169,7 @@ def border_known(g, border, blocks):
             solution[PLACES + r] += sum_of(lanes, SHARES + r)
 
 
-@kernel
+@lean_kernel
 def border_follow(g, drive, time, border, blocks):
     """The border's places and integrals by its velocities, those of the balls that follow, and their integrals."""
     partners, solution = border.partners, border.solution
@@ -197,7 +198,7 @@ def border_follow(g, drive, time, border, blocks):
                 put(lanes, SOLUTION + TANGENTIAL_VELOCITY, k, radius * solution[CAGE_SPEED] + speed * grown)
 
 
-@kernel
+@lean_kernel
 def still_balls(border, blocks):
     """Takes from the right-hand sides what an even cage leaves no freedom for."""
     if border.partners.even:

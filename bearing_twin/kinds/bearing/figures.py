@@ -80,7 +80,7 @@ class BearingFigures:
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.law = parameters, choice.law
         self.still = choice.stepper == QUASI_STATIC
-        self.first, self._end = {}, None
+        self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
         self._sums = Sums(self._balls)
         self._layout, self._columns = None, None
@@ -93,17 +93,12 @@ class BearingFigures:
         self._sums.add(block, self._columns)
         if not self.first:
             self.first = self._instant(block, 0)
-        self._end = block.last(1)
+        self.last = self._instant(block, len(block) - 1)
 
     @property
     def samples(self) -> int:
         """Outputs so far."""
         return self._sums.outputs
-
-    @property
-    def last(self) -> dict:
-        """The last instant."""
-        return self._instant(self._end, 0)
 
     @property
     def greatest_load(self) -> np.ndarray:

@@ -6,7 +6,7 @@ Balls stand in blocks of lanes. Balls alone have a step size each and are solved
 
 import math
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.border import (
     border_finish,
     border_keep,
@@ -16,6 +16,7 @@ from bearing_twin.kinds.bearing.border import (
     follow_cage,
     put_border,
 )
+from bearing_twin.kinds.bearing.border_state import border_slope, copy_border
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -64,6 +65,7 @@ from bearing_twin.kinds.bearing.linear_system import (
 from bearing_twin.kinds.bearing.pairs import add_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.kinds.bearing.steps import spin_in_frame
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import rosenbrock_dense
 
@@ -89,7 +91,7 @@ def _mixed(weights, lanes, i):
     )
 
 
-@kernel
+@lean_kernel
 def _rates_at(coupling, bearing, drive, source, alpha, blocks):
     """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead; a border is where it is `now`."""
     if len(coupling) > 0:
@@ -106,7 +108,7 @@ def _rates_at(coupling, bearing, drive, source, alpha, blocks):
         _add_coupled(coupling, bearing, drive, alpha, blocks)
 
 
-@kernel
+@lean_kernel
 def _add_coupled(coupling, bearing, drive, alpha, blocks):
     """Adds what balls do to each other, and finds the rates of the border."""
     if coupling.pairs.touching:
@@ -121,7 +123,7 @@ def _moment(alpha, blocks):
     return get(blocks[0], TIME, 0) + alpha * get(blocks[0], STEP, 0)
 
 
-@kernel
+@lean_kernel
 def _loads_vary(coupling):
     """Whether what acts on the ring changes with time."""
     if len(coupling) > 0:
@@ -129,7 +131,7 @@ def _loads_vary(coupling):
     return False
 
 
-@kernel
+@lean_kernel
 def _prepare(gamma, lanes):
     """What follows from the step sizes."""
     for k in range(LANES):
@@ -139,19 +141,19 @@ def _prepare(gamma, lanes):
         put(lanes, INVERSE_STEP, i, get(lanes, INVERSE_STEP, i - LANES))
 
 
-@kernel
+@lean_kernel
 def _keep_rates(lanes):
     for i in range(STATE_SPAN):
         put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
 
 
-@kernel
+@lean_kernel
 def _take_slope(lanes):
     for i in range(STATE_SPAN):
         put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
 
 
-@kernel
+@lean_kernel
 def _stage_state(a, lanes):
     """The state at which a stage takes its rates."""
     weights = _five(a)
@@ -159,7 +161,7 @@ def _stage_state(a, lanes):
         put(lanes, END, i, get(lanes, START, i) + _mixed(weights, lanes, i))
 
 
-@kernel
+@lean_kernel
 def _stage_right(c, d, lanes):
     """The right-hand side of a stage from its rates."""
     weights = _five(c)
@@ -168,7 +170,7 @@ def _stage_right(c, d, lanes):
         put(lanes, RIGHT, i, known + _mixed(weights, lanes, i) * get(lanes, INVERSE_STEP, i))
 
 
-@kernel
+@lean_kernel
 def _keep_stage(stage, lanes):
     """Stores the solution as a stage's; one that is not finite as zero, so that it cannot haunt the next attempt."""
     row = FIRST_STAGE + stage * COLUMNS
@@ -178,7 +180,7 @@ def _keep_stage(stage, lanes):
 
 
 # One kernel, not several: what a kernel calls is compiled anew into each kernel above it.
-@kernel
+@lean_kernel
 def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
     stages, varies = len(method.alpha), drive.acceleration != 0.0 or _loads_vary(coupling)
@@ -186,23 +188,22 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     for block in range(len(blocks)):
         _prepare(method.gamma, blocks[block])
     if len(coupling) > 0:
-        coupling.border.now[:] = coupling.border.start
+        copy_border(coupling.border.start, coupling.border.now)
     if varies:
         # Times h, as the method wants it; at constant speed and load these rows stay zero.
         _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
         for block in range(len(blocks)):
             _keep_rates(blocks[block])
         if len(coupling) > 0:
-            coupling.border.slope[:] = coupling.border.rates
+            copy_border(coupling.border.rates, coupling.border.slope)
     _rates_at(coupling, bearing, drive, START, 0.0, blocks)
     for block in range(len(blocks)):
         if varies:
             _take_slope(blocks[block])
         lane_jacobian(bearing.spot, bearing, blocks[block])
     if len(coupling) > 0:
-        border = coupling.border
         if varies:
-            border.slope[:] = (border.slope - border.rates) / SLOPE_STEP
+            border_slope(SLOPE_STEP, coupling.border)
         couple_jacobians(bearing.ring, bearing.pockets, bearing, drive, _moment(0.0, blocks), coupling, blocks)
         factorise_together(coupling, blocks)
     else:
@@ -237,7 +238,7 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         _turn_lanes(method.dense, blocks[block])
 
 
-@kernel
+@lean_kernel
 def _finish(scales, lanes):
     """The end of the steps, and their errors."""
     for i in range(STATE_SPAN):
@@ -262,7 +263,7 @@ def _lane_spin(lanes, state, k):
     return spin_in_frame(get(lanes, state + AXIS_DISTANCE, k), tangential_velocity, spin)
 
 
-@kernel
+@lean_kernel
 def _turn_lanes(dense, lanes):
     """The middle of every lane's step by its interpolant, and the orientation at its end."""
     third, fourth = _five(dense[0]), _five(dense[1])
@@ -281,7 +282,7 @@ def _turn_lanes(dense, lanes):
         put_quaternion(lanes, TURNED, k, result)
 
 
-@kernel
+@lean_kernel
 def dense_ends(lanes, k, dense):
     """Fills the start, the end and the first orientation of one lane's dense step."""
     from_lane(lanes, START, k, dense.start)
@@ -289,7 +290,7 @@ def dense_ends(lanes, k, dense):
     from_lane(lanes, ORIENTATION, k, dense.orientation)
 
 
-@kernel
+@lean_kernel
 def dense_terms(weights, lanes, k, dense):
     """Fills the two terms of one lane's interpolant by the method's dense weights."""
     third, fourth = _five(weights[0]), _five(weights[1])

@@ -113,6 +113,28 @@ def increase(lanes, row, k, value):
 
 
 @inlined
+def sum_of(lanes, row):
+    """The sum of the LANES numbers in a row, two and two."""
+    at = row * LANES
+    low = (lanes[at] + lanes[at + 1]) + (lanes[at + 2] + lanes[at + 3])
+    return low + ((lanes[at + 4] + lanes[at + 5]) + (lanes[at + 6] + lanes[at + 7]))
+
+
+@inlined
+def multiply_rows(lanes, first, after, factor):
+    """Multiplies the numbers in the rows from `first` on, those from `after` on not."""
+    for i in range(first * LANES, after * LANES):
+        lanes[i] *= factor
+
+
+@inlined
+def clear_rows(lanes, first, after):
+    """Puts zeros into the rows from `first` on, those from `after` on not."""
+    for i in range(first * LANES, after * LANES):
+        lanes[i] = 0.0
+
+
+@inlined
 def get_vector(lanes, row, k):
     """Three rows of lane k from `row` on as a vector."""
     return (lanes[row * LANES + k], lanes[(row + 1) * LANES + k], lanes[(row + 2) * LANES + k])

@@ -52,6 +52,7 @@ from bearing_twin.numerics.block_solve import (
     solve_body,
     times,
 )
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add
 
 
@@ -79,7 +80,7 @@ def new_coupling(near, balls, partners, state):
     return Coupling(pairs, chain, new_border(partners, len(balls), state))
 
 
-@kernel
+@lean_kernel
 def factorise_alone(lanes):
     """Factors of every lane's Jacobian, each with its own step."""
     for k in range(LANES):
@@ -92,7 +93,7 @@ def factorise_alone(lanes):
         put_block(lanes, FACTOR_SCHUR, k, found.schur)
 
 
-@kernel
+@lean_kernel
 def solve_alone(lanes):
     """Solves W k = right for one stage of all lanes: the motion, then the integrals that only listen."""
     for k in range(LANES):
@@ -120,7 +121,7 @@ def solve_alone(lanes):
             put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + answer))
 
 
-@kernel
+@lean_kernel
 def _system(lanes):
     """The tile of every lane's own 1/g - J, without positions, and how its orbit angle follows its velocities."""
     for k in range(LANES):
@@ -143,7 +144,7 @@ def _fill_tile(lanes, row, k, tile):
         tile[i] = get(lanes, row + i, k)
 
 
-@kernel
+@lean_kernel
 def couple_jacobians(ring, pockets, bearing, drive, time, coupling, blocks):
     """Adds to the Jacobians of balls alone what balls, ring and cage are to each other.
 
@@ -155,7 +156,7 @@ def couple_jacobians(ring, pockets, bearing, drive, time, coupling, blocks):
         border_jacobian(ring, pockets, bearing, drive, coupling.border, time, blocks)
 
 
-@kernel
+@lean_kernel
 def factorise_together(coupling, blocks):
     """Factors of the linear system of all balls, ring and cage."""
     if coupling.pairs.touching:
@@ -166,7 +167,7 @@ def factorise_together(coupling, blocks):
         factorise_border(get(blocks[0], GAIN, 0), coupling.border, blocks)
 
 
-@kernel
+@lean_kernel
 def _factorise_chain(coupling, blocks):
     """Factors where balls touch."""
     pairs, chain, border = coupling.pairs, coupling.chain, coupling.border
@@ -196,7 +197,7 @@ def _factorise_chain(coupling, blocks):
     chain_solve.factorise_chain(chain)
 
 
-@kernel
+@lean_kernel
 def _known(lanes):
     """What is known of a stage before it is solved: changes of position, and the right-hand side of the rest."""
     for k in range(LANES):
@@ -210,7 +211,7 @@ def _known(lanes):
         put_vector(lanes, SOLUTION + SPIN, k, add(get_vector(lanes, RIGHT + SPIN, k), times(linear.sp, known)))
 
 
-@kernel
+@lean_kernel
 def _follow(lanes):
     """The positions of a stage by its velocities, and the integrals by both."""
     for k in range(LANES):
@@ -224,7 +225,7 @@ def _follow(lanes):
             put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + answer))
 
 
-@kernel
+@lean_kernel
 def _solve_chain(coupling, blocks):
     """Velocities and spins of balls that touch, and velocities of the border, from what is known."""
     pairs, right, border = coupling.pairs, coupling.chain.right, coupling.border
@@ -245,7 +246,7 @@ def _solve_chain(coupling, blocks):
             border.solution[PLACES + i] = right[last, i]
 
 
-@kernel
+@lean_kernel
 def solve_together(drive, time, coupling, blocks):
     """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
     pairs, border, g = coupling.pairs, coupling.border, get(blocks[0], GAIN, 0)

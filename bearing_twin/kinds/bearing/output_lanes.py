@@ -14,11 +14,8 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import (
     give_coefficients,
     lane_position,
-    neighbour_angle,
-    pair_contact,
     raceway_contact,
     ring_contact,
-    touchable,
 )
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -44,6 +41,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_quaternion,
     put_vector,
 )
+from bearing_twin.kinds.bearing.output_pairs import neighbour_gaps, write_pairs
 from bearing_twin.kinds.bearing.ring_seat import ring_in_lane
 from bearing_twin.kinds.bearing.spot import find_means, lane_answers
 from bearing_twin.numerics.rotation import (
@@ -214,47 +212,6 @@ def _spread(places, lanes, count, ball, begin, out):
             out[begin[k] + places.shared + i] = total
 
 
-@kernel
-def _neighbour_gaps(bearing, state, position, row, approach, near):
-    """Writes the approach of each ball and the next ahead; marks the pairs that touch, returns whether any does."""
-    balls, touching = bearing.balls, False
-    for k in range(balls):
-        j, near[k] = (k + 1) % balls, False
-        row[approach + k] = 0.0
-        if balls > 2 or (balls == 2 and neighbour_angle(bearing, state, k, 1) <= math.pi):
-            x = row[position + 3 * j] - row[position + 3 * k]
-            y = row[position + 3 * j + 1] - row[position + 3 * k + 1]
-            z = row[position + 3 * j + 2] - row[position + 3 * k + 2]
-            depth = 2.0 * bearing.ball_radius - math.sqrt(x * x + y * y + z * z)
-            row[approach + k], near[k] = depth, depth > 0.0
-            touching = touching or near[k]
-    return touching
-
-
-@kernel
-def _write_pairs(bearing, state, near, elastic, load, row):
-    """Writes the contacts of balls that touch: loads, then points, normals and friction of all balls; their energy."""
-    balls = bearing.balls
-    for k in range(balls):
-        for side in (1, -1):
-            if touchable(bearing, near, k, side):
-                pair = pair_contact(bearing, state, k, side)
-                row[elastic] += pair.energy
-                if side > 0:
-                    angle = state[k, ORBIT_ANGLE]
-                    cosine, sine = math.cos(angle), math.sin(angle)
-                    local = (state[k, AXIS_DISTANCE], 0.0, state[k, AXIS_DISTANCE + 2])
-                    point = about_z(cosine, sine, add(local, pair.arm))
-                    normal = about_z(cosine, sine, scaled(-1.0, pair.normal))
-                    friction = about_z(cosine, sine, pair.friction)
-                    row[load + k] = pair.normal_load
-                    for axis in range(3):
-                        place = load + balls + 3 * k + axis
-                        row[place] = point[axis]
-                        row[place + 3 * balls] = normal[axis]
-                        row[place + 6 * balls] = friction[axis]
-
-
 @inlined
 def _put_ring(ring, borders, sample, lanes, k):
     """Gives a lane the place and motion of a ring that tilts or moves."""
@@ -307,6 +264,6 @@ def write_rows(bearing, drive, times, states, orientations, borders, places, out
         _write_ring(bearing.ring, borders[sample], row, places.ring + 2)
         for column in range(places.neighbours + balls, len(row)):
             row[column] = 0.0
-        if _neighbour_gaps(bearing, states[sample], places.position, row, places.neighbours, near):
+        if neighbour_gaps(bearing, states[sample], places.position, row, places.neighbours, near):
             elastic = places.shared + ELASTIC - INNER_FORCE
-            _write_pairs(bearing, states[sample], near, elastic, places.neighbours + balls, row)
+            write_pairs(bearing, states[sample], near, elastic, places.neighbours + balls, row)

@@ -6,7 +6,6 @@ and the net torque on the ball. As values these are poor; they point to where a 
 
 import math
 
-from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.layout import (
     FORCE_ERROR,
     LANES,
@@ -19,12 +18,13 @@ from bearing_twin.kinds.bearing.layout import (
     get,
     put,
 )
+from bearing_twin.numerics.lean import lean_kernel
 
 POINTED = 3  # numbers of a ball and an interval between instants: error of force, of torque, and steps
 OF_FORCE, OF_TORQUE, STEPS_IN = range(POINTED)
 
 
-@kernel
+@lean_kernel
 def _square(first, lanes, row):
     """Writes the squared length of three rates' errors, from `first` on, into a row."""
     for k in range(LANES):
@@ -37,7 +37,7 @@ def _square(first, lanes, row):
             put(lanes, row, k, get(lanes, row, k) + error * error)
 
 
-@kernel
+@lean_kernel
 def point_out(pointer, blocks):
     """Finds what the errors of the steps just made do to force and torque, where a `pointer` wants them."""
     if len(pointer) > 0:
@@ -46,14 +46,14 @@ def point_out(pointer, blocks):
             _square(SPIN, blocks[block], TORQUE_ERROR)
 
 
-@kernel
+@lean_kernel
 def note_error(pointer, number, cell, lanes, k):
     """Notes an accepted step of ball `number` before instant `cell` in `pointer` (N, cells, POINTED), if there is one.
 
     Kept are the greatest errors of the ball's acceleration [m/s^2] and angular acceleration [rad/s^2] in the cell.
     """
     if len(pointer) > 0:
-        at = pointer[number, min(cell, pointer.shape[1] - 1)]
-        at[OF_FORCE] = max(at[OF_FORCE], math.sqrt(get(lanes, FORCE_ERROR, k)))
-        at[OF_TORQUE] = max(at[OF_TORQUE], math.sqrt(get(lanes, TORQUE_ERROR, k)))
-        at[STEPS_IN] += 1.0
+        at = min(cell, pointer.shape[1] - 1)
+        for kind, row in ((OF_FORCE, FORCE_ERROR), (OF_TORQUE, TORQUE_ERROR)):
+            pointer[number, at, kind] = max(pointer[number, at, kind], math.sqrt(get(lanes, row, k)))
+        pointer[number, at, STEPS_IN] += 1.0

@@ -13,6 +13,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.border import bearing_at, border_inside, follow_cage, put_pockets
+from bearing_twin.kinds.bearing.border_state import copy_border
 from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
@@ -54,6 +55,7 @@ from bearing_twin.kinds.bearing.steps import (
     landing,
     new_dense_step,
 )
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
 from bearing_twin.numerics.steppers import Rosenbrock, next_step
 
@@ -73,7 +75,7 @@ class ChunkTask(NamedTuple):
     scales: np.ndarray
 
 
-@kernel
+@lean_kernel
 def _next_ball(number, state, orientation, carried, steps, duration, lanes, k):
     """Puts a ball at the start of the chunk into a lane."""
     into_lane(state[number], lanes, START, k)
@@ -83,7 +85,7 @@ def _next_ball(number, state, orientation, carried, steps, duration, lanes, k):
     put(lanes, STEP, k, min(steps[number], duration))
 
 
-@kernel
+@lean_kernel
 def _cut_steps(duration, blocks):
     """Lets no lane step over the end of the chunk; what it would have stepped is kept as WANTED."""
     for lanes in blocks:
@@ -122,7 +124,7 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
     return OK, 0
 
 
-@kernel
+@lean_kernel
 def _checked(bearing, number, state, task, results):
     """Whether the state of a ball at the end of a chunk can be right; `bearing` has its ring where it is then."""
     status = check_ball(bearing, state, number)
@@ -131,7 +133,7 @@ def _checked(bearing, number, state, task, results):
     return status
 
 
-@kernel
+@lean_kernel
 def _accept_border(task, coupling, cursor, lanes, results):
     """Moves ring and cage to the end of the step, giving out the instants in it, as `_accept` does for a ball."""
     border, times = coupling.border, task.times
@@ -140,10 +142,10 @@ def _accept_border(task, coupling, cursor, lanes, results):
     while cursor < len(times) and times[cursor] <= until:
         border_inside(border, (times[cursor] - time) / step, results.border[cursor])
         cursor += 1
-    border.start[:] = border.end
+    copy_border(border.end, border.start)
 
 
-@kernel
+@lean_kernel
 def _accept_coupled(task, coupling, cursor, lanes, results):
     """Moves ring and cage on where all balls will accept the step just made."""
     if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
@@ -151,7 +153,7 @@ def _accept_coupled(task, coupling, cursor, lanes, results):
             _accept_border(task, coupling, cursor, lanes, results)
 
 
-@kernel
+@lean_kernel
 def _begin_border(coupling, task, balls, blocks):
     """Gives the lanes what they need of ring and cage before the first step."""
     for block in range(len(blocks)):
@@ -161,7 +163,7 @@ def _begin_border(coupling, task, balls, blocks):
         follow_cage(coupling.border, coupling.border.start, blocks, START)
 
 
-@kernel
+@lean_kernel
 def _bearing_now(ring, coupling, bearing):
     """The bearing with its ring where the last accepted step left it; `ring` is the bearing's."""
     if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
@@ -170,14 +172,14 @@ def _bearing_now(ring, coupling, bearing):
     return bearing
 
 
-@kernel
+@lean_kernel
 def _end_border(coupling, results):
     """Hands the state of ring and cage at the end of the chunk on."""
     if len(coupling) > 0:
-        results.last_border[:] = coupling.border.start
+        copy_border(coupling.border.start, results.last_border)
 
 
-@kernel
+@lean_kernel
 def _lane_landing(bearing, weights, lanes, k, dense):
     """Share of a lane's step after which a contact has just begun or ended; 1 where none does."""
     dense_ends(lanes, k, dense)
@@ -187,7 +189,7 @@ def _lane_landing(bearing, weights, lanes, k, dense):
     return landing(bearing, dense)
 
 
-@kernel
+@lean_kernel
 def _agree(coupling, row, least, balls, blocks):
     """Gives all coupled balls the least or the greatest number in a row; one that is not finite is the greatest."""
     if len(coupling) > 0:
@@ -200,7 +202,7 @@ def _agree(coupling, row, least, balls, blocks):
             put(blocks[place // LANES], row, place % LANES, agreed)
 
 
-@kernel
+@lean_kernel
 def _judge(task, coupling, ball, count, dense, results, blocks):
     """What each lane's step is worth: its error stands there, its share to the first landing is found."""
     counts = results.counts
@@ -226,18 +228,11 @@ def _blocks_of(coupling, balls):
     return new_blocks(1, ROSENBROCK_ROWS)
 
 
-@kernel
-def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
-    """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along.
-
-    `coupling` is empty for balls alone, else a `linear_system.Coupling`.
-    """
-    method, counts = task.method, results.counts
-    blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
-    places = len(blocks) * LANES
-    ball, cursor = np.full(places, IDLE), np.zeros(places, np.int64)
-    running = waiting = min(places, len(balls))
-    for place in range(places):
+@lean_kernel
+def _begin(task, coupling, balls, state, orientation, steps, results, ball, blocks):
+    """Puts the first balls into the lanes; returns how many."""
+    running = min(len(ball), len(balls))
+    for place in range(len(ball)):
         # A lane without a ball repeats the last one's start, as good as any.
         number = balls[min(place, running - 1)]
         lanes, k = blocks[place // LANES], place % LANES
@@ -245,6 +240,14 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
         ball[place] = number if place < running else IDLE
     _agree(coupling, STEP, True, running, blocks)
     _begin_border(coupling, task, balls, blocks)
+    return running
+
+
+@lean_kernel
+def _advance(task, coupling, balls, state, orientation, steps, results, ball, cursor, dense, blocks):
+    """`rosenbrock_chunk` in the room it has made."""
+    method, counts = task.method, results.counts
+    running = waiting = _begin(task, coupling, balls, state, orientation, steps, results, ball, blocks)
     while running > 0:
         if results.stop[0] != 0:
             return STOPPED
@@ -252,7 +255,7 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
         rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
         _judge(task, coupling, ball, len(balls), dense, results, blocks)
         _accept_coupled(task, coupling, cursor[0], blocks[0], results)
-        for place in range(places):
+        for place in range(len(ball)):
             number, lanes, k = ball[place], blocks[place // LANES], place % LANES
             if number == IDLE:
                 continue
@@ -287,3 +290,15 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
                 running -= 1
     _end_border(coupling, results)
     return OK
+
+
+@kernel
+def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
+    """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along.
+
+    `coupling` is empty for balls alone, else a `linear_system.Coupling`.
+    """
+    blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
+    places = LANES * len(blocks)
+    ball, cursor = np.full(places, IDLE), np.zeros(places, np.int64)
+    return _advance(task, coupling, balls, state, orientation, steps, results, ball, cursor, dense, blocks)

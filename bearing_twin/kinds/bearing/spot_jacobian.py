@@ -36,6 +36,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_vector,
 )
 from bearing_twin.kinds.bearing.spot import INNER_SPOTS, OUTER_SPOTS, means_of, spot_answer, spot_contacts
+from bearing_twin.numerics.lean import owning_kernel
 from bearing_twin.numerics.rotation import add, scaled
 
 GIVEN = 5  # numbers that the means over a spot depend on: both slips, spin, both semi-axes
@@ -172,7 +173,7 @@ def answers_near(coefficient, bearing, room):
         put(room, ANSWER + 8, k, inner.drive_power)
 
 
-@kernel
+@owning_kernel
 def add_spot_slopes(spot, bearing, lanes):
     """Adds to each lane's Jacobian of a bearing without friction what that over its spots does, where there is any.
 

@@ -34,8 +34,9 @@ from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_sha
 from bearing_twin.kinds.ellipsoid.outputs import outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
+from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
-from bearing_twin.numerics.steppers import DOP853, RK4
+from bearing_twin.numerics.steppers import RK4
 from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach
 from bearing_twin.stopping import SIGNALLED

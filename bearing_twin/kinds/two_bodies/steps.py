@@ -33,7 +33,7 @@ from bearing_twin.kinds.two_bodies.pair import (
     residual_of,
     track,
 )
-from bearing_twin.numerics.steppers import DOP853
+from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.shapes.tracking import LAMBDA, MU, projected
 
 METHOD = DOP853

@@ -1,0 +1,106 @@
+"""The live page in a real browser, served without ROS: outputs arrive, controls command. `make test-environments`.
+
+Needs playwright and a Chromium; where BEARING_TWIN_REQUIRE_BROWSER or CI is set they may not be missing.
+"""
+
+import os
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.stream import samples_message, scene_text
+from bearing_twin.nodes.serving import Feed, PageServer
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+from bearing_twin.view.film import browser_page
+from bearing_twin.view.live import PERIOD, LiveRun
+from bearing_twin.view.live_page import live_page
+
+pytestmark = pytest.mark.environment
+
+REQUIRED = bool(os.environ.get("BEARING_TWIN_REQUIRE_BROWSER") or os.environ.get("CI"))
+
+
+@pytest.fixture
+def served():
+    """A live page of a simulation, its server, what was commanded, and a function that goes on by one event."""
+    simulation = Simulation(load_scene("bearing_6203_loose"))
+    run, clock = LiveRun(scene_text(simulation.scene, simulation.choice)), [0.0]
+    obeyed = []
+    site = SimpleNamespace(feed=Feed(), page=lambda: live_page(run, "/bearing/sim_node"))
+    site.obey = lambda command: obeyed.append(command) or "done"
+
+    def go_on():
+        block = simulation.advance(50)
+        clock[0] += 2.0 * PERIOD
+        data = samples_message(block.channels, block.first_sequence, block.time_ns, block.matrix())
+        site.feed.send("frames", run.frames(data, clock[0]))
+
+    go_on()
+    server = PageServer(site, "localhost", 0)
+    server.start()
+    yield SimpleNamespace(server=server, feed=site.feed, obeyed=obeyed, go_on=go_on)
+    server.close()
+
+
+@pytest.fixture
+def browser():
+    try:
+        with browser_page(1280, 800) as page:
+            yield page
+    except BearingTwinError as error:
+        if REQUIRED:
+            raise
+        pytest.skip(str(error))
+
+
+def until(done, patience=120.0):
+    end = time.monotonic() + patience
+    while not done():
+        time.sleep(0.1)
+        assert time.monotonic() < end
+
+
+def test_outputs_arrive_and_controls_command(browser, served):
+    wrong = []
+    browser.on("pageerror", lambda error: wrong.append(str(error)))
+    here = served.server.url.partition("#")[0]
+    browser.on("request", lambda asked: asked.url.startswith(here) or wrong.append(asked.url))
+    browser.goto(served.server.url)
+    browser.wait_for_selector("#live", timeout=120_000)
+    until(lambda: served.feed.viewers == 1)
+    last = browser.evaluate("bearingView.store.last")
+
+    def later():
+        served.go_on()
+        return browser.evaluate("bearingView.store.last") > last + 0.1
+
+    until(later)
+    for button, command in (
+        ("pause", {"do": "pause", "on": True}),
+        ("go on", {"do": "pause", "on": False}),
+        ("reset", {"do": "reset"}),
+    ):
+        browser.click(f"#live button:text-is('{button}')")
+        until(lambda command=command: command in served.obeyed)
+    browser.click("#live button:text-is('set') >> nth=0")
+    until(lambda: served.obeyed[-1]["do"] == "speed")
+    assert served.obeyed[-1]["value"] == pytest.approx(
+        load_scene("bearing_6203_loose").parameters.drive.speed, rel=1e-3
+    )
+    browser.uncheck("#live-follow")
+    browser.wait_for_timeout(500)
+    count = browser.evaluate("bearingView.store.count")
+    served.go_on()
+    browser.wait_for_timeout(500)
+    assert browser.evaluate("bearingView.store.count") == count
+    assert wrong == []
+
+
+def test_without_the_token_it_is_only_to_look_at(browser, served):
+    browser.goto(served.server.url.partition("#")[0])
+    browser.wait_for_selector("#live", timeout=120_000)
+    assert browser.locator("#live button:enabled").count() == 0
+    assert "commands need the whole address" in browser.inner_text("#live-answer")
