@@ -18,49 +18,11 @@ from pathlib import Path
 
 import pytest
 from pages import NODE, ROOT, TUTORIALS, blocks
+from shell import PATIENCE, Shell
 
 pytestmark = pytest.mark.environment
 README = ROOT / "README.md"
-PATIENCE = 600.0  # s for one line; a busy machine is slow, nothing else is
 ENDLESS = ("topic echo",)  # these end with Ctrl-C; here after one message
-
-
-class Shell:
-    """Lines run one after the other in one folder, in the shell of `env.bash`; nodes run on in shells of their own."""
-
-    def __init__(self, folder: Path, domain: int):
-        self.folder, self.nodes, self.said = folder, [], {}
-        keep = {key: os.environ[key] for key in ("HOME", "PATH", "XDG_CACHE_HOME", "LANG") if key in os.environ}
-        self.environment = keep | {"ROS_DOMAIN_ID": str(domain), "MPLBACKEND": "Agg", "COLUMNS": "80"}
-
-    def run(self, line: str) -> str:
-        """The line's standard output; fails the test where it ends with another code than 0."""
-        words = ["bash", "-c", f"source {ROOT}/env.bash; export PYTHONPATH={ROOT}:$PYTHONPATH; {line}"]
-        if line.startswith(NODE):
-            with (self.folder / f"node_{len(self.nodes)}.txt").open("wb") as said:
-                self.nodes.append(
-                    subprocess.Popen(
-                        words, cwd=self.folder, env=self.environment, stdout=said, stderr=said, start_new_session=True
-                    )
-                )
-            return ""
-        done = subprocess.run(
-            words, cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=PATIENCE, check=False
-        )
-        assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}\n{self.words_of_nodes()}"
-        return done.stdout
-
-    def words_of_nodes(self) -> str:
-        return "".join(path.read_text(errors="replace") for path in sorted(self.folder.glob("node_*.txt")))
-
-    def end(self) -> None:
-        """Ctrl-C for every node; each has to end by itself, without a failure."""
-        for node in self.nodes:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(node.pid, signal.SIGINT)
-        codes = [node.wait(timeout=PATIENCE) for node in self.nodes]
-        assert set(codes) <= {0}, f"{codes}\n{self.words_of_nodes()}"
-        self.nodes.clear()
 
 
 @pytest.fixture
@@ -145,9 +107,12 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
         assert result.returncode == 0, f"{line}\n{result.stdout[-3000:]}{result.stderr[-3000:]}"
         return result.stdout
 
-    source.parent.mkdir(parents=True)
-    left_out = shutil.ignore_patterns(".*", "build", "install", "log", "demo")
-    shutil.copytree(ROOT, source, ignore=left_out)
+    source.mkdir(parents=True)
+    left_out = {"build", "install", "log", "demo"}  # of the top folder: what a build leaves there
+    kept = [one for one in ROOT.iterdir() if one.name not in left_out and not one.name.startswith(".")]
+    for one in kept:
+        copy = shutil.copytree if one.is_dir() else shutil.copy
+        copy(one, source / one.name)
     requirements = source / "requirements"
     done(f"{sys.executable} -m venv {system}", PATH=os.environ["PATH"])
     pip = f"{system}/bin/pip install -q --retries 20 --timeout 60"
