@@ -263,7 +263,6 @@ COMMANDS = {
     "contact": _of(contact_command),
     "bearing": _of(bearing_command),
     "study": _of(study_command),
-    "view": _of(view_command),
     "node": _of(node_command),
     "topics": _of(topics_command),
     "view": _of(view_command),
