@@ -63,7 +63,7 @@ def test_a_simulation_comes_back_and_verifies(tmp_path):
     log = read_log(tmp_path / "run.mcap")
     assert bits(log) == bits(simulate(run.scene))
     assert log.metadata["bearing_twin"]["law"] == run.simulation.law
-    assert log.metadata["bearing_twin"]["reason"] == run.simulation.choice_reason
+    assert log.metadata["bearing_twin"]["reason"] == run.simulation.choice.reason
     assert log.report["samples"] == 121
     assert verify(log).greatest == 0.0
 

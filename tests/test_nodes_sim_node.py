@@ -301,7 +301,7 @@ def test_a_pace_that_cannot_be_kept_is_said():
         assert float(values["real_time_factor"]) < 950.0
         assert float(values["lag_s"]) > 0.0
         assert values["law"] == node.simulation.law
-        assert values["choice_reason"] == node.simulation.choice_reason
+        assert values["choice_reason"] == node.simulation.choice.reason
 
 
 def test_the_clock_is_that_of_the_simulation():

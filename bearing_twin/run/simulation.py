@@ -20,11 +20,11 @@ from bearing_twin.sample import Block, Columns, Sample, joined, layout_of, side_
 from bearing_twin.stopping import SIGNALLED, heeding_signals
 
 CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
-CHUNK_NS = (
-    100_000_000  # ... and at most so much simulated time, so that a slow scene goes on evenly, or `longest_chunk`
-)
-COMMANDED_NS = 20_000_000  # what is computed in one go after a command, because the next makes it worthless ...
-COMMANDING_NS = 1_000_000_000  # ... for so long
+CHUNK_NS = 100_000_000  # ... and so much simulated time, so that a slow scene goes on evenly, or `longest_chunk`
+COMMANDED_NS, COMMANDING_NS = (
+    20_000_000,
+    1_000_000_000,
+)  # in one go after a command, for so long
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
@@ -51,8 +51,8 @@ class Simulation:
         self.channels = scene.channels
         self.output_period_ns = scene.output_period_ns
         self._motion = self._new_motion()
-        longest = getattr(self._motion, "longest_chunk", None)
-        self.chunk_outputs = chunk_outputs(scene, CHUNK_NS if longest is None else round(1e9 * longest))
+        longest = getattr(self._motion, "longest_chunk", None) or 1e-9 * CHUNK_NS
+        self.chunk_outputs = chunk_outputs(scene, round(1e9 * longest))
         self._layout = layout_of(self.channels)
         self._solved_seconds = 0.0
         self.reset()
@@ -72,11 +72,6 @@ class Simulation:
     def stepper(self) -> str:
         """Name of the integration method in use."""
         return self.choice.stepper
-
-    @property
-    def choice_reason(self) -> str:
-        """Why this law and this stepper."""
-        return self.choice.reason
 
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""

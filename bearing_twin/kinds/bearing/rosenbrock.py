@@ -59,8 +59,7 @@ from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
 from bearing_twin.numerics.steppers import Rosenbrock, next_step
 
-RUNNING = -1  # status of a ball that has not reached the end of the chunk
-IDLE = -1  # number of the ball in a lane without one
+RUNNING = IDLE = -1  # status of a ball that has not reached the chunk's end; number of the ball in a lane without one
 NOTHING = 1e-12  # share of a chunk that is too short for a step
 
 
@@ -205,7 +204,6 @@ def _agree(coupling, row, least, balls, blocks):
 @lean_kernel
 def _judge(task, coupling, ball, count, dense, results, blocks):
     """What each lane's step is worth: its error stands there, its share to the first landing is found."""
-    counts = results.counts
     point_out(results.pointer, blocks)
     _agree(coupling, ERROR, False, count, blocks)
     for place in range(len(ball)):
@@ -213,8 +211,8 @@ def _judge(task, coupling, ball, count, dense, results, blocks):
         put(lanes, SHARE, k, 1.0)
         if ball[place] == IDLE:
             continue
-        counts[JACOBIANS] += 1
-        counts[RATES] += len(task.method.alpha)
+        results.counts[JACOBIANS] += 1
+        results.counts[RATES] += len(task.method.alpha)
         if task.method.lands and get(lanes, ERROR, k) <= 1.0:
             put(lanes, SHARE, k, _lane_landing(task.bearing, task.method.dense, lanes, k, dense))
     _agree(coupling, SHARE, True, count, blocks)
@@ -262,9 +260,8 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
             error, step, share = get(lanes, ERROR, k), get(lanes, STEP, k), get(lanes, SHARE, k)
             if not error <= 1.0:
                 counts[REJECTIONS] += 1
-                shorter = next_step(step, error, method.order)
-                put(lanes, STEP, k, shorter)
-                if shorter < LEAST_STEP:
+                put(lanes, STEP, k, next_step(step, error, method.order))
+                if get(lanes, STEP, k) < LEAST_STEP:
                     results.failure[0], results.failure[1] = get(lanes, TIME, k), number
                     return STALLED
                 continue
@@ -273,9 +270,8 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
                 put(lanes, STEP, k, step * share)
                 continue
             counts[STEPS] += 1
-            status, cursor[place] = _accept(
-                task, number, cursor[place], state, orientation, steps, results, lanes, k, dense
-            )
+            given = _accept(task, number, cursor[place], state, orientation, steps, results, lanes, k, dense)
+            status, cursor[place] = given
             if status == RUNNING:
                 continue
             status = _checked(_bearing_now(task.bearing.ring, coupling, task.bearing), number, state, task, results)
