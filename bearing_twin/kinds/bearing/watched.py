@@ -131,7 +131,7 @@ class WatchedMotion(BearingMotion):
 
     def _pointer(self, instants: int) -> np.ndarray:
         """Room for what `pointing` notes, where the method does."""
-        pointed = self.stepper in ROSENBROCK and self.parameters.wanted.tolerance >= VERIFIABLE
+        pointed = instants and self.stepper in ROSENBROCK and self.parameters.wanted.tolerance >= VERIFIABLE
         return np.zeros((self.bearing.balls, instants, POINTED)) if pointed else super()._pointer(instants)
 
     def _look(self, part: Part) -> None:
