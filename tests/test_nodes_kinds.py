@@ -33,7 +33,7 @@ from bearing_twin.run.verification import verify
 
 # A scene a kind, short, and a pace at which a wire can follow.
 PLAYED = {
-    "bearing": ("bearing_6203", (), 1.0),
+    "bearing": ("bearing_6203", ("run.duration=0.1",), 1.0),
     "two_spheres": ("two_spheres", ("run.output_rate=5e6", "run.publish_rate=1e6"), 2e-4),
     "two_discs": ("two_discs", ("run.output_rate=40e3", "run.publish_rate=4e3"), 1e-2),
     "sphere_on_beam": ("sphere_on_beam", ("run.output_rate=500e3", "run.publish_rate=50e3"), 1e-2),
@@ -87,9 +87,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         assert recorder.failure is None
     log = read_log(path)
     assert log.scene.parameters == scene.parameters
-    run = simulate(
-        load_scene(PLAYED[kind][0], [*PLAYED[kind][1], *(["run.duration=0.1"] if kind == "bearing" else [])])
-    )
+    run = simulate(load_scene(PLAYED[kind][0], PLAYED[kind][1]))
     direct = tmp_path / "direct.mcap"
     write_log(run, direct)
     found, missing = report_of(log)

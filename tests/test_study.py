@@ -90,7 +90,7 @@ def test_keys_that_follow_an_input_take_its_value():
     [
         ({}, ["samples=0"], "samples = 0 is out of range; must be a whole number, at least 1"),
         ({}, ["samples=many"], "must be a whole number"),
-        ({}, ["sample=10"], "'sample' is no key of the study or its scene; did you mean samples?"),
+        ({}, ["sample=10"], "'sample' is no key of the study or its scene; did you mean sampler or samples?"),
         ({}, ["samples"], "must look like samples=500"),
         ({}, ["motion.first_velocity=-1"], "the bodies never meet"),
         ({}, [f"inputs.{ALPHA}x.std=1e-5"], "did you mean contact.measured_alpha?"),
