@@ -105,7 +105,7 @@ def test_far_below_the_smoothing_speed_friction_is_that_at_a_point_and_drilling_
     assert spot.friction_force == pytest.approx(point.friction_force, rel=1e-4, abs=1e-9)
     assert np.all(point.drilling_torque == 0.0)
     for row in range(3):
-        sample = {name: array[row] for name, array in spot._asdict().items()}
+        sample = {name: array[row] for name, array in spot.items()}
         details = contact_details(moving.parameters, sample)
         squares = details["semi_major"] ** 2 + details["semi_minor"] ** 2
         expected = -0.08 * sample["normal_load"] * sample["spin_rate"] * squares / 5e3
@@ -160,7 +160,7 @@ def test_forces_and_torques_on_the_rings_answer_those_on_the_balls():
 def test_thrust_makes_the_balls_drill_and_the_ring_hard_to_turn():
     """At a contact angle no rolling is free of spin on both raceways; friction at a point does not notice."""
     (_, spot), (_, point) = (run(*AXIAL, *more, count=20, period=1e-3) for more in ((SPOT,), ()))
-    last = {name: array[-1] for name, array in spot._asdict().items()}
+    last = {name: array[-1] for name, array in spot.items()}
     assert np.all(np.abs(last["contact_angle"]) > 0.05)
     assert np.all(last["drilling_torque"] * last["spin_rate"] < 0.0)
     resisting, at_a_point = -spot.inner_ring_torque[-1, 2], -point.inner_ring_torque[-1, 2]

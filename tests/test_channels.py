@@ -33,15 +33,17 @@ def test_table():
     table = topics(made_up_scene(balls=3))
     names = [topic.name for topic in table]
     assert names == [
-        "scene",
+        "scene", "robot_description",
         "ball_0/wrench", "ball_1/wrench", "ball_2/wrench", "inner_ring/wrench", "outer_ring/wrench", "/tf",
-        "contacts", "state", "inner_ring/pose", "joint_states", "markers", "samples",
+        "contacts", "state", "inner_ring/pose", "joint_states", "markers", "records/companion", "samples",
     ]  # fmt: skip
-    assert table[1].full_name == "/bearing/ball_0/wrench"
+    assert table[2].full_name == "/bearing/ball_0/wrench"
     assert table[names.index("/tf")].full_name == "/tf"
     assert {topic.qos.reliability for topic in table} == {"reliable"}
-    assert {topic.name: topic.qos.depth for topic in table if topic.qos.depth != 10} == {"scene": 1}
-    assert table[0].qos.durability == "transient_local"
+    assert {topic.name: topic.qos.depth for topic in table if topic.qos.depth != 10} == {
+        "scene": 1, "robot_description": 1,
+    }  # fmt: skip
+    assert {topic.qos.durability for topic in table[:2]} == {"transient_local"}
 
 
 def test_wrench_messages_are_the_sample():
@@ -148,7 +150,7 @@ def test_messages_come_in_order_of_time_and_table():
     stamps = [stamp for _, stamp, _ in messages]
     assert stamps == sorted(stamps)
     order = [topic.name for topic in topics(scene)]
-    assert [topic.name for topic, stamp, _ in messages if stamp == 50_000_000] == order[1:-1]
+    assert [topic.name for topic, stamp, _ in messages if stamp == 50_000_000] == order[2:-2]
 
 
 @pytest.mark.parametrize("rows", [(1,), (49,), (50,), (7, 8, 63, 64, 100), tuple(range(1, 120))])
@@ -284,12 +286,12 @@ def test_only_what_is_wanted_is_made_and_an_instant_without_any_is_told_of():
     scene = load_scene("bearing_6203", ["run.publish_rate=200"])
     block = Simulation(scene).advance(120)
     everything = [(topic.name, stamp, data) for topic, stamp, data in MessageStream(scene).messages(block)]
-    wanted = {"contacts", "samples"}
+    wanted, latched, records = {"contacts", "samples"}, {"scene", "robot_description"}, {"records/companion"}
     some = [(topic.name, stamp, data) for topic, stamp, data in MessageStream(scene).messages(block, wanted)]
-    assert [one for one in some if one[2]] == [one for one in everything if one[0] in wanted | {"scene"}]
+    assert [one for one in some if one[2]] == [one for one in everything if one[0] in wanted | latched | records]
     none = [(topic.name, stamp, data) for topic, stamp, data in MessageStream(scene).messages(block, set())]
-    assert none[0] == everything[0]
-    assert {data for _, _, data in none[1:]} == {b""}
+    assert none[:2] == everything[:2]
+    assert {data for name, _, data in none[2:] if name not in records} == {b""}
     assert {stamp for _, stamp, _ in none} == {stamp for _, stamp, _ in everything}
 
 

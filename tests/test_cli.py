@@ -82,7 +82,10 @@ def test_a_run_is_logged_reported_and_verified(log, capsys):
     verification = asked(capsys, "verify", log)
     assert verification["greatest_deviation"] == 0.0
     assert verification["samples"] == 21
-    report = asked(capsys, "report", log, "--strict")
+    # The torque of friction at a point leaves out drilling, which is more than a tenth of it.
+    report = asked(capsys, "report", log, "--strict", code=DOUBTFUL)
+    assert any("drive_torque_nm" in flag for flag in report["flags"])
+    assert report["status"] == "done"
     assert report["samples"] == 21
     assert report["missing_outputs"] == 0
     assert report["scene"] == "bearing_6203"

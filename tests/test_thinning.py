@@ -56,7 +56,7 @@ def test_what_is_kept_is_as_it_was(made_up):
     for message in raw_messages(made_up):
         kept[message.topic.name].append((message.log_time, message.data))
     for name, found in kept.items():
-        if name != SAMPLES:
+        if name != SAMPLES and "/records/" not in name:
             seldom = len(whole[name]) == 1
             assert found == [one for one in whole[name] if seldom or one[0] % round(1e9 / KEPT_RATE) == 0], name
             assert len(found) == (1 if seldom else 1 + 999 // EVERY), name

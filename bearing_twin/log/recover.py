@@ -111,7 +111,7 @@ def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage |
 
 
 def _outputs(message: LoggedMessage) -> int:
-    if message.topic.ros_type != cdr.SAMPLE_BLOCK:
+    if message.topic.ros_type != cdr.SAMPLE_BLOCK or "/records/" in message.topic.name:
         return 0
     try:
         return cdr.deserialise(cdr.SAMPLE_BLOCK, message.data).count
