@@ -66,7 +66,7 @@ def rolling():
 @pytest.fixture(scope="module")
 def pressed():
     """Thirteen balls, each touching both neighbours, at ease and ringing."""
-    return settled(FULL, 2e-3), settled(FULL, 2e-3, 0.03)
+    return settled(FULL, 3e-3), settled(FULL, 2e-3, 0.03)
 
 
 def orders(case, overrides, stepper, step):
