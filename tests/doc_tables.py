@@ -7,6 +7,7 @@ import csv
 import importlib
 import math
 import re
+import shutil
 import sys
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -30,6 +31,7 @@ from bearing_twin.uq.knowledge import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
 
 ROOT = Path(__file__).resolve().parent.parent
+MEASURED_TABLES = ("steppers.csv", "dimensions.csv")  # of charts, read by `kinds.bearing.measured`
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SHIPPED = {name: kind for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}  # not those of tests
 _PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
@@ -234,8 +236,10 @@ def written(text: str) -> str:
 
 
 def main() -> int:
-    """Writes what differs; returns the number of pages that did."""
+    """Writes what differs, and gives the chooser the tables of the charts; returns the number of pages that did."""
     changed = 0
+    for name in MEASURED_TABLES:
+        shutil.copyfile(ROOT / "docs" / name, ROOT / "config" / "measured" / name)
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         new = written(text)

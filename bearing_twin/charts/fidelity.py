@@ -1,7 +1,7 @@
 """What the chooser takes for bearings against all that could be taken: error kept or not, and cost over the least.
 
 Scenes as they ship and variants of them to which nothing was fitted, by what is wanted and how exactly. Truth is
-`rodas4` a hundred times tighter than the tightest setting. All steppers are tried at all settings; the cheapest that
+`rodas4` ten times tighter than the tightest setting. All steppers are tried at all settings; the cheapest that
 keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, measured once for each run.
 """
 
@@ -28,7 +28,7 @@ from bearing_twin.run.scene import load_scene
 
 SPAN, OUTPUTS = 0.02, 40  # s and outputs of a run
 SETTINGS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7)
-FINEST = 3e-9
+FINEST = 3e-8
 WANTED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 OUTPUTS_WANTED = ("history", LOADS)
 ENOUGH = 0.04  # CPU seconds of a timing
