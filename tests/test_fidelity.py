@@ -1,0 +1,79 @@
+"""What is chosen for bearings: from measured rows, with margins, and a reason that names them."""
+
+import math
+
+import pytest
+from doc_tables import MEASURED_TABLES, ROOT
+
+from bearing_twin.charts import fidelity
+from bearing_twin.charts.fidelity import FidelityPoint, points_of, reading
+from bearing_twin.kinds.bearing.measured import FINEST, ladders, motions_of, predictions
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
+
+
+@pytest.mark.parametrize("name", MEASURED_TABLES)
+def test_the_chooser_reads_the_tables_of_the_charts(name):
+    shown, read = (ROOT / folder / name for folder in ("docs", "config/measured"))
+    assert shown.read_bytes() == read.read_bytes(), "write them again: python tests/doc_tables.py"
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides", "motions"),
+    [
+        ("bearing_6203", (), ("settled",)),
+        ("bearing_6203_fast", (), ("fast", "settled")),
+        ("bearing_6203_start", (), ("sliding", "lift-off", "settled")),
+        ("bearing_6203_loose", (), ("lift-off", "settled")),
+        ("bearing_6203_sudden", (), ("sudden", "settled")),
+        ("bearing_6203", ("drive.offset=[0, -1e-6, 0]",), ("lift-off", "settled")),
+        ("bearing_6203", ("contact.friction_regularisation=1e-4",), ("sticking", "settled")),
+    ],
+)
+def test_a_scene_is_like_all_motions_that_it_has(scene, overrides, motions):
+    assert motions_of(load_scene(scene, overrides).parameters) == motions
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-3, 1e-5, 1e-8])
+def test_the_cheapest_row_that_keeps_what_is_wanted_is_taken_and_told(tolerance):
+    scene = load_scene("bearing_6203_loose", [f"wanted.tolerance={tolerance}"])
+    choice, found = choose(scene), predictions(scene.parameters)
+    assert choice.predicted == found[0]._asdict()
+    assert choice.setting >= FINEST
+    assert all(found[0].cost <= 1.05 * other.cost for other in found)
+    assert f"{choice.stepper} at a tolerance of {choice.setting:g}" in choice.reason
+    assert found[1].stepper in choice.reason
+    assert max(found[0].load_error, found[0].friction_error) <= tolerance
+    rungs = ladders()[found[0].motion, choice.stepper]
+    assert choice.setting <= min(30.0 * tolerance, max(rung.setting for rung in rungs))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (("contact.friction=spot",), "friction over the spot"),
+        (("cage.kind=even",), "a cage"),
+        (("contact.relaxation_time=1e-8",), "so little damping"),
+        (("geometry.balls=13",), "balls that can touch"),
+    ],
+)
+def test_what_was_not_measured_gets_the_wanted_tolerance_and_says_so(overrides, words):
+    choice = choose(load_scene("bearing_6203", overrides))
+    assert (choice.stepper, choice.setting, choice.predicted) == ("rodas4", 1e-3, None)
+    assert f"no stepper was measured with {words}" in choice.reason
+
+
+def test_a_stepper_that_is_asked_for_gets_the_wanted_tolerance():
+    choice = choose(load_scene("bearing_6203", ["solver.stepper=rodas3", "wanted.tolerance=1e-5"]))
+    assert (choice.stepper, choice.setting, choice.predicted) == ("rodas3", 1e-5, None)
+
+
+def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
+    monkeypatch.setattr(fidelity, "WANTED", (1e-2,))
+    monkeypatch.setattr(fidelity, "SETTINGS", (1e-2, 1e-4))
+    monkeypatch.setattr(fidelity, "ENOUGH", 0.0)
+    points = [FidelityPoint(*point) for point in points_of("slow")]
+    assert [point.outputs for point in points] == ["history", "loads"]
+    assert all(point.kept and point.best and math.isfinite(point.seconds) for point in points)
+    said = reading(points)
+    assert said[0].startswith("variants that nothing was fitted to: 2 of 2 choices kept what was wanted")
