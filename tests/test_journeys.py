@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 from pages import NODE, ROOT, TUTORIALS, blocks
-from shell import PATIENCE, Shell
+from shell import LASTING, PATIENCE, Shell
 
 pytestmark = pytest.mark.environment
 README = ROOT / "README.md"
@@ -62,7 +62,7 @@ def test_the_ros_part_of_the_readme_runs_line_by_line(shell):
             wait_for_log(shell.folder / "recording.mcap", shell)
             shell.end()  # sim_node and recorder_node, which completes its log
         said = shell.run(ended(line))
-        assert said.strip() or line.startswith(NODE), line
+        assert said.strip() or line.startswith(LASTING), line
     shell.end()
 
 
