@@ -107,6 +107,17 @@ class Trial(NamedTuple):
         return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
 
 
+def _timed_run(motion):
+    """The outputs of a motion over SPAN, and the CPU seconds they take."""
+    times = SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1)
+
+    def work():
+        motion.reset()
+        return motion.advance(times, SPAN)
+
+    return timed(work, ENOUGH)
+
+
 class _Trials:
     """All that can be tried on one scene, each once."""
 
@@ -122,13 +133,7 @@ class _Trials:
 
     def _run(self, stepper, setting):
         motion = BearingMotion(self.scene(setting).parameters, Choice("hertz", stepper, 0.0, "", ()))
-        times = SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1)
-
-        def work():
-            motion.reset()
-            return motion.advance(times, SPAN)
-
-        return motion, *timed(work, ENOUGH)
+        return motion, *_timed_run(motion)
 
     def trial(self, stepper: str, setting: float) -> Trial:
         """How a stepper does at a setting."""
@@ -142,14 +147,7 @@ class _Trials:
 
     def at_rest(self, choice: Choice, wanted: float) -> Trial:
         """How equilibria do."""
-        motion = bearing_motion(self.scene(wanted, LOADS).parameters, choice)
-        times = SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1)
-
-        def work():
-            motion.reset()
-            return motion.advance(times, SPAN)
-
-        out, seconds = timed(work, ENOUGH)
+        out, seconds = _timed_run(bearing_motion(self.scene(wanted, LOADS).parameters, choice))
         loads = np.abs(out.normal_load - self.exact.normal_load).max() / self.exact.normal_load.max()
         return Trial(float(loads), math.nan, seconds)
 

@@ -99,6 +99,7 @@ def unmeasured(parameters) -> str:
     return "balls that can touch" if geometry.balls > 1 and room < ROOM else ""
 
 
+@functools.cache
 def _read(name: str) -> list[dict[str, str]]:
     with share_path("config", "measured", name).open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
@@ -133,9 +134,8 @@ def predictions(parameters) -> list[Prediction]:
 
     Costs within SPREAD of each other were measured equal: the stepper that stands first in the table of steppers leads.
     """
-    found = []
+    found, motions, wanted = [], motions_of(parameters), parameters.wanted.tolerance
     for stepper in ROSENBROCK:
-        motions, wanted = motions_of(parameters), parameters.wanted.tolerance
         rungs = {one: _enough(ladders().get((one, stepper), ()), wanted) for one in motions}
         if None in rungs.values():
             continue
