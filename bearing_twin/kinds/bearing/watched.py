@@ -65,14 +65,13 @@ class WatchedMotion(BearingMotion):
 
     def _keep(self) -> None:
         super()._keep()
-        self._known = self.companion.memory(), self.setting, self.step
+        self._known = self.companion.memory(), self.setting
 
     def take_back(self) -> None:
         """Back to before the last `advance`, with what was known then."""
-        memory, setting, step = self._known
+        memory, setting = self._known
         self.companion.remember(memory)
         self._set(setting)
-        self.step = step
         self._rows = []
         super().take_back()
 
