@@ -131,7 +131,7 @@ def test_the_kernels_own_failures_leave_a_file_too(tmp_path):
 def test_a_run_that_fails_before_anything_was_given_out_tells_no_negative_time(tmp_path):
     simulation = Simulation(BALLS)
     simulation._motion.scales = simulation._motion.scales * 1e-30
-    with pytest.raises(IntegrationError, match="^before any output was given out: at ") as caught:
+    with pytest.raises(IntegrationError, match=r"^before any output was given out: at ") as caught:
         simulation.advance(100)
     assert read_failure(write_failure(caught.value, tmp_path)).good_seconds == 0.0
 
