@@ -20,11 +20,8 @@ from bearing_twin.sample import Block, Columns, Sample, joined, layout_of, side_
 from bearing_twin.stopping import SIGNALLED, heeding_signals
 
 CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
-CHUNK_NS = 100_000_000  # ... and so much simulated time, so that a slow scene goes on evenly, or `longest_chunk`
-COMMANDED_NS, COMMANDING_NS = (
-    20_000_000,
-    1_000_000_000,
-)  # in one go after a command, for so long
+CHUNK_NS = 50_000_000  # ... and so much simulated time, for which commands wait, or `longest_chunk`
+COMMANDED_NS, COMMANDING_NS = 20_000_000, 1_000_000_000  # in one go after a command, for so long
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
