@@ -22,6 +22,7 @@ from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, Run
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Answer, Goal, Request
+from bearing_twin.nodes.study_limits import Limits
 from bearing_twin.nodes.studying import Studies
 from bearing_twin.nodes.worker import Worker
 from bearing_twin.uq.drawing import Progress
@@ -31,6 +32,8 @@ PARAMETERS = (
     NodeParameter("memory", 2e9, "a study that needs more is refused, whatever it says itself", "B", 1e6, 1e12),
     NodeParameter("workers", 0, "processes a study may start, at most; 0 = one a processor", "", 0, 512),
     NodeParameter("time_limit", 3600.0, "a study that runs longer is ended, with a log of what is done", "s", 1.0, 1e6),
+    NodeParameter("samples", 0, "a study that asks for more is refused; 0 = as many as memory allows", "", 0, 2**30),
+    NodeParameter("log_quota", 1e10, "of all logs in log_folder; then a study gets none; 0 = no limit", "B", 0.0, 1e15),
     NodeParameter("study_folders", [""], "folders of study and scene files that a goal may name; empty = names alone"),
     NodeParameter(
         "executors",
@@ -55,12 +58,9 @@ class UqNode(Node):
         values = declare(self, PARAMETERS)
         self.studies = Studies(
             values["log_folder"],
-            values["memory"],
-            values["workers"],
+            Limits(**{name: values[name] for name in Limits._fields}),
             self._answered,
-            values["time_limit"],
             [one for one in values["study_folders"] if one],
-            values["executors"],
         )
         self._requests: dict[bytes, Request] = {}
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
