@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -18,6 +18,7 @@ from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
+from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
@@ -65,9 +66,10 @@ class UqNode(Node):
         self._requests: dict[bytes, Request] = {}
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
         self._heartbeat = Heartbeat(self, "studies")
+        self._arrivals = Arrivals()
         # Reentrant: one callback waits for the study that runs while others take goals and cancels.
         group, steady = ReentrantCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
-        self._server = ActionServer(
+        self._server = CountedActionServer(
             self,
             RunStudy,
             "run_study",
@@ -80,6 +82,7 @@ class UqNode(Node):
             result_service_qos_profile=ASKED,
             cancel_service_qos_profile=ASKED,
             result_timeout=RESULT_TIMEOUT,
+            arrived=self._on_arrival,
         )
         self.create_timer(LOOK_PERIOD, self._on_look, callback_group=group, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=group, clock=steady)
@@ -143,6 +146,15 @@ class UqNode(Node):
 
     # Callbacks
 
+    def _on_arrival(self, number: int) -> None:
+        lost = self._arrivals.saw(number, self.count_clients(f"{NAMESPACE}/run_study/_action/send_goal"))
+        if lost:
+            self.get_logger().warning(
+                f"{lost} goals never came here and get no answer: whoever sends so many at once must keep them all "
+                "(goal_service_qos_profile)",
+                throttle_duration_sec=1.0,
+            )
+
     def _on_goal(self, goal) -> GoalResponse:
         reason = self.studies.refusal()
         if reason:
@@ -189,6 +201,7 @@ class UqNode(Node):
         level, message = (WARN, problem) if problem else (OK, doing)
         if self.failure is not None:
             level, message = ERROR, str(self.failure)
+        values["goals_never_come"] = self._arrivals.lost if self._arrivals.known else "unknown: several clients"
         self._heartbeat.say(level, message, {"doing": doing} | values)
 
 
