@@ -366,6 +366,35 @@ def test_a_cancelled_study_keeps_what_is_done():
     assert result.as_dict()["quantities"]["contact_duration"]["mean"] > 0.0
 
 
+def test_a_cancel_waits_for_no_statistics_of_many_samples():
+    event = threading.Event()
+    result = run(
+        {**ENSEMBLE, "histories": ["normal_load"], "batch": 1_000_000},
+        ["samples=40000", "history_points=100"],
+        progress=lambda one: event.set() if one.done >= 3000 else None,
+        cancelled=event,
+    )
+    some, summary = 512, result.summary
+    assert summary["samples"] == len(result.status) >= 3000
+    assert any(f"the first {some} of {len(result.status)} samples" in doubt for doubt in result.doubts)
+    whole = run({**ENSEMBLE, "histories": ["normal_load"]}, [f"samples={some}", "history_points=100"])
+    for key in ("quantities", "histories"):
+        found, expected = summary[key], whole.summary[key]
+        for name in found:
+            shared = {one for one in found[name] if one not in ("at_mean_inputs", "least_spread")}
+            assert shared >= {"mean"}
+            assert {one: found[name][one] for one in shared} == {one: expected[name][one] for one in shared}
+
+
+def test_a_study_keeps_realisations_as_they_come(monkeypatch):
+    monkeypatch.setattr("bearing_twin.uq.ensemble.HANDED_OVER", 0.0)
+    kept = []
+    hypercube = {**LOSSY, "sampler": "latin_hypercube", "samples": 80, "workers": 1}  # one look, at its end
+    result = run(hypercube, keep=lambda values, *_: kept.append(len(values)))
+    assert sum(kept) == len(result.status) == 80
+    assert len(kept) > 3
+
+
 def test_cancel_ends_workers_in_the_middle_of_a_realisation():
     cancelled = []
     began = time.monotonic()
