@@ -223,7 +223,7 @@ class Simulation:
     def _failed(self, error: IntegrationError, sequence: int, state) -> IntegrationError:
         """The error with the time of the last output given out, and all that is needed to look into it."""
         contact = error.contact or worst_contact(self.kind, self._good, self.channels, error.body)
-        told = f"after {1e-9 * self.time_ns:.9g} s: {error}"
+        told = f"after {1e-9 * max(self.time_ns, 0):.9g} s: {error}"
         failure = IntegrationError(told, error.reason, error.seconds, error.body, contact)
         failure.record = record_of(self.scene, failure, self._good, sequence, state)
         return failure
