@@ -58,7 +58,7 @@ def soft_run(update) -> Sheet:
     shares, turned = _reversed(update)
     rows = [
         [
-            Panel("figure 12", "Figure 12: a soft disc meets a rigid wall", WIDTH, HEIGHT, outlines, "center"),
+            Panel("figure 12", "Figure 12: a soft disc meets a rigid wall", WIDTH, HEIGHT, outlines, "center", True),
             Panel("formulations", "Force at the mean inputs", TIME, FORCE, curves),
         ],
         [
