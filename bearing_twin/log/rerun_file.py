@@ -64,4 +64,5 @@ def _blueprint(panels: Panels, span: float):
         shown = blueprint.Horizontal(view, shown)
     # An impact lasts microseconds: at the pace of the clock it would be over before anything is drawn.
     pace = {"playback_speed": span / SHOWN_IN} if 0.0 < span < SHOWN_IN else {}
-    return blueprint.Blueprint(shown, blueprint.TimePanel(timeline=TIMELINE, state="collapsed", **pace), collapse_panels=True)
+    time = blueprint.TimePanel(timeline=TIMELINE, state="collapsed", **pace)
+    return blueprint.Blueprint(shown, time, collapse_panels=True)
