@@ -32,7 +32,7 @@ class Page {
     figures.append(figureTable(found.figures), ...found.tables.map((table) => ballTable(table, table.noun || view.details?.noun || "number")));
     showModel(this.panes.add("Model"), found, view.words);
     this.player = new Player($("player"), store, view.period, (time, place) => this.show(time, place),
-      (moving) => this.stage?.sharpen(moving));
+      (moving) => this.stage?.sharpen(moving), (seconds) => this.stage?.keepPace(seconds));
     if (this.details) this.select(heaviest(store, view.details));
     this.legend();
     this.player.seek(store.first);

@@ -10,7 +10,8 @@ function figureTable(rows) {
   for (const row of rows) {
     const words = make("td", {}, make("div", { class: "words" }, row.words));
     if (row.meaning) words.append(make("div", { class: "meaning" }, row.meaning));
-    const line = make("tr", {}, words, make("td", { class: "value number" }, row.value), make("td", { class: "unit" }, row.unit));
+    const sort = row.value.length > 24 ? "number long" : "number";
+    const line = make("tr", {}, words, make("td", { class: sort }, row.value), make("td", { class: "unit" }, row.unit));
     if (errors) line.append(make("td", { class: "number" }, row.error ? `± ${row.error}` : ""));
     if (intervals) line.append(make("td", { class: "number" }, row.interval));
     body.append(line);
