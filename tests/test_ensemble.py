@@ -19,7 +19,7 @@ import bearing_twin.uq.realise
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import content_digest, raw_messages
-from bearing_twin.log.study_log import SAMPLES_TOPIC, read_study, write_study
+from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
 from bearing_twin.reference.impact import equation_14, power_load, strike
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
@@ -518,16 +518,26 @@ def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_pa
     before = time.time_ns()
     result = run({**ENSEMBLE, "inputs": {ALPHA: GAMMA}})
     path = write_study(result, tmp_path / "study.mcap")
-    messages = [one for one in raw_messages(path) if one.topic.name == SAMPLES_TOPIC]
-    numbers = 0
-    for message in messages:
+    numbers, single = 0, []
+    for message in raw_messages(path):
+        if message.topic.name == REALISATIONS_TOPIC:
+            one = cdr.deserialise(cdr.REALISATION, message.data)
+            assert one.header.stamp.sec * 10**9 + one.header.stamp.nanosec == message.log_time
+            single.append((one.number, message.log_time, one.failed, one.value.tolist()))
+        if message.topic.name != SAMPLES_TOPIC:
+            continue
         block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
         assert block.first_sequence == numbers
         numbers += block.count
-        assert before <= message.log_time <= time.time_ns()
-        assert set(block.time_ns.tolist()) == {message.log_time}
-        assert message.publish_time == block.header.stamp.sec * 10**9 + block.header.stamp.nanosec == message.log_time
+        assert before <= block.time_ns[0] <= block.time_ns[-1] == message.log_time <= time.time_ns()
+        assert message.publish_time == message.log_time
+        assert [row[1] for row in single[block.first_sequence :]] == block.time_ns.tolist()
     assert numbers == len(result.status) > 0
+    assert [row[0] for row in single] == list(range(numbers))
+    assert (np.diff([row[1] for row in single]) > 0).all()
+    assert [row[2] for row in single] == (result.status > 0).tolist()
+    assert np.array_equal([row[3] for row in single], np.hstack((result.values, result.quantities)), equal_nan=True)
+    assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
 
 
 def test_a_study_without_samples_comes_back_from_its_log(tmp_path):
