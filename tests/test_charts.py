@@ -75,7 +75,7 @@ def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
     assert str(tmp_path).encode() not in path.read_bytes()
 
 
-@pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (8, 2), (9, 300), (32, 300), (200, 50)])
+@pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (9, 300), (32, 300), (200, 2)])
 def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
     path = drawn(tmp_path / "run.png", made_up_block(balls, outputs))
     assert size_of(path) == (1600, 1000)

@@ -5,12 +5,14 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
 
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import demo
+from bearing_twin.nodes.watching import Watch
 
 
 @pytest.mark.environment
@@ -60,6 +62,16 @@ def test_a_scene_that_is_no_bearing_is_refused(tmp_path):
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "two_spheres is no bearing" in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_watch_keeps_each_ellipse_where_its_load_was_greatest():
+    watch = Watch(1)
+    for load, angle in (([3.0, 1.0], [0.3, 0.1]), ([2.0, 2.0], [0.2, 0.2])):
+        watch.contacts(
+            SimpleNamespace(normal_load=load, contact_angle=angle, semi_major=load, semi_minor=load, law="hertz")
+        )
+    assert watch.ellipse_load.tolist() == [[3.0, 2.0]]
+    assert watch.contact_angle.tolist() == [[0.3, 0.2]]
 
 
 @pytest.mark.parametrize("given", ["0", "10", "99", None])
