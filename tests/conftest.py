@@ -1,5 +1,6 @@
 """Settings for all tests, and the choice of those that fit into a time."""
 
+import multiprocessing
 import time
 
 import pytest
@@ -18,6 +19,18 @@ UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
 LEFT_OUT: list[str] = []
 BEGAN: list[float] = []
+
+
+@pytest.fixture
+def quick_workers(monkeypatch):
+    """Worker processes are forks of this one, which saves the seconds that a new one takes to import what it needs.
+
+    That they work as new ones is what tests without this show.
+    """
+    context = multiprocessing.get_context
+    monkeypatch.setattr(
+        multiprocessing, "get_context", lambda method=None: context("fork" if method == "spawn" else method)
+    )
 
 
 def pytest_addoption(parser):

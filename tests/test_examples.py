@@ -34,7 +34,7 @@ def answered(run):
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys):
+def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick_workers):
     if example.stem in NEEDS_ROS:
         import ros  # noqa: F401  (skips where ROS is missing)
     monkeypatch.chdir(tmp_path)

@@ -490,6 +490,18 @@ def test_a_flush_goes_past_the_caches_of_the_machine_where_that_is_asked_for(tmp
             assert synced[-1:] == ([(tmp_path / "run.mcap").stat().st_size] if fsync else [])
 
 
+@pytest.mark.parametrize("name", ["run.mcap", "bag"])
+@pytest.mark.parametrize("within", ["log.raw_log.RawLogWriter._write_bag_file", "log.cdr.schema_text"])
+def test_ctrl_c_while_a_log_is_begun_leaves_nothing(name, within, tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"bearing_twin.{within}", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        LogWriter(tmp_path / name, SCENE)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_one_file_cannot_be_split(tmp_path):
     with pytest.raises(LogError, match="must be a folder"):
         LogWriter(tmp_path / "run.mcap", SCENE, safety=Safety(split_seconds=1.0))

@@ -40,7 +40,7 @@ EXAMPLES = blocks("python")
 
 
 @pytest.mark.parametrize("example", [text for _, text in EXAMPLES], ids=[page for page, _ in EXAMPLES])
-def test_examples_run(example, tmp_path, monkeypatch, capsys):
+def test_examples_run(example, tmp_path, monkeypatch, capsys, quick_workers):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("bearing_twin.uq.ensemble.processors", lambda: 1)
     exec(compile(example, "<example>", "exec"), {"__name__": "__main__"})
@@ -121,7 +121,7 @@ def problems_of(name):
 
 
 @pytest.mark.parametrize("page", sorted({page for page, _ in lines("bearing_twin ")}))
-def test_commands_work(page, tmp_path, monkeypatch, capsys):
+def test_commands_work(page, tmp_path, monkeypatch, capsys, quick_workers):
     """In the order of the page, in one folder: a log that one line writes is there for the next."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "docs").mkdir()

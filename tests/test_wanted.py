@@ -34,6 +34,7 @@ def test_a_changed_test_is_nearest_and_a_file_that_is_no_python_goes_by_its_name
 def test_without_git_the_core_is_run(monkeypatch, capsys):
     ran = []
     monkeypatch.setattr(wanted, "_git", lambda *words: None)
+    monkeypatch.setattr(wanted, "import_graph", lambda: GRAPH)
     done = subprocess.CompletedProcess([], 0)
     monkeypatch.setattr(wanted.subprocess, "run", lambda words, **more: ran.append(words) or done)
     assert wanted.main([]) == 0
