@@ -56,9 +56,8 @@ def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path):
     assert "_node: " in Path(named[1]).read_text()
 
 
-def test_a_scene_that_is_no_bearing_is_refused(tmp_path):
-    words = [sys.executable, "-m", "bearing_twin.nodes.entry", "demo", "--scene", "two_spheres", "--out", str(tmp_path)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=3600, check=False)
+def test_a_scene_that_is_no_bearing_is_refused(tmp_path, here):
+    done = here("demo", "--scene", "two_spheres", "--out", str(tmp_path))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "two_spheres is no bearing" in done.stderr
     assert list(tmp_path.iterdir()) == []

@@ -6,30 +6,13 @@ import subprocess
 import sys
 
 import pytest
-from ros import heard, plain_node, rclpy, ros_executor, spin_until
+from ros import heard, plain_node, ros_executor, spin_until
 
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import entry
 
 ENTRY = (sys.executable, "-m", "bearing_twin.nodes.entry")
-SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
-
-
-@pytest.fixture
-def here(monkeypatch, capfd):
-    """An executable called in this process, which saves the seconds that another one imports; as `run` tells it."""
-    kept = [signal.getsignal(number) for number in SIGNALS]
-
-    def call(name, *arguments):
-        monkeypatch.setattr(sys, "argv", [name, *arguments])
-        code = getattr(entry, name)()
-        rclpy.try_shutdown()
-        return subprocess.CompletedProcess(name, code, *capfd.readouterr())
-
-    yield call
-    for number, handler in zip(SIGNALS, kept, strict=True):
-        signal.signal(number, handler)
 
 
 def run(name, *arguments, python=(), **environment):

@@ -51,3 +51,12 @@ def test_where_there_is_none_it_says_so():
     growing = np.sin(np.pi * TIMES) * (1.0 + np.random.default_rng(4).standard_normal((100, 1)) * TIMES**2)
     with pytest.raises(StatisticError, match="no instant"):
         narrowing(TIMES, growing)
+
+
+def test_where_a_tenth_of_the_resamples_has_none_it_says_so():
+    """The least deviation of three instants is hardly less than its neighbours'."""
+    random = np.random.default_rng(3)
+    some = np.array([3.0, 2.0, 1.5]) + np.array([1.0, 0.85, 1.0]) * random.standard_normal((200, 3))
+    assert some.std(axis=0)[1] < some.std(axis=0)[[0, 2]].min()
+    with pytest.raises(StatisticError, match="no instant"):
+        least_instant(np.arange(3.0), some)
