@@ -47,15 +47,9 @@ VALUES = [7.0, 9.0]
 
 @pytest.fixture(scope="module", autouse=True)
 def numba_is_ready():
-    """Numba prepares itself at its first compilation: once here, not in every process that is forked.
-
-    These functions are compiled to be kept, not to be fast.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(numba.config, "OPT", 0)
-        for x in (1, 1.0):
-            compiled.inlined(lambda x: x * x)(x)
-        yield
+    """Numba prepares itself at its first compilation: once here, not in every process that is forked."""
+    for x in (1, 1.0):
+        compiled.inlined(lambda x: x * x)(x)
 
 
 @pytest.fixture
