@@ -64,15 +64,6 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0, inputs: n
     return Narrowing(found, float(low), float(high), mean, std, modes.modes, modes.p_value, signs)
 
 
-def least_instant(times: np.ndarray, kept: np.ndarray, seed: int = 0) -> tuple[float, float, float]:
-    """The instant [s] of least deviation of histories (n, t) without NaN, and its 95 % interval by bootstrap.
-
-    Raises StatisticError where there is none.
-    """
-    found, again, *_ = _resampled(times, kept, np.empty((len(kept), 0)), seed)
-    return (found, *map(float, np.nanquantile(again, [0.025, 0.975])))
-
-
 def _resampled(times, kept, inputs, seed):
     """The least instant, those (r,) of resamples, and covariances with each input: (d, t) and (d, r, t).
 
