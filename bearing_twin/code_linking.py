@@ -1,11 +1,11 @@
 """Kernels that are compiled once and called, not compiled anew into every kernel above them.
 
 Numba links the code of a function into each of its callers and optimises it there once more: a kernel four calls deep
-was optimised and translated four times. Here a kernel has a name that follows from what it is compiled from, its callers
-keep only that name, and the two are joined when they are loaded. A small kernel is still put into its callers.
+was optimised and translated four times. Here a kernel has a name that says what it is compiled from, its callers keep
+only that name, and the two are joined when they are loaded. A small kernel is still put into its callers.
 
-Numba also makes, for each function, what Python calls it by, which unpacks every array of every named tuple: for kernels
-of many arguments more code than their own. It is made only for what Python calls.
+Numba also makes, for each function, what Python calls it by, which unpacks every array of every named tuple: of kernels
+with many arguments more code than their own. It is made only for what Python calls.
 """
 
 import importlib
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 import numba
 from numba.core import sigutils
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
 from numba.core.registry import CPUDispatcher
 
 SMALL = 120  # instructions up to which a kernel is put into its callers: there LLVM would put it by itself
@@ -47,16 +47,27 @@ def wanted_by_python() -> bool:
     return getattr(_within, "depth", 0) == 0
 
 
+class _Flags(Flags):
+    """Numba's options of one compilation, which are no part of a kernel's name: some follow from who calls it first."""
+
+    __slots__ = ()
+
+    def get_mangle_string(self):
+        return "kernel"
+
+
 class _NamedCompiler(Compiler):
     """Numba's compiler, which names kernels by a digest, not by a number that counts on, and spares ways in."""
 
     def _compile_bytecode(self):
-        identity, flags = self.state.func_id, self.state.flags
+        identity = self.state.func_id
         keep = getattr(identity.func, "code_cache", None)
         digest = keep and keep.digest(self.state.args, self.state.targetctx.codegen())
         if digest is not None:
             identity.unique_id = digest
             identity.unique_name = f"{identity.func_qualname}${digest}"
+            self.state.flags = _Flags(self.state.flags)
+        flags = self.state.flags
         flags.no_cpython_wrapper = flags.no_cfunc_wrapper = not wanted_by_python()
         with _Within():
             return super()._compile_bytecode()
