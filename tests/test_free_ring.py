@@ -12,6 +12,9 @@ from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.cage import bump
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.kinds.bearing.start import cage_inertia
+from bearing_twin.log import cdr
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.permission import only_below
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -140,6 +143,25 @@ def test_a_pocket_pushes_back_from_nothing():
     assert load(1e-12, 1.0) == pytest.approx(0.0, abs=1e-4)
     viscous = pockets.stiffness * pockets.relaxation_time * 1e-2
     assert load(1e-4, 1e-2) - load(1e-4, 0.0) == pytest.approx(viscous, rel=0.02)
+
+
+def test_the_cage_says_its_angle_speed_and_torque():
+    """On its topic; the torque is what changes its speed, but for the friction of the pockets."""
+    assert "cage/state" not in {topic.name for topic in topics(load_scene("bearing_6203"))}
+    scene = load_scene(RIG, ["cage.kind=pockets", "run.output_rate=1e5", "run.publish_rate=1e5"])
+    block, inertia = Simulation(scene).advance(800), cage_inertia(scene.parameters)
+    found = [cdr.deserialise(cdr.JOINT_STATE, data) for topic, _, data in MessageStream(scene).messages(block)
+             if topic.name == "cage/state"]  # fmt: skip
+    assert len(found) == 800
+    assert {tuple(message.name) for message in found} == {("cage_joint",)}
+    angle, speed, torque = (np.array([one[0] for one in column]) for column in zip(
+        *((message.position, message.velocity, message.effort) for message in found), strict=True))  # fmt: skip
+    assert np.array_equal(angle, block.values["cage_angle"])
+    assert np.array_equal(speed, block.values["cage_speed"])
+    gained = inertia * np.gradient(speed, 1e-5)
+    assert np.abs(torque).max() > 1e-3
+    assert np.corrcoef(gained, torque)[0, 1] > 0.99
+    assert gained @ torque / (torque @ torque) == pytest.approx(1.0, rel=0.03)
 
 
 def test_pockets_without_clearance_and_mass_are_an_even_cage():
