@@ -71,3 +71,12 @@ def test_where_the_correlation_changes_its_sign():
     values[::9] = np.nan
     gone = np.isnan(values[:, 0])
     assert narrowing(TIMES, values, 1, inputs) == narrowing(TIMES, values[~gone], 1, inputs[~gone])
+
+
+def test_where_a_tenth_of_the_resamples_has_none_it_says_so():
+    """The least deviation of three instants is hardly less than its neighbours'."""
+    random = np.random.default_rng(3)
+    some = np.array([3.0, 2.0, 1.5]) + np.array([1.0, 0.85, 1.0]) * random.standard_normal((200, 3))
+    assert some.std(axis=0)[1] < some.std(axis=0)[[0, 2]].min()
+    with pytest.raises(StatisticError, match="no instant"):
+        least_instant(np.arange(3.0), some)
