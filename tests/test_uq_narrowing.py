@@ -34,7 +34,7 @@ def test_the_interval_covers():
     truth = fine[np.argmin((0.3 * np.sin(np.pi * (fine - 0.603) / 0.8)) ** 2 + (0.02 * np.cos(3.0 * fine)) ** 2)]
     hits = 0
     for seed in range(40):
-        _, low, high = least_instant(TIMES, histories(300, seed), seed)
+        _, low, high, _ = least_instant(TIMES, histories(300, seed), seed)
         hits += low <= truth <= high
     assert hits >= 34
 
