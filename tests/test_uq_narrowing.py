@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.errors import StatisticError
-from bearing_twin.uq.narrowing import FEWEST, least_instant, narrowing
+from bearing_twin.uq.narrowing import FEWEST, narrowing
 
 TIMES = np.linspace(0.0, 1.0, 201)
 
@@ -34,7 +34,8 @@ def test_the_interval_covers():
     truth = fine[np.argmin((0.3 * np.sin(np.pi * (fine - 0.603) / 0.8)) ** 2 + (0.02 * np.cos(3.0 * fine)) ** 2)]
     hits = 0
     for seed in range(40):
-        _, low, high, _ = least_instant(TIMES, histories(300, seed), seed)
+        found = narrowing(TIMES, histories(300, seed), seed)
+        low, high = found.low, found.high
         hits += low <= truth <= high
     assert hits >= 34
 
@@ -79,4 +80,4 @@ def test_where_a_tenth_of_the_resamples_has_none_it_says_so():
     some = np.array([3.0, 2.0, 1.5]) + np.array([1.0, 0.85, 1.0]) * random.standard_normal((200, 3))
     assert some.std(axis=0)[1] < some.std(axis=0)[[0, 2]].min()
     with pytest.raises(StatisticError, match="no instant"):
-        least_instant(np.arange(3.0), some)
+        narrowing(np.arange(3.0), some)

@@ -52,26 +52,16 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0, inputs: n
     inputs = np.empty((len(histories), 0)) if inputs is None else np.asarray(inputs, float)
     if len(kept) < FEWEST:
         raise StatisticError(f"a narrowing needs {FEWEST} histories at least, there are {len(kept)}")
-    found, low, high, signs = least_instant(times, kept, seed, inputs[np.isfinite(histories).all(axis=1)])
+    found, again, covariances, resampled = _resampled(times, kept, inputs[np.isfinite(histories).all(axis=1)], seed)
+    low, high = np.nanquantile(again, [0.025, 0.975])
+    signs = tuple(
+        _sign_change(times, found, again, one, many) for one, many in zip(covariances, resampled, strict=True)
+    )
     place = int(np.argmin(np.abs(times - found)))
     there = kept[:, place]
     modes = modality(there, seed)
     mean, std = float(there.mean()), float(there.std(ddof=1))
-    return Narrowing(found, low, high, mean, std, modes.modes, modes.p_value, signs)
-
-
-def least_instant(
-    times: np.ndarray, kept: np.ndarray, seed: int = 0, inputs: np.ndarray | None = None
-) -> tuple[float, float, float, tuple[SignChange | None, ...]]:
-    """The instant [s] of least deviation of histories (n, t) without NaN, its 95 % interval by bootstrap, the signs.
-
-    `inputs` are (n, d). Raises StatisticError where there is no such instant.
-    """
-    inputs = np.empty((len(kept), 0)) if inputs is None else inputs
-    found, again, covariances, resampled = _resampled(times, kept, inputs, seed)
-    low, high = map(float, np.nanquantile(again, [0.025, 0.975]))
-    pairs = zip(covariances, resampled, strict=True)
-    return found, low, high, tuple(_sign_change(times, found, again, one, many) for one, many in pairs)
+    return Narrowing(found, float(low), float(high), mean, std, modes.modes, modes.p_value, signs)
 
 
 def _resampled(times, kept, inputs, seed):
