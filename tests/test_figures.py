@@ -37,6 +37,7 @@ SHORTER = {  # s: until something has happened
     "ellipsoid_on_plane": 0.6,
     "ellipsoid_rocking": 0.2,
     "ellipsoid_tumbling": 0.3,
+    "two_bodies_ellipsoid": 0.05,
     "two_bodies_groove": 0.03,
     "two_bodies_superellipsoid": 0.05,
 }
