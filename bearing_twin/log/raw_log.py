@@ -53,9 +53,13 @@ class RawLogWriter:
         self._writer = Parts(names, safety)
         self._thinned: dict[int, Thinning] = {}
         self._whole: set[int] = set()  # topics that are not thinned for the time being
-        self._write_bag_file()
         self._ended = threading.Event()
-        self._unbroken.watch()
+        try:
+            self._write_bag_file()
+            self._unbroken.watch()
+        except BaseException:  # Ctrl-C
+            self._discard()
+            raise
         if safety.max_loss:
             threading.Thread(target=self._flush_often, name="log flush", daemon=True).start()
 

@@ -52,6 +52,7 @@ class ReplayNode(Node):
             self.get_namespace().strip("/"),
             values["frame_prefix"],
         )
+        self.loop.paced.tick = self._tick
         self.loop.paced.paused = values["start_paused"]
         for sentence in self.loop.left_out:
             self.get_logger().warning(sentence)
@@ -74,6 +75,9 @@ class ReplayNode(Node):
 
     def _deliver(self, message: Timed) -> None:
         self._outlet.deliver(message)
+
+    def _tick(self, time_ns: int) -> None:
+        self._outlet.tick(time_ns)
 
     def _wait_for_subscribers(self) -> None:
         wait_for_subscribers(self._outlet.publishers, self._discovery)

@@ -17,7 +17,7 @@ from bearing_twin.uq.propagation import exact_distributions, task_of, uncertain_
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.statistics import histogram, natural_density
 
-MOST_QUANTITIES = 3
+MOST_QUANTITIES = 4
 ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 FAR = 0.001  # probability left out on either side of a distribution
 
