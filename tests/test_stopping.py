@@ -85,7 +85,8 @@ def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, co
             said = process.communicate(timeout=PATIENCE)[1].decode()
         finally:
             process.kill()
-    assert process.returncode == code, said
+    # Python ends itself by SIGINT where that came while it made a class; a shell shows 130 either way.
+    assert process.returncode in (code, -number), said
     assert "Traceback" not in said
     assert path.exists() is False or len(list(read_log(path))) <= 1
 
