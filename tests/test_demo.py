@@ -1,5 +1,6 @@
 """`make demo`, shortened: three nodes as processes, nothing lost, and the files it names."""
 
+import io
 import os
 import re
 import subprocess
@@ -9,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
+from rich.console import Console
 
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import demo
@@ -38,6 +40,19 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     assert [sample.sequence for sample in read_log(log)] == list(range(1001))
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert all(len(line) <= 80 for line in result.stdout.splitlines() if line.startswith(("│", "┃")))
+
+
+@pytest.mark.parametrize(("load", "outputs"), [(0.5, 51), (12345.67, 20001)])
+def test_the_table_at_the_end_fits_80_columns(load, outputs):
+    watch = Watch(8)
+    watch.greatest[:], watch.contact_angle[:] = load, -0.3
+    watch.semi_major[:], watch.semi_minor[:], watch.count[:] = 2345.6e-6, 234.5e-6, outputs
+    console = Console(width=80, file=io.StringIO())
+    console.print(demo.result_table("a bearing", watch, 1234))
+    shown = console.file.getvalue()
+    assert "…" not in shown
+    assert f"{load:.1f}" in shown
+    assert all(word in shown for word in ("wren-", "ches", "sam-", "ples", "lost", "1234"))
 
 
 def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path):

@@ -19,7 +19,7 @@ import bearing_twin.uq.realise
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import content_digest, raw_messages
-from bearing_twin.log.study_log import SAMPLES_TOPIC, read_study, write_study
+from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
 from bearing_twin.reference.impact import equation_14, power_load, strike
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
@@ -368,6 +368,35 @@ def test_a_cancelled_study_keeps_what_is_done():
     assert result.as_dict()["quantities"]["contact_duration"]["mean"] > 0.0
 
 
+def test_a_cancel_waits_for_no_statistics_of_many_samples():
+    event = threading.Event()
+    result = run(
+        {**ENSEMBLE, "histories": ["normal_load"], "batch": 1_000_000},
+        ["samples=40000", "history_points=100"],
+        progress=lambda one: event.set() if one.done >= 3000 else None,
+        cancelled=event,
+    )
+    some, summary = 512, result.summary
+    assert summary["samples"] == len(result.status) >= 3000
+    assert any(f"the first {some} of {len(result.status)} samples" in doubt for doubt in result.doubts)
+    whole = run({**ENSEMBLE, "histories": ["normal_load"]}, [f"samples={some}", "history_points=100"])
+    for key in ("quantities", "histories"):
+        found, expected = summary[key], whole.summary[key]
+        for name in found:
+            shared = {one for one in found[name] if one not in ("at_mean_inputs", "least_spread")}
+            assert shared >= {"mean"}
+            assert {one: found[name][one] for one in shared} == {one: expected[name][one] for one in shared}
+
+
+def test_a_study_keeps_realisations_as_they_come(monkeypatch):
+    monkeypatch.setattr("bearing_twin.uq.ensemble.HANDED_OVER", 0.0)
+    kept = []
+    hypercube = {**LOSSY, "sampler": "latin_hypercube", "samples": 80, "workers": 1}  # one look, at its end
+    result = run(hypercube, keep=lambda values, *_: kept.append(len(values)))
+    assert sum(kept) == len(result.status) == 80
+    assert len(kept) > 3
+
+
 def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
     cancelled = []
     began = time.monotonic()
@@ -493,16 +522,26 @@ def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_pa
     before = time.time_ns()
     result = run({**ENSEMBLE, "inputs": {ALPHA: GAMMA}})
     path = write_study(result, tmp_path / "study.mcap")
-    messages = [one for one in raw_messages(path) if one.topic.name == SAMPLES_TOPIC]
-    numbers = 0
-    for message in messages:
+    numbers, single = 0, []
+    for message in raw_messages(path):
+        if message.topic.name == REALISATIONS_TOPIC:
+            one = cdr.deserialise(cdr.REALISATION, message.data)
+            assert one.header.stamp.sec * 10**9 + one.header.stamp.nanosec == message.log_time
+            single.append((one.number, message.log_time, one.failed, one.value.tolist()))
+        if message.topic.name != SAMPLES_TOPIC:
+            continue
         block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
         assert block.first_sequence == numbers
         numbers += block.count
-        assert before <= message.log_time <= time.time_ns()
-        assert set(block.time_ns.tolist()) == {message.log_time}
-        assert message.publish_time == block.header.stamp.sec * 10**9 + block.header.stamp.nanosec == message.log_time
+        assert before <= block.time_ns[0] <= block.time_ns[-1] == message.log_time <= time.time_ns()
+        assert message.publish_time == message.log_time
+        assert [row[1] for row in single[block.first_sequence :]] == block.time_ns.tolist()
     assert numbers == len(result.status) > 0
+    assert [row[0] for row in single] == list(range(numbers))
+    assert (np.diff([row[1] for row in single]) > 0).all()
+    assert [row[2] for row in single] == (result.status > 0).tolist()
+    assert np.array_equal([row[3] for row in single], np.hstack((result.values, result.quantities)), equal_nan=True)
+    assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
 
 
 def test_a_study_without_samples_comes_back_from_its_log(tmp_path):

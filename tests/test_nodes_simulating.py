@@ -143,6 +143,23 @@ def test_in_real_time_nothing_goes_out_before_it_is_due():
     assert outputs_in(delivered) == list(range(100))
 
 
+def test_the_first_chunk_is_computed_before_the_pace_begins():
+    """What it takes delays the start, and nothing is late after it."""
+    loop, delivered, clock = made_up_loop()
+    advance, walls = loop.simulation.advance, []
+
+    def slow(outputs):
+        clock[0] += 80 * MS if loop.simulation.sequence < 0 else 0
+        return advance(outputs)
+
+    loop.simulation.advance, loop.paced.tick = slow, lambda time_ns: walls.append((clock[0], time_ns))
+    drive(loop, clock, 200 * MS)
+    (first, _), *_ = walls
+    assert first - START == 80 * MS
+    assert walls == [(first + time_ns, time_ns) for _, time_ns in walls]
+    assert delivered["samples"]
+
+
 def test_a_look_tells_of_the_time_since_the_last_one():
     """A tenth of a second in time, then outputs that take twice as long to compute as they last."""
     loop, _, clock = made_up_loop()

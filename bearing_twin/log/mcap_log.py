@@ -26,15 +26,14 @@ from bearing_twin.log.raw_log import (
 )
 from bearing_twin.log.recover import Recovered, recover
 from bearing_twin.log.run_log import LogStream, read_log
-from bearing_twin.log.stream import Channelled, MessageStream, topics
-from bearing_twin.report import Choice
+from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Run
 from bearing_twin.sample import Aligned
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
-    "content_digest", "raw_messages", "read_log", "recover", "refuse_existing", "write_log",
+    "choice_record", "content_digest", "raw_messages", "read_log", "recover", "refuse_existing", "write_log",
 ]  # fmt: skip
 
 ENCODED_TOGETHER = 400  # outputs: what is done once for a block weighs little then, and memory stays small
@@ -149,18 +148,6 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
                 log.write_all(stream.flush())
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
-
-
-def choice_record(choice: Choice) -> dict[str, str]:
-    """The chosen model as texts for a log's metadata."""
-    return {
-        "law": choice.law,
-        "stepper": choice.stepper,
-        "reason": choice.reason,
-        "warnings": json.dumps(list(choice.warnings)),
-        "setting": repr(choice.setting),
-        "predicted": json.dumps(choice.predicted),
-    }
 
 
 def content_digest(path) -> str:

@@ -272,3 +272,15 @@ def _listed(path: Path) -> list[str]:
 
 def _now() -> str:
     return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+
+
+def log_span(path) -> float:
+    """The time [s] from the first to the last message of a log, by its index; raises LogError."""
+    starts, ends = [], []
+    for file in log_files(path):
+        with McapReader(file) as reader:
+            statistics = reader.summary().statistics
+        if statistics and statistics.message_count:
+            starts.append(statistics.message_start_time)
+            ends.append(statistics.message_end_time)
+    return 1e-9 * (max(ends) - min(starts)) if starts else 0.0
