@@ -97,7 +97,7 @@ def main(named: list[str]) -> int:
     for path in changed or []:
         if not distances([path], graph):
             print(f"no test is known to need {path}", file=sys.stderr)
-    chosen = core + sorted(near.keys() - core, key=lambda path: (near[path], path))
+    chosen = sorted(near.keys() - core, key=lambda path: (near[path], path)) + core
     print(f"{len(changed or [])} files changed; {len(chosen)} test files are near them", file=sys.stderr)
     words = [
         sys.executable,
