@@ -125,6 +125,16 @@ def test_the_figures_of_every_kind_are_listed_with_units(capsys):
     assert "mean over the second half of the run" in " ".join("".join(capsys.readouterr()).split())
 
 
+@pytest.mark.parametrize("off", [0.2, -0.2])
+def test_balls_too_far_apart_or_too_near_are_told(off):
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, 10)
+    block.values["orbit_angle"][:] = 0.0, np.pi + off
+    figures = BearingFigures(scene.parameters, a_choice())
+    figures.add(block)
+    assert any("their spacing leaves even by 11 degrees" in flag for flag in figures.flags())
+
+
 def test_the_second_half_begins_after_the_middle():
     """An output at the middle, where a stretch of sums ends, belongs to the first half."""
     scene = made_up_scene(balls=2)
