@@ -91,6 +91,8 @@ UNITS = {  # by the symbol that declarations use
     "N m s/rad": Unit("", "N m s/rad", greatest=1e15),
     "N/m": Unit("n_per_m", "N/m", least=1e-9, greatest=1e15, people=("N/µm", 1e-6)),
     "1/m": Unit("per_m", "1/m"),
+    "m^2": Unit("m2", "m²", people=("mm²", 1e6)),
+    "m^3": Unit("m3", "m³", people=("mm³", 1e9)),
     "s/m": Unit("s_per_m", "s/m", greatest=1e6),
     "m/s": Unit("m_s", "m/s", least=1e-12, greatest=1e5),
     "m/s^2": Unit("m_s2", "m/s²", greatest=1e6),

@@ -25,6 +25,7 @@ GROUND = (
         "parameters",
         "paths",
         "permission",
+        "pipes",
         "processors",
         "report",
         "sample",

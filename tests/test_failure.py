@@ -128,6 +128,14 @@ def test_the_kernels_own_failures_leave_a_file_too(tmp_path):
     assert {unit for _, _, unit in found.about_body()} >= {"N", "m/s"}
 
 
+def test_a_run_that_fails_before_anything_was_given_out_tells_no_negative_time(tmp_path):
+    simulation = Simulation(BALLS)
+    simulation._motion.scales = simulation._motion.scales * 1e-30
+    with pytest.raises(IntegrationError, match=r"^before any output was given out: at ") as caught:
+        simulation.advance(100)
+    assert read_failure(write_failure(caught.value, tmp_path)).good_seconds == 0.0
+
+
 def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     spoilt("normal_load", (40, 3, 1), np.nan)

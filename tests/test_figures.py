@@ -124,6 +124,15 @@ def test_the_figures_of_every_kind_are_listed_with_units(capsys):
     assert "mean over the second half of the run" in " ".join("".join(capsys.readouterr()).split())
 
 
+def test_the_second_half_begins_after_the_middle():
+    """An output at the middle, where a stretch of sums ends, belongs to the first half."""
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, 99)
+    assert 2 * int(block.time_ns[49]) == int(block.time_ns[0]) + int(block.time_ns[98])
+    figures = gathered(scene, a_choice(), [block]).report(scene.name).figures
+    assert figures["normal_load_inner_n"] == pytest.approx(block.values["normal_load"][50:, :, 0].mean(axis=0))
+
+
 def test_missing_outputs_are_counted(tmp_path, capsys):
     scene = made_up_scene(balls=2)
     whole = made_up_block(scene, 400)

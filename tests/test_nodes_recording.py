@@ -20,6 +20,7 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import samples_message, topics
+from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
 from bearing_twin.run.scene import Scene
@@ -195,18 +196,48 @@ def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
 
 def test_the_forecast_says_when_the_disk_will_be_full(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    recording.add("/one", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
-    first = recording.forecast(100.0)
-    assert recording.forecast(102.0) == {"disk_free_bytes": 1e7, "log_bytes_per_s": 0.0, "disk_full_in_s": math.inf}
-    recording.receive("/one", 1, 1, os.urandom(600_000), 1)
-    grown = recording.status()["bytes"]
-    later = recording.forecast(104.0)
-    assert grown > 600_000
-    assert first["disk_free_bytes"] == 1e7
-    assert later["log_bytes_per_s"] == pytest.approx(0.5 * grown, rel=0.01)
-    assert later["disk_full_in_s"] == pytest.approx(1e7 / later["log_bytes_per_s"])
-    recording.close()
+    room = Room(tmp_path)
+    assert room.forecast(5000, 100.0)["disk_free_bytes"] == 1e7
+    assert room.forecast(5000, 102.0) == {"disk_free_bytes": 1e7, "log_bytes_per_s": 0.0, "disk_full_in_s": math.inf}
+    later = room.forecast(7000, 104.0)
+    assert (later["log_bytes_per_s"], later["disk_full_in_s"], warning(later)) == (1000.0, 10_000.0, "")
+    assert "full in 17 min" in warning(room.forecast(27_000, 106.0))
+
+
+@pytest.mark.parametrize("jump", [3_600_000_000_000, -3_600_000_000_000, 200_000_000])
+def test_times_of_arrival_go_on_when_the_clock_is_put(jump):
+    """Also those of messages that arrived just before or just after, and were told by another clock than now's."""
+    wall, steady, late = [10**18], [10**10], 5_000_000
+    clock = SteadyTime(lambda: wall[0], lambda: steady[0])
+
+    def later(ns):
+        wall[0] += ns
+        steady[0] += ns
+
+    assert (clock.look(), clock.at(10**18 - 7), clock.at(0)) == (0, 10**18 - 7, 10**18)
+    later(10**9)
+    before = wall[0]
+    wall[0] += jump
+    arrived = wall[0]
+    later(late)
+    assert clock.look() == pytest.approx(jump)
+    assert clock.at(before) == clock.at(arrived) == 10**18 + 10**9 + late
+    later(10**9)
+    wall[0] += 50_000_000  # set gently
+    assert (clock.look(), clock.at(wall[0]), clock.jumped_ns) == (0, wall[0] - jump, jump)
+
+
+def test_a_replay_of_a_log_whose_clock_was_put_back_keeps_the_pace(tmp_path):
+    with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
+        clock = cdr.schema_text(cdr.CLOCK)
+        number = writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))
+        for arrived in (9000, 9100, 2000, 2100, 2050):
+            writer.write(number, arrived * MS, 0, bytes(12))
+    out, wall = [], [10**12]
+    loop = ReplayLoop(tmp_path / "out.mcap", lambda m: out.append((wall[0] - 10**12) // MS), 1.0)
+    while (wake_at := loop.turn(wall[0])) is not None:
+        wall[0] = max(wall[0], wake_at)
+    assert out == [0, 100, 100, 200, 200]
 
 
 def test_an_existing_file_is_not_overwritten(log):

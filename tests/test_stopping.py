@@ -65,7 +65,9 @@ def test_every_loop_looks_before_each_step(name, stepper):
     assert np.array_equal(simulation.advance(len(same)).values["normal_load"], same.values["normal_load"])
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.environment)]
+)
 def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code):
     path, words = tmp_path / "run.mcap", [word for one in ENDLESS for word in ("--set", one)]
     command = [sys.executable, "-m", "bearing_twin", "simulate", "bearing_6203", *words, "--out", str(path)]

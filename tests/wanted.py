@@ -67,7 +67,7 @@ def distances(changed: Iterable[str], graph: Mapping[str, set[str]], root: Path 
 
 
 def _naming(path: str, root: Path) -> set[str]:
-    words = {Path(path).name, f'"{Path(path).stem}"', f'"{Path(path).parent.name}"'}
+    words = {Path(path).name, *(f'"{name}"' for name in (Path(path).stem, Path(path).parent.name) if name)}
     tests = (root / "tests").glob("test_*.py")
     return {one.relative_to(root).as_posix() for one in tests if any(word in one.read_text("utf-8") for word in words)}
 

@@ -42,6 +42,7 @@ class ReplayNode(Node):
         self.loop = ReplayLoop(
             values["log"], self._deliver, values["rate"], round(values["start"] * 1e9), values["loop"]
         )
+        self.loop.paced.tick = self._tick
         self.loop.paced.paused = values["start_paused"]
         for sentence in self.loop.left_out:
             self.get_logger().warning(sentence)
@@ -64,6 +65,9 @@ class ReplayNode(Node):
 
     def _deliver(self, message: Timed) -> None:
         self._outlet.deliver(message)
+
+    def _tick(self, time_ns: int) -> None:
+        self._outlet.tick(time_ns)
 
     def _wait_for_subscribers(self) -> None:
         wait_for_subscribers(self._outlet.publishers, self._discovery)

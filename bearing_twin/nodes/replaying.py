@@ -15,6 +15,7 @@ from bearing_twin.log.recover import advice
 from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
 
 BATCH = 200  # messages read ahead
+PUT_BACK_NS = 1_000_000_000  # between two messages: more than their order in a file can be
 NUMBERED = {
     "reliability": {1: "reliable", 2: "best_effort"},
     "durability": {1: "transient_local", 2: "volatile"},
@@ -60,9 +61,12 @@ class ReplayLoop:
         return "paused" if paused else "playing"
 
     def _read(self) -> Iterator[Timed]:
+        ahead = last = 0  # a log whose clock was put back goes on at the pace at which it was made
         for topic, log_time, publish_time, data in raw_messages(self._path, self._start_ns):
+            ahead += max(0, last - log_time) if last - log_time > PUT_BACK_NS else 0
+            last = log_time
             if topic.name in self.topics:
-                yield Timed(log_time, topic.name, publish_time, data)
+                yield Timed(log_time + ahead, topic.name, publish_time, data)
 
     def _next_batch(self) -> list[Timed] | None:
         batch = list(islice(self._messages, BATCH))

@@ -16,7 +16,8 @@ from bearing_twin.uq.propagation import exact_distributions, task_of, uncertain_
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.statistics import histogram, natural_density
 
-MOST_QUANTITIES = 3
+MOST_QUANTITIES = 4
+BELOW_LEGEND = 0.78  # of a panel's height, which distributions and quantiles take
 FAR = 0.001  # probability left out on either side of a distribution
 
 
@@ -87,25 +88,25 @@ def _draw_quantity(axis, result, name, exact):
     for probability in ("0.05", "0.50", "0.95"):
         if probability in found["quantiles"]:
             quantile = found["quantiles"][probability]
-            axis.axvline(quantile["value"] * factor, color=BALL_COLOURS[5], linewidth=1.3)
+            axis.axvline(quantile["value"] * factor, ymax=BELOW_LEGEND, color=BALL_COLOURS[5], linewidth=1.3)
             if quantile["low"] is not None and quantile["high"] is not None:
                 axis.axvspan(
-                    quantile["low"] * factor, quantile["high"] * factor, color=BALL_COLOURS[5], alpha=0.18, linewidth=0
-                )
+                    quantile["low"] * factor, quantile["high"] * factor, ymax=BELOW_LEGEND, color=BALL_COLOURS[5],
+                    alpha=0.18, linewidth=0,
+                )  # fmt: skip
     words = {"ensemble": " with intervals", "chaos": " of the expansion"}.get(found["method"], "")
     label = f"5, 50, 95 %{words}"
     axis.plot([], [], color=BALL_COLOURS[5], linewidth=1.3, label=label)
     margin = 0.08 * (high - low)
     axis.set_xlim((low - margin) * factor, (high + margin) * factor)
-    axis.set_ylim(bottom=0.0)
+    axis.set_ylim(0.0, axis.get_ylim()[1] / BELOW_LEGEND)
     words = name.replace("_", " ")
     axis.set_xlabel(labelled(words, unit))
+    axis.legend(frameon=False, fontsize=10.5, loc="upper center", ncols=2)
     if not drawn and exact is None:
         axis.set_yticks([])
-        axis.legend(frameon=False, fontsize=10.5)
         return
     axis.set_ylabel(labelled("density", inverse(unit)))
-    axis.legend(frameon=False, fontsize=10.5)
 
 
 def _draw_convergence(axis, result):

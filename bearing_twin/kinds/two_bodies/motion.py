@@ -38,9 +38,13 @@ FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
     TOO_DEEP: "the bodies are pressed into each other by a third of the least size; stiffen them or slow them down",
     STALLED: "ever shorter steps are needed; loosen wanted.tolerance, or raise contact.friction_regularisation",
-    march.UNTRACKED: "the opposing points are no contact of the chosen law: the surfaces are flat, conform or the "
-    "overlap leaves the region around them; use contact.normal: overlap, lighter blows, or other shapes",
+    march.UNTRACKED: "the opposing points are no contact of the chosen law: the surfaces are flat or conform there; "
+    "use contact.normal: overlap, lighter blows, or other shapes",
 }
+LEFT = (
+    "the overlap leaves the region around the opposing points, or they are lost: the surfaces conform, or the blow "
+    "is too hard; use lighter blows, stiffer bodies, or other shapes"
+)
 
 
 def pair_of(parameters: TwoBodiesScene, law: str) -> Pair:
@@ -156,7 +160,8 @@ class TwoBodiesMotion:
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {self.clock[march.TIME]:.9g} s")
         if status != OK:
-            raise IntegrationError(f"at {self.clock[march.TIME]:.9g} s {FAILURES[status]}")
+            reason = LEFT if status == march.UNTRACKED and self.pair.over_lens else FAILURES[status]
+            raise IntegrationError(f"at {self.clock[march.TIME]:.9g} s {reason}")
         self._now = until
         return self._outputs(states)
 
