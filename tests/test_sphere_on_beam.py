@@ -178,7 +178,7 @@ def test_the_sinusoidal_force_of_the_abstract_fails_its_energy_check():
         found = solved(scene, stepper="sinusoidal")
         assert 2.0 < found.energy_closure < 11.5
         assert reported(scene, "solver.stepper=sinusoidal").status == "failed: energy"
-    assert reported("sphere_on_beam").status == "done"
+    assert reported("sphere_on_beam", "beam.theory=auto", "wanted.tolerance=1e-3").status == "done"
     chosen = choose(load_scene("sphere_on_beam", ["solver.stepper=sinusoidal"]))
     assert "more energy than the sphere has" in chosen.warnings[0]
 
@@ -414,11 +414,14 @@ def test_peaks_alone_read_off_no_history(monkeypatch):
     reads = sum(asked)
     asked.clear()
     peaks = solved("sphere_on_beam_drop_50mm", "wanted.outputs=peaks")
-    assert (peaks.contacts, peaks.restitution) == (whole.contacts, whole.restitution)
+    for contact, exact in zip(peaks.contacts, whole.contacts, strict=True):
+        assert contact == pytest.approx(exact, rel=1e-6)
+    assert peaks.restitution == pytest.approx(whole.restitution, rel=1e-6)
     assert reads > 4000 > 10 > sum(asked)
     figures = reported("sphere_on_beam_drop_50mm", "wanted.outputs=peaks").figures
     assert figures["peak_stress_pa"] is None
-    assert figures["peak_force_n"] == whole.peak_force
+    assert figures["peak_force_n"] == peaks.peak_force
+    assert len(peaks.time) < 60 < 1000 < len(whole.time)
 
 
 def test_a_study_computes_the_whole_motion_only_where_it_asks_for_it(monkeypatch):
