@@ -125,6 +125,12 @@ def test_a_motion_goes_on_from_a_snapshot_with_what_its_companion_knew():
     assert np.array_equal(rows, other.take_records()["companion"])
 
 
+def test_a_run_of_an_hour_is_no_other_for_its_companion():
+    moving, scene = watched("bearing_6203", "run.duration=0.02")
+    moving.companion.parts = 10_000
+    assert len(outputs(moving, scene).normal_load) == round(0.02 * scene.parameters.run.output_rate)
+
+
 def test_a_companion_that_is_off_is_said():
     on, off = (reported("bearing_6203", "run.duration=0.05", f"solver.companion={word}") for word in ("on", "off"))
     key = "greatest_normal_load_inner_n"

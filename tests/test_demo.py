@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
@@ -70,12 +71,21 @@ def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path):
     assert "_node: " in Path(named[1]).read_text()
 
 
-def test_a_scene_that_is_no_bearing_is_refused(tmp_path):
-    words = [sys.executable, "-m", "bearing_twin.nodes.entry", "demo", "--scene", "two_spheres", "--out", str(tmp_path)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=3600, check=False)
+def test_a_scene_that_is_no_bearing_is_refused(tmp_path, here):
+    done = here("demo", "--scene", "two_spheres", "--out", str(tmp_path))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "two_spheres is no bearing" in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_watch_keeps_each_ellipse_where_its_load_was_greatest():
+    watch = Watch(1)
+    for load, angle in (([3.0, 1.0], [0.3, 0.1]), ([2.0, 2.0], [0.2, 0.2])):
+        watch.contacts(
+            SimpleNamespace(normal_load=load, contact_angle=angle, semi_major=load, semi_minor=load, law="hertz")
+        )
+    assert watch.ellipse_load.tolist() == [[3.0, 2.0]]
+    assert watch.contact_angle.tolist() == [[0.3, 0.2]]
 
 
 @pytest.mark.parametrize("given", ["0", "10", "99", None])

@@ -47,13 +47,13 @@ def frequency(time, values):
 
 
 @pytest.mark.parametrize(
-    ("step", "channel", "axis", "wanted"),
+    ("step", "channel", "rate", "axis", "wanted"),
     [
-        ("load: [0,0,0.05]", "inner_ring_offset", 2, 289.77),
-        ("moment: [1.0e-5,0]", "inner_ring_tilt", 0, 192.83),
+        ("load: [0,0,0.05]", "inner_ring_offset", "inner_ring_velocity", 2, 289.77),
+        ("moment: [1.0e-5,0]", "inner_ring_tilt", "inner_ring_tilt_rate", 0, 192.83),
     ],
 )
-def test_a_shaft_rings_after_a_step_of_load(step, channel, axis, wanted):
+def test_a_shaft_rings_after_a_step_of_load(step, channel, rate, axis, wanted):
     """0.5 kg and 1e-4 kg m^2 on the preloaded bearing, within 0.5 % of what the stiffness gives [Hz]."""
     moving = motion(
         *FREE, *STILL, "rings.inner.inertia=[1.0e-4,0]", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
@@ -62,6 +62,8 @@ def test_a_shaft_rings_after_a_step_of_load(step, channel, axis, wanted):
     out = advanced(moving, 2e-5, 2000)
     found = getattr(out, channel)[10:, axis]
     assert frequency(2e-5 * np.arange(10, 2000), found) == pytest.approx(wanted, rel=5e-3)
+    slope = np.gradient(found, 2e-5)[1:-1]
+    assert getattr(out, rate)[11:-1, axis] == pytest.approx(slope, abs=2e-2 * np.abs(slope).max())
     if channel == "inner_ring_tilt":
         assert np.ptp(found) == pytest.approx(2.0 * 1e-5 / 147.4, rel=0.03)  # 172.4 - 4.78e4^2 / 9.137e7 N m/rad
 

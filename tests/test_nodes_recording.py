@@ -7,7 +7,7 @@ import os
 from types import SimpleNamespace
 
 import pytest
-from made_up_run import made_up_block, made_up_run, made_up_scene
+from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.errors import LogError
@@ -19,9 +19,11 @@ from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
-from bearing_twin.log.stream import samples_message, topics
+from bearing_twin.log.stream import MessageStream, samples_message, topics
+from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
+from bearing_twin.nodes.retelling import Retelling
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
@@ -195,18 +197,48 @@ def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
 
 def test_the_forecast_says_when_the_disk_will_be_full(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    recording.add("/one", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
-    first = recording.forecast(100.0)
-    assert recording.forecast(102.0) == {"disk_free_bytes": 1e7, "log_bytes_per_s": 0.0, "disk_full_in_s": math.inf}
-    recording.receive("/one", 1, 1, os.urandom(600_000), 1)
-    grown = recording.status()["bytes"]
-    later = recording.forecast(104.0)
-    assert grown > 600_000
-    assert first["disk_free_bytes"] == 1e7
-    assert later["log_bytes_per_s"] == pytest.approx(0.5 * grown, rel=0.01)
-    assert later["disk_full_in_s"] == pytest.approx(1e7 / later["log_bytes_per_s"])
-    recording.close()
+    room = Room(tmp_path)
+    assert room.forecast(5000, 100.0)["disk_free_bytes"] == 1e7
+    assert room.forecast(5000, 102.0) == {"disk_free_bytes": 1e7, "log_bytes_per_s": 0.0, "disk_full_in_s": math.inf}
+    later = room.forecast(7000, 104.0)
+    assert (later["log_bytes_per_s"], later["disk_full_in_s"], warning(later)) == (1000.0, 10_000.0, "")
+    assert "full in 17 min" in warning(room.forecast(27_000, 106.0))
+
+
+@pytest.mark.parametrize("jump", [3_600_000_000_000, -3_600_000_000_000, 200_000_000])
+def test_times_of_arrival_go_on_when_the_clock_is_put(jump):
+    """Also those of messages that arrived just before or just after, and were told by another clock than now's."""
+    wall, steady, late = [10**18], [10**10], 5_000_000
+    clock = SteadyTime(lambda: wall[0], lambda: steady[0])
+
+    def later(ns):
+        wall[0] += ns
+        steady[0] += ns
+
+    assert (clock.look(), clock.at(10**18 - 7), clock.at(0)) == (0, 10**18 - 7, 10**18)
+    later(10**9)
+    before = wall[0]
+    wall[0] += jump
+    arrived = wall[0]
+    later(late)
+    assert clock.look() == pytest.approx(jump)
+    assert clock.at(before) == clock.at(arrived) == 10**18 + 10**9 + late
+    later(10**9)
+    wall[0] += 50_000_000  # set gently
+    assert (clock.look(), clock.at(wall[0]), clock.jumped_ns) == (0, wall[0] - jump, jump)
+
+
+def test_a_replay_of_a_log_whose_clock_was_put_back_keeps_the_pace(tmp_path):
+    with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
+        clock = cdr.schema_text(cdr.CLOCK)
+        number = writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))
+        for arrived in (9000, 9100, 2000, 2100, 2050):
+            writer.write(number, arrived * MS, 0, bytes(12))
+    out, wall = [], [10**12]
+    loop = ReplayLoop(tmp_path / "out.mcap", lambda m: out.append((wall[0] - 10**12) // MS), 1.0)
+    while (wake_at := loop.turn(wall[0])) is not None:
+        wall[0] = max(wall[0], wake_at)
+    assert out == [0, 100, 100, 200, 200]
 
 
 def test_an_existing_file_is_not_overwritten(log):
@@ -235,6 +267,8 @@ def test_a_loop_starts_again_at_once(log):
     out = played(log, loop=True, until=2 * len(messages) + 5)
     assert [(t, d) for _, t, d in out] == [*messages, *messages, *messages][: len(out)]
     assert out[len(messages)][0] == out[len(messages) - 1][0]
+    first, second = ([wall for wall, _, _ in out[start : start + len(messages)]] for start in (0, len(messages)))
+    assert [wall - second[0] for wall in second] == first
 
 
 def test_a_replay_goes_by_the_times_of_arrival_and_counts_its_rounds(tmp_path):
@@ -327,3 +361,37 @@ def test_a_damaged_log_is_refused_with_advice(log):
 )
 def test_quality_of_service_is_read_in_words_and_numbers(text, qos):
     assert offered_qos(text) == qos
+
+
+def told(stream):
+    """Topic, type and bytes of everything that a stream says of made up outputs."""
+    parts = [*stream.messages(BLOCK), *stream.flush()]
+    return [(topic.full_name, topic.ros_type, whole(data)) for topic, _, data in parts]
+
+
+def whole(data):
+    """Bytes filled up to words of four, as they are on the wire."""
+    return data + bytes(-len(data) % 4)
+
+
+def test_a_log_is_told_in_another_namespace_and_with_other_frames_as_a_node_would_say_it():
+    plain, prefixed = (told(MessageStream(SCENE, choice=a_choice(), frame_prefix=one)) for one in ("", "left/"))
+    retelling = Retelling([name for name, _, _ in plain], "/left", "left/")
+    found = [(retelling.topic(name), whole(retelling.data(name, kind, data))) for name, kind, data in plain]
+    assert found == [(retelling.topic(name), data) for name, _, data in prefixed]
+    names = {name for name, _ in found}
+    assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= names
+    assert not any(name.startswith("/bearing") for name in names)
+    assert [one.data("/bearing/state", cdr.STATE, b"x") for one in (Retelling([]), Retelling([], "a"))] == [b"x"] * 2
+    with pytest.raises(LogError, match="cannot be decoded"):
+        Retelling([], "", "left/").data("/bearing/state", cdr.STATE, b"x")
+    both = Retelling(["/left/samples", "/right/samples", "/left/state"], "cell")
+    assert both.topic("/left/state") == "/cell/left/state"
+
+
+def test_replay_moves_topics_and_frames_of_a_log(log):
+    found = played(log, namespace="left", frame_prefix="left/")
+    logged = {message.topic.name for message in raw_messages(log)}
+    assert {topic for _, topic, _ in found} == {one.replace("/bearing/", "/left/") for one in logged}
+    state = next(cdr.deserialise(cdr.STATE, data) for _, topic, data in found if topic == "/left/state")
+    assert state.header.frame_id == "left/bearing_link"

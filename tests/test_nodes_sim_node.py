@@ -378,5 +378,9 @@ def test_the_log_is_whole_when_the_node_is_closed_in_the_middle(tmp_path):
         node = started(executor, SimNode, log=str(path), full=True)
         spin_until(executor, node.ready.is_set, "compilation")
         spin_until(executor, lambda: node.loop.time_ns > 200_000_000, "0.2 s")
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        room = {"bytes", "log_bytes_per_s", "disk_free_bytes", "disk_full_in_s", "messages_dropped"}
+        spin_until(executor, lambda: any(room <= {pair.key for pair in s.values} for s in seen), "room for the log")
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(node.simulation.sequence + 1))

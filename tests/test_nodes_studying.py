@@ -23,13 +23,14 @@ from bearing_twin.nodes.study_goal import (
 from bearing_twin.nodes.study_goal import (
     told as feedback_of,
 )
+from bearing_twin.nodes.study_limits import Limits, free_path, log_bytes
 from bearing_twin.nodes.studying import (
+    LONGEST_END_NS,
     LONGEST_READ_NS,
     LONGEST_SILENCE_NS,
     PROGRESS_PERIOD_NS,
     QUEUE,
     Studies,
-    free_path,
 )
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.run import run_study
@@ -123,7 +124,7 @@ def test_a_goal_names_a_study_or_a_file_or_is_one(tmp_path):
     ],
 )
 def test_what_makes_no_study_is_aborted_before_its_turn_and_the_next_runs(goal, sentence):
-    begun, studies = [], Studies(memory=1e8, run=lambda *_: pytest.fail("it ran"))
+    begun, studies = [], Studies(limits=Limits(memory=1e8), run=lambda *_: pytest.fail("it ran"))
     request = asked(studies, goal, begin=lambda: begun.append(goal))
     assert begun == [goal]
     assert request.answer.state == ABORTED
@@ -136,7 +137,7 @@ def test_what_makes_no_study_is_aborted_before_its_turn_and_the_next_runs(goal, 
 
 def test_no_study_starts_more_workers_than_the_node_allows():
     used = []
-    studies = Studies(workers=3, run=lambda study, *_: used.append(study.settings.workers) or 1 / 0)
+    studies = Studies(limits=Limits(workers=3), run=lambda study, *_: used.append(study.settings.workers) or 1 / 0)
     for workers in (0, 2, 512):
         answered(studies, QUICK._replace(overrides=(f"workers={workers}",)))
     assert used == [3, 2, 3]
@@ -236,6 +237,28 @@ def test_whoever_waits_for_a_study_that_does_not_end_is_answered():
     studies.turn(0)
     assert "did not wait" in request.answer.message
     assert figures(studies)[ABORTED] == 1
+
+
+def test_a_study_that_was_called_off_and_takes_long_to_end_is_answered_before(tmp_path):
+    called_off, begun = threading.Event(), []
+
+    def run(study, progress, cancelled, keep):
+        called_off.set()
+        studies.look(0)
+        assert request.answer is None
+        studies.look(LONGEST_END_NS)
+        begun.append(studies.status()[0])
+        called_off.clear()  # as ROS does with what has ended
+        assert cancelled()
+        return run_study(study, progress, cancelled, keep=keep)
+
+    studies = Studies(str(tmp_path), run=run)
+    request = asked(studies, called_off=called_off.is_set)
+    studies.turn(0)
+    assert (request.answer.state, request.answer.summary) == (CANCELLED, "")
+    assert str(tmp_path) in request.answer.message
+    assert begun == ["running spheres_alpha_4e-5"]  # it still is
+    assert (studies.status()[0], figures(studies)[CANCELLED]) == ("idle", 1)
 
 
 def test_a_goal_that_is_not_read_in_time_is_answered_and_a_silent_study_is_told_of():
@@ -400,11 +423,28 @@ def test_a_study_ends_at_the_nodes_time_limit_and_is_logged(tmp_path):
         now[0] += int(6e9)
         return run_study(study, tell, cancelled)
 
-    studies = Studies(str(tmp_path), run=run, clock=lambda: now[0], time_limit=5.0)
+    studies = Studies(str(tmp_path), run=run, clock=lambda: now[0], limits=Limits(time_limit=5.0))
     answer = answered(studies)
     assert answer.state == ABORTED
     assert "time_limit = 5 s was reached" in answer.message
-    assert answered(Studies(run=run, clock=lambda: now[0], time_limit=7.0)).state == SUCCEEDED
+    assert answered(Studies(run=run, clock=lambda: now[0], limits=Limits(time_limit=7.0))).state == SUCCEEDED
+
+
+def test_a_goal_carries_a_time_limit_of_its_own(tmp_path):
+    endless = QUICK._replace(samples=12_000_000, overrides=(*QUICK.overrides, "batch=1000000", "time_limit=1"))
+    answer = answered(Studies(str(tmp_path)), endless)
+    assert (answer.state, answer.stopped_because) == (SUCCEEDED, "its time_limit of 1 s was reached")
+    assert len(read_study(answer.log).status) == json.loads(answer.summary)["samples"] < 12_000_000
+
+
+def test_samples_and_room_for_logs_are_the_nodes_limits(tmp_path):
+    assert "samples = 499" in answered(Studies(limits=Limits(samples=499)), QUICK).message
+    quota = 1.5 * log_bytes(study_of(QUICK))
+    studies = Studies(str(tmp_path), Limits(log_quota=quota))
+    first, second = answered(studies), answered(studies, QUICK._replace(samples=1000))
+    assert os.path.getsize(first.log) < log_bytes(study_of(QUICK)) + 20_000
+    assert (first.state, second.state, second.log) == (SUCCEEDED, SUCCEEDED, "")
+    assert "log_quota" in second.message
 
 
 @pytest.mark.parametrize(("broken_off", "logs"), [(True, 1), (False, 0)])
@@ -422,7 +462,9 @@ def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, log
 
 def test_a_named_executor_is_allowed():
     used = []
-    studies = Studies(run=lambda study, *_: used.append(study.executor) or 1 / 0, executors=["dask://here:1"])
+    studies = Studies(
+        run=lambda study, *_: used.append(study.executor) or 1 / 0, limits=Limits(executors=["dask://here:1"])
+    )
     answered(studies, QUICK._replace(overrides=("executor=dask://here:1",)))
     assert used == ["dask://here:1"]
     assert "not among" in answered(studies).message

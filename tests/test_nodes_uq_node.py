@@ -17,6 +17,7 @@ from ros import (
     DiagnosticArray,
     DiagnosticStatus,
     GoalStatus,
+    Qos,
     RunStudy,
     String,
     plain_node,
@@ -30,6 +31,7 @@ from ros import (
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.study_log import read_study
+from bearing_twin.nodes.counted_server import Arrivals
 from bearing_twin.nodes.node_parameters import ParameterError, checked
 from bearing_twin.nodes.studying import QUEUE
 from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
@@ -214,6 +216,37 @@ def test_one_runs_four_wait_in_order_and_the_next_is_refused():
         assert {state for state, _ in results} == {"succeeded"}
         spin_until(executor, lambda: seen[-1].level == DiagnosticStatus.OK, "all is well again")
         assert node.studies.status()[0] == "idle"
+
+
+def test_goals_that_never_come_are_counted_and_told(monkeypatch):
+    monkeypatch.setattr("bearing_twin.nodes.uq_node.ASKED", qos_profile(Qos(depth=10)))
+    with ros_executor(threads=3) as executor:
+        node, seen = started(executor, UqNode, log_folder=""), []
+        client = ActionClient(plain_node(executor), RunStudy, ACTION, goal_service_qos_profile=qos_profile(Qos(1000)))
+        spin_until(executor, client.server_is_ready, "discovery of the action")
+        plain_node(executor, "watcher").create_subscription(
+            DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10
+        )
+        sent(executor, client, **ENDLESS)
+        answers = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(100)]  # nobody takes them meanwhile
+
+        def counts():
+            values = {pair.key: pair.value for pair in seen[-1].values} if seen else {}
+            never, refused, waiting = (int(values.get(k, 0)) for k in ("goals_never_come", "refused", "waiting"))
+            return never, refused + waiting
+
+        spin_until(executor, lambda: sum(counts()) == 100, "an account of all goals")
+        assert counts()[0] > 0
+        spin_until(executor, lambda: sum(one.done() for one in answers) == counts()[1], "answers to the others")
+        node.studies.close()
+
+
+def test_of_several_who_ask_nobody_knows_what_never_came():
+    arrivals = Arrivals()
+    assert [arrivals.saw(number, 1) for number in (4, 5, 8)] == [0, 0, 2]
+    assert (arrivals.known, arrivals.lost) == (True, 2)
+    assert arrivals.saw(20, 2) == arrivals.saw(30, 1) == 0
+    assert (arrivals.known, arrivals.lost) == (False, 2)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment)])

@@ -66,14 +66,17 @@ class LogWriter:
     ):
         table = topics(scene)
         self._log = RawLogWriter(path, run_record, safety)
-        record = {"scene": scene.text, **_versions(), **(metadata or {})}
-        self._log.add_metadata(SCENE_RECORD, record)
         self._numbers = {}
-        for topic in table:
-            text, type_hash = cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
-            self._numbers[topic.name] = self._log.add_topic(
-                topic.full_name, topic.ros_type, text, type_hash, (topic.qos,)
-            )
+        try:
+            self._log.add_metadata(SCENE_RECORD, {"scene": scene.text, **_versions(), **(metadata or {})})
+            for topic in table:
+                text, type_hash = cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
+                self._numbers[topic.name] = self._log.add_topic(
+                    topic.full_name, topic.ros_type, text, type_hash, (topic.qos,)
+                )
+        except BaseException:  # Ctrl-C before the first message
+            self.__exit__(*sys.exc_info())
+            raise
 
     def __enter__(self):
         return self

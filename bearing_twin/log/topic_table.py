@@ -35,12 +35,16 @@ side. `robot_description` is the same tree as URDF, for programs that draw from 
 
 **Launch files.** `simulate`, `replay` and `study` take every parameter of their node as an argument of its name, and
 `namespace`, `params_file`, `record` (the recorder follows the namespace), `log_level`, `rviz` and `foxglove`, which
-open what is installed with a layout for that scene and say what is not. `two_bearings` runs two in one tree of frames:
+open what is installed with a layout for that scene and say what is not. `scene`, `overrides` and `frame_prefix` are
+among the parameters of `sim_node`; a log has its scene, and each goal of a study names its own. `replay` moves the
+topics of a log to its `namespace` and puts its `frame_prefix` before the frames, for which it writes every message
+anew. `two_bearings` runs two in one tree of frames, `left` and `right` below the `namespace` and `frame_prefix` given:
 
 ```bash
 ros2 launch bearing_twin simulate.launch.py namespace:=/a frame_prefix:=a/ scene:=bearing_6205 record:=a.mcap
 ros2 launch bearing_twin two_bearings.launch.py scene_right:=bearing_6205 distance:=0.2 rviz:=true record:=two.mcap
 ros2 launch bearing_twin replay.launch.py log:=a.mcap rate:=0.5 foxglove:=true
+ros2 launch bearing_twin replay.launch.py log:=a.mcap namespace:=/b frame_prefix:=b/    # beside a running /a
 ```
 
 **Loads add up.** In `contacts`, the forces and torques on a body, taken about the origin of its frame, are its wrench;

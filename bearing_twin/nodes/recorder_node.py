@@ -12,6 +12,7 @@ from rclpy.subscription import Subscription
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.aside import TakenAside, taken
+from bearing_twin.nodes.log_room import SteadyTime
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_profile, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
@@ -28,7 +29,6 @@ PARAMETERS = (
 )
 DISCOVERY_PERIOD = 0.1  # s
 TAKE_PERIOD = 0.01  # s between looks for messages: an executor that wakes for each would take five times the time
-SOON = 3600.0  # s: a disk that will be full before is told of
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 
 
@@ -47,10 +47,10 @@ class RecorderNode(Node):
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._refused: set[str] = set()
         self._taken: dict[str, Subscription] = {}
-        self._aside, self._stopping = TakenAside(), threading.Event()
+        self._aside, self._stopping, self._time = TakenAside(), threading.Event(), SteadyTime()
         self._taker = threading.Thread(target=self._take, name="take", daemon=True)
         self._taker.start()
-        self._watch = LogWatch(self)
+        self._watch = LogWatch(self, self.recording.folder)
         self._heartbeat = Heartbeat(self, "recording")
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DISCOVERY_PERIOD, self._on_discovery, clock=steady)
@@ -97,13 +97,17 @@ class RecorderNode(Node):
         stopping = False
         while not stopping:
             stopping = self._stopping.wait(TAKE_PERIOD)
+            if jump := self._time.look():
+                self.recording.clock_jumped_ns = self._time.jumped_ns
+                said = f"the clock was put {'forward' if jump > 0 else 'back'} by {1e-9 * abs(jump):.3f} s"
+                self.get_logger().warning(f"{said}: the times in the log go on as if it had not been")
             for name, subscription in list(self._taken.items()):
                 for data, info in taken(subscription):
                     self._on_message(name, data, info)
 
     def _on_message(self, topic: str, data: bytes, info: dict) -> None:
         try:
-            received = info["received_timestamp"] or time.time_ns()
+            received = self._time.at(info["received_timestamp"])
             sent, number = info["source_timestamp"] or received, info.get("publication_sequence_number")
             lost = self.recording.receive(topic, received, sent, data, number)
             if lost:
@@ -122,7 +126,6 @@ class RecorderNode(Node):
         for subscription in self.subscriptions:
             self.recording.publishers(subscription.topic_name, subscription.get_publisher_count())
         status = self.recording.status()
-        self._watch.look(self.recording.problem, status["messages_dropped"])
         level, message = OK, "recording"
         if not status["topics"]:
             level, message = WARN, "no topic matches so far: there is nothing to record"
@@ -130,14 +133,14 @@ class RecorderNode(Node):
             level, message = WARN, f"{status['messages_lost']} messages were lost"
         if status["samples_lost"]:
             level, message = WARN, f"{status['samples_lost']} solver outputs were lost"
-        forecast = self.recording.forecast(time.monotonic())
-        if forecast["disk_full_in_s"] < SOON:
-            level, message = WARN, f"the disk will be full in {forecast['disk_full_in_s'] / 60.0:.0f} min at this rate"
-        if self.recording.problem or self.failure is not None:
-            level, message = ERROR, self.recording.problem or str(self.failure)
+        log_level, log_says, room = self._watch.look(self.recording)
+        if log_says:
+            level, message = log_level, log_says
+        elif self.failure is not None:
+            level, message = ERROR, str(self.failure)
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
         status["least_publishers"] = min((one.get_publisher_count() for one in self.subscriptions), default=0)
-        self._heartbeat.say(level, message, status | forecast)
+        self._heartbeat.say(level, message, status | room)
 
 
 def main(args: list[str] | None = None) -> int:

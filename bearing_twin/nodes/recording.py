@@ -1,8 +1,6 @@
 """What recorder_node thinks, without ROS: which topics to log, how they are described, and what was lost on the way."""
 
-import math
 import os
-import shutil
 import struct
 import threading
 from collections.abc import Iterable
@@ -62,8 +60,8 @@ class Recording:
         self._lock = threading.Lock()
         self._numbers: dict[str, tuple[int, bool]] = {}
         self._closed = False
-        self._looked = 0, 0.0  # size of the log, and when [s]
-        self._noted = 0  # losses that the log tells of
+        self._noted = 0, 0  # losses, and the clock's jumps, that the log tells of
+        self.clock_jumped_ns = 0  # see `log_room.SteadyTime`
         self.messages = 0
         self.sequences: dict[str, Sequences] = {}
         self._sent: dict[str, Sequences] = {}  # by the numbers that the middleware gives messages
@@ -117,6 +115,21 @@ class Recording:
         """Why the log cannot grow at present and what was kept, empty while it can."""
         return self._log.problem
 
+    @property
+    def dropped(self) -> int:
+        """Messages for which there was no room."""
+        return self._log.dropped
+
+    @property
+    def bytes(self) -> int:
+        """Size of the log so far."""
+        return self._log.bytes
+
+    @property
+    def folder(self) -> Path:
+        """Where the log lies."""
+        return self._log.path.parent
+
     def note_losses(self) -> None:
         """Writes what was lost so far into the log, so that a crash does not take the count along."""
         status = self.status()
@@ -124,11 +137,12 @@ class Recording:
         with self._lock:
             if self._closed:
                 return
-            if losses > self._noted and not self._log.problem:  # else once there is room
-                self._noted = losses
+            now = losses, self.clock_jumped_ns
+            if now != self._noted and not self._log.problem:  # else once there is room
+                self._noted = now
                 self._log.add_metadata(RECORDING_RECORD, self._told(status))
 
-    def status(self) -> dict[str, int | str]:
+    def status(self) -> dict[str, float | str]:
         """Counts so far: topics, messages, bytes, and what was lost, of messages and of solver outputs.
 
         `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers. Messages
@@ -149,19 +163,8 @@ class Recording:
             "samples_received": sum(stream.received for stream in streams),
             "samples_lost": sum(stream.lost for stream in streams),
             "restarts": sum(stream.restarts for stream in streams),
+            "clock_jumped_s": 1e-9 * self.clock_jumped_ns,
         }
-
-    def forecast(self, now: float) -> dict[str, float]:
-        """Room on the disk [B], growth of the log since the last call [B/s], and when the disk is full [s], may be inf.
-
-        `now` is monotonic [s]. A log whose oldest files are removed grows no more, but for its first round.
-        """
-        size = self._log.bytes
-        earlier, since = self._looked
-        self._looked = size, now
-        free = float(shutil.disk_usage(self._log.path.parent).free)
-        rate = max(0.0, (size - earlier) / (now - since)) if now > since else 0.0
-        return {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": free / rate if rate else math.inf}
 
     def close(self) -> None:
         """Writes the counts into the log and completes it; may be called twice."""

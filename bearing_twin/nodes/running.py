@@ -18,7 +18,8 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.messages import WARN, diagnostics, message_class, rclpy
+from bearing_twin.nodes.log_room import Room, warning
+from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, problem_of
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
@@ -101,18 +102,24 @@ class Heartbeat:
 
 
 class LogWatch:
-    """Says once that a log cannot grow, and once that it can again."""
+    """What a node says of its log in `folder`: its room, once that it cannot grow, once that it can again."""
 
-    def __init__(self, node: Node):
-        self._node, self._problem = node, ""
+    def __init__(self, node: Node, folder: Path):
+        self._node, self._problem, self._room = node, "", Room(folder)
 
-    def look(self, problem: str, dropped: int) -> None:
-        """Takes why the log cannot grow at present, empty while it can, and how many messages were dropped so far."""
-        if problem and not self._problem:
-            self._node.get_logger().error(f"{problem}; messages wait in memory, as many as fit")
-        elif self._problem and not problem:
-            self._node.get_logger().info(f"there is room again: the log goes on, {dropped} messages were dropped")
-        self._problem = problem
+    def look(self, log) -> tuple[bytes, str, dict[str, float]]:
+        """(level, sentence or nothing, numbers) of a log with `problem`, `dropped` and `bytes`; of None nothing."""
+        if log is None:
+            return OK, "", {}
+        if log.problem and not self._problem:
+            self._node.get_logger().error(f"{log.problem}; messages wait in memory, as many as fit")
+        elif self._problem and not log.problem:
+            self._node.get_logger().info(f"there is room again: the log goes on, {log.dropped} messages were dropped")
+        self._problem = log.problem
+        forecast = self._room.forecast(log.bytes, time.monotonic())
+        soon = warning(forecast)
+        level = ERROR if log.problem else WARN if soon else OK
+        return level, log.problem or soon, {"bytes": log.bytes, "messages_dropped": log.dropped, **forecast}
 
 
 class Executor(MultiThreadedExecutor):

@@ -77,7 +77,7 @@ class SimNode(Node):
         self.ready = threading.Event()
         self._doing = "compiling"
         self._started, self._looks = time.monotonic(), 0
-        self._warned, self._watch = False, LogWatch(self)
+        self._warned, self._watch = False, LogWatch(self, Path(self._log_path).parent)
         self._frame = f"{values['frame_prefix']}{kind.frame}"
         self._serve(kind)
         duration_ns = round(values["duration"] * 1e9)
@@ -277,11 +277,10 @@ class SimNode(Node):
         }
         doubt = self.loop.commands.doubt()
         message = f"{message}; {doubt}" if doubt else message
-        level, problem = WARN if slow or doubt else OK, self.loop.log_problem
-        if problem:
-            level, message = ERROR, problem
-        self._watch.look(problem, self.loop.log_dropped)
-        self._publish_status(level, message, numbers | counts)
+        level, (log_level, log_says, room) = WARN if slow or doubt else OK, self._watch.look(self.loop.log)
+        if log_says:
+            level, message = log_level, log_says
+        self._publish_status(level, message, numbers | counts | room)
 
     def _report_start(self) -> None:
         """Diagnostics, and now and then a line, while there is no simulation yet."""

@@ -83,16 +83,9 @@ class SimulationLoop:
         return now
 
     @property
-    def log_problem(self) -> str:
-        """Why the log cannot grow at present, empty while it can or there is none."""
-        log = self._log
-        return log.problem if log is not None else ""
-
-    @property
-    def log_dropped(self) -> int:
-        """Messages for which the log had no room."""
-        log = self._log
-        return log.dropped if log is not None else 0
+    def log(self):
+        """The writer of the run's log, or None."""
+        return self._log
 
     def look(self) -> tuple[bool, str, dict[str, float]]:
         """Whether it cannot keep up, what it does, and its numbers since the last look."""

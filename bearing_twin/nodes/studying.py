@@ -6,58 +6,51 @@ take, each in a thread of its own; everything else returns at once and may be ca
 """
 
 import contextlib
-import dataclasses
 import math
-import re
 import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError, LogError, StudyError
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.study_log import StudyLog
 from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of, told
-from bearing_twin.parameters import echo
+from bearing_twin.nodes.study_limits import Limits, free_path
 from bearing_twin.report import json_text
 from bearing_twin.uq.drawing import Progress
-from bearing_twin.uq.ensemble import processors
 from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.run import memory_needed, refuse_too_large, run_study
+from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import Study
 
 QUEUE = 4  # studies that may wait for the one that runs
 PROGRESS_PERIOD_NS = 100_000_000
 LONGEST_READ_NS = 30_000_000_000  # after which a goal that is still not read is answered
+LONGEST_END_NS = 250_000_000  # after a cancel, until whoever asked is answered, whatever the study still does
 LONGEST_SILENCE_NS = 60_000_000_000  # without progress of the study that runs, after which the node says so
 
 
 class Studies:
     """The studies that were asked for; at most one runs and QUEUE wait.
 
-    `log_folder` gets a log of every study, empty = none. `memory` [B] and `workers` (0 = one a processor) bound what a
-    study may use, whatever it says itself, and `time_limit` [s] how long it may run (0 = for ever); `folders` are
-    those in which files may be read for a goal, `executors` where a study may run. `ended(answer)` is told of every
-    answer. `run` and `open_log` are those of the library; `clock` gives monotonic time [ns].
+    `log_folder` gets a log of every study, empty = none. `limits` bound what a study may use, whatever it says itself;
+    `folders` are those in which files may be read for a goal. `ended(answer)` is told of every answer. `run` and
+    `open_log` are those of the library; `clock` gives monotonic time [ns].
     """
 
     def __init__(
         self,
         log_folder: str = "",
-        memory: float = 2e9,
-        workers: int = 0,
+        limits: Limits = Limits(),  # noqa: B008 - it cannot change
         ended: Callable[[Answer], None] = lambda answer: None,
-        time_limit: float = 0.0,
         folders: Iterable[str] = (),
-        executors: Iterable[str] = ("processes",),
         run: Callable = run_study,
         open_log: Callable = StudyLog,
         clock: Callable[[], int] = time.monotonic_ns,
     ):
         if log_folder and Path(log_folder).exists() and not Path(log_folder).is_dir():
             raise BearingTwinError(f"log_folder {log_folder} is a file; give a folder, or nothing for no logs")
-        self._log_folder, self._memory, self._workers = log_folder, memory, workers or processors()
-        self._limit, self._folders, self._executors = time_limit, tuple(folders), tuple(executors)
+        self._log_folder, self._limits, self._folders = log_folder, limits, tuple(folders)
         self._ended, self._do, self._open_log, self._clock = ended, run, open_log, clock
         self._lock = threading.RLock()
         self._waiting: deque[Request] = deque()
@@ -65,6 +58,8 @@ class Studies:
         self._progress: Progress | None = None
         self._told: Progress | None = None
         self._next_word = self._moved = 0  # monotonic time [ns]
+        self._called_off: int | None = None  # when the study that runs was first seen to be called off [ns]
+        self._path = ""  # of its log
         self._closing = False
         self._counts = Counter()
         self._problem = self._last_problem = ""  # of the last request, and of the last that had one
@@ -91,7 +86,7 @@ class Studies:
     def read(self, now: int, request: Request) -> None:
         """Makes a study of a waiting request's goal, or aborts it with the reason."""
         try:
-            request.study = self._bounded(study_of(request.goal, self._folders))
+            request.study = self._limits.bounded(study_of(request.goal, self._folders))
         except Exception as error:
             for one in self._taken(lambda waiting: waiting is request):
                 self._abort(one, _sentence(error))
@@ -104,6 +99,7 @@ class Studies:
             request = self._running = self._waiting.popleft()
             self._progress = self._told = None
             self._next_word, self._moved = 0, self._clock()
+            self._called_off, self._path = None, ""
         if request.called_off():
             self._cancel(request)
         else:
@@ -113,10 +109,23 @@ class Studies:
     def look(self, now: int) -> None:
         """Tells of progress that had to wait; answers requests called off, or not read in time; call it at 10 Hz."""
         self._tell(now)
+        self._let_go(now)
         for request in self._taken(lambda one: one.study is None and now - one.since_ns > LONGEST_READ_NS):
             self._abort(request, f"the goal could not be read within {LONGEST_READ_NS * 1e-9:.0f} s")
         for request in self._taken(lambda request: request.called_off()):
             self._cancel(request)
+
+    def _let_go(self, now: int) -> None:
+        """Answers a study that was called off and takes long to end, as one with millions of samples; it still ends."""
+        with self._lock:
+            request = self._running
+            if request is None or not request.called_off():
+                return
+            self._called_off = now if self._called_off is None else self._called_off
+            if now - self._called_off < LONGEST_END_NS:
+                return
+        done = "the study is still putting away what is done" + (f" in {self._path}" if self._path else "")
+        self._reply(request, Answer(CANCELLED, f"cancelled; {done}", stopped_because=CANCELLED))
 
     def close(self) -> None:
         """Ends the study that runs within half a second, besides its statistics and log; aborts those that wait."""
@@ -168,34 +177,20 @@ class Studies:
             return f"a study runs and {QUEUE} wait for it, so there is no room: ask again when one has ended"
         return ""
 
-    def _bounded(self, study: Study) -> Study:
-        if study.executor not in self._executors:
-            # Whoever answers at a scheduler's address can have code run here.
-            raise StudyError(
-                f"executor = {echo(study.executor)} is not among the node's parameter executors; "
-                f"legal: {', '.join(self._executors)}"
-            )
-        refuse_too_large(study)
-        needed = memory_needed(study)
-        if needed > self._memory:
-            raise StudyError(
-                f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
-                f"{self._memory:.3g} B; ask for fewer samples, histories or history_points"
-            )
-        workers = min(study.settings.workers or self._workers, self._workers)
-        return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
-
     def _run(self, request: Request) -> Answer:
         def tell(progress: Progress) -> None:
             self._progress, self._moved = progress, self._clock()
             self._tell(self._clock())
 
-        limit = self._clock() + round(self._limit * 1e9) if self._limit else math.inf
+        seconds = self._limits.time_limit
+        limit = self._clock() + round(seconds * 1e9) if seconds else math.inf
 
         def ends() -> bool:
-            return self._closing or request.called_off() or self._clock() > limit
+            # Once it has its answer, ROS holds a cancelled request for ended and no longer for called off.
+            return self._closing or request.answer is not None or request.called_off() or self._clock() > limit
 
         result, (log, path, no_log) = None, self._new_log(request.study)
+        self._path = path
         try:
             with contextlib.ExitStack() as stack:
                 request.begin()
@@ -215,7 +210,7 @@ class Studies:
         """Progress to whoever asked for the study, unless it is known or was told of too short a time ago."""
         with self._lock:
             request, progress = self._running, self._progress
-            if request is None or progress is self._told or now < self._next_word:
+            if request is None or request.answer or progress is self._told or now < self._next_word:
                 return
             self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
         request.tell(*told(request.goal, request.study, progress))
@@ -224,12 +219,12 @@ class Studies:
         summary = result.as_dict()
         because = summary["stopped_because"]
         state = SUCCEEDED
-        if request.called_off():
+        if request.answer is not None or request.called_off():
             state, because = CANCELLED, CANCELLED
         elif self._closing:
             state, because = ABORTED, "the node was ended"
         elif late and because == CANCELLED:
-            state, because = ABORTED, f"the node's parameter time_limit = {self._limit:g} s was reached"
+            state, because = ABORTED, f"the node's parameter time_limit = {self._limits.time_limit:g} s was reached"
         elif because.startswith("failed"):
             state = ABORTED
         writer, log, no_log = logged
@@ -248,6 +243,7 @@ class Studies:
             return None, "", ""
         try:
             Path(self._log_folder).mkdir(parents=True, exist_ok=True)
+            self._limits.refuse_full(Path(self._log_folder), study)
             path = free_path(Path(self._log_folder), study.name, time.strftime("%Y%m%d_%H%M%S"))
             return self._open_log(study, path), str(path), ""
         except (BearingTwinError, OSError) as error:
@@ -257,6 +253,11 @@ class Studies:
         with self._lock:
             if request is self._running:
                 self._running = None
+        self._reply(request, answer)
+
+    def _reply(self, request: Request, answer: Answer) -> None:
+        """Gives a request its answer, once."""
+        with self._lock:
             if request.answer is not None:
                 return
             self._counts[answer.state] += 1
@@ -272,16 +273,6 @@ class Studies:
 
     def _cancel(self, request: Request) -> None:
         self._finish(request, Answer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED))
-
-
-def free_path(folder: Path, study: str, date: str) -> Path:
-    """Where to log a study: `<study>_<date>.mcap`, with a number where that is taken."""
-    stem = f"{re.sub(r'[^A-Za-z0-9_-]+', '_', study)}_{date}"
-    path, number = folder / f"{stem}.mcap", 1
-    while path.exists():
-        number += 1
-        path = folder / f"{stem}_{number}.mcap"
-    return path
 
 
 def _drop_empty(log: StudyLog | None, path: str) -> str:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -18,10 +18,12 @@ from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
+from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Answer, Goal, Request
+from bearing_twin.nodes.study_limits import Limits
 from bearing_twin.nodes.studying import Studies
 from bearing_twin.nodes.worker import Worker
 from bearing_twin.uq.drawing import Progress
@@ -31,6 +33,8 @@ PARAMETERS = (
     NodeParameter("memory", 2e9, "a study that needs more is refused, whatever it says itself", "B", 1e6, 1e12),
     NodeParameter("workers", 0, "processes a study may start, at most; 0 = one a processor", "", 0, 512),
     NodeParameter("time_limit", 3600.0, "a study that runs longer is ended, with a log of what is done", "s", 1.0, 1e6),
+    NodeParameter("samples", 0, "a study that asks for more is refused; 0 = as many as memory allows", "", 0, 2**30),
+    NodeParameter("log_quota", 1e10, "of all logs in log_folder; then a study gets none; 0 = no limit", "B", 0.0, 1e15),
     NodeParameter("study_folders", [""], "folders of study and scene files that a goal may name; empty = names alone"),
     NodeParameter(
         "executors",
@@ -42,6 +46,7 @@ LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that ha
 RESULT_TIMEOUT = 30  # s for which a result can be asked for again
 LATCHED = Qos(depth=1, durability="transient_local")
 ASKED = qos_profile(Qos(depth=4000))  # requests that may wait: the default of 10 loses most of a thousand in silence
+SWITCH = 0.0005  # s for which a study may keep Python to itself while a callback waits; 5 ms add up in answering one
 CLOSE_TIMEOUT = 30.0  # s, for the statistics and the log of a study that is ended
 
 
@@ -55,19 +60,17 @@ class UqNode(Node):
         values = declare(self, PARAMETERS)
         self.studies = Studies(
             values["log_folder"],
-            values["memory"],
-            values["workers"],
+            Limits(**{name: values[name] for name in Limits._fields}),
             self._answered,
-            values["time_limit"],
             [one for one in values["study_folders"] if one],
-            values["executors"],
         )
         self._requests: dict[bytes, Request] = {}
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
         self._heartbeat = Heartbeat(self, "studies")
+        self._arrivals = Arrivals()
         # Reentrant: one callback waits for the study that runs while others take goals and cancels.
         group, steady = ReentrantCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
-        self._server = ActionServer(
+        self._server = CountedActionServer(
             self,
             RunStudy,
             "run_study",
@@ -80,6 +83,7 @@ class UqNode(Node):
             result_service_qos_profile=ASKED,
             cancel_service_qos_profile=ASKED,
             result_timeout=RESULT_TIMEOUT,
+            arrived=self._on_arrival,
         )
         self.create_timer(LOOK_PERIOD, self._on_look, callback_group=group, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=group, clock=steady)
@@ -143,6 +147,15 @@ class UqNode(Node):
 
     # Callbacks
 
+    def _on_arrival(self, number: int) -> None:
+        lost = self._arrivals.saw(number, self.count_clients(f"{NAMESPACE}/run_study/_action/send_goal"))
+        if lost:
+            self.get_logger().warning(
+                f"{lost} goals never came here and get no answer: whoever sends so many at once must keep them all "
+                "(goal_service_qos_profile)",
+                throttle_duration_sec=1.0,
+            )
+
     def _on_goal(self, goal) -> GoalResponse:
         reason = self.studies.refusal()
         if reason:
@@ -189,9 +202,11 @@ class UqNode(Node):
         level, message = (WARN, problem) if problem else (OK, doing)
         if self.failure is not None:
             level, message = ERROR, str(self.failure)
+        values["goals_never_come"] = self._arrivals.lost if self._arrivals.known else "unknown: several clients"
         self._heartbeat.say(level, message, {"doing": doing} | values)
 
 
 def main(args: list[str] | None = None) -> int:
     """The executable: exit code 0 when a signal ended it, 2 with one sentence for parameters it cannot use."""
+    sys.setswitchinterval(SWITCH)
     return run("uq_node", UqNode, args)

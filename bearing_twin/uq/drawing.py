@@ -18,7 +18,8 @@ from bearing_twin.uq.statistics import estimate
 from bearing_twin.uq.stopping import IN_A_ROW, looks, rule_of
 from bearing_twin.uq.study import Study
 
-PIECE = 65536  # points drawn at once, so that a cancel need not wait for a whole batch
+CANCELLED = "cancelled"
+PIECE = 16384  # points drawn at once, so that a cancel need not wait for a whole batch
 
 
 class Progress(NamedTuple):
@@ -78,7 +79,7 @@ class Drawn:
                 self.because, self.broken = f"failed: {error}", True
                 break
             if self.done < size:
-                self.because = "cancelled"
+                self.because = CANCELLED
                 break
             narrow = narrow + 1 if self._look(np.concatenate([part[:, column] for part in self._quantities])) else 0
             self._tell(self.done)
@@ -89,18 +90,18 @@ class Drawn:
     def _realise(self, ensemble, size) -> None:
         """Realisations up to number `size`, fewer when cancelled."""
         while self.done < size:
-            done, wanted = self.done, min(size - self.done, PIECE)
-            values = self.study.joint.values(self.points.chunk(done, wanted))
-            found = ensemble.evaluate(values, lambda more, done=done: self._tell(done + more))
-            count = len(found.quantities)
-            self._add(
-                values[:count],
-                found.quantities,
-                found.histories,
-                self.reasons.codes(count, found.failures),
-                self.doubts.bits(count, found.doubts),
-            )
-            if count < wanted:
+            first, wanted = self.done, min(size - self.done, PIECE)
+            values = self.study.joint.values(self.points.chunk(first, wanted))
+            for found in ensemble.parts(values, lambda more, first=first: self._tell(first + more)):
+                count = len(found.quantities)
+                self._add(
+                    values[self.done - first :][:count],
+                    found.quantities,
+                    found.histories,
+                    self.reasons.codes(count, found.failures),
+                    self.doubts.bits(count, found.doubts),
+                )
+            if self.done < first + wanted:
                 return
 
     def _take_over(self, start, size) -> None:

@@ -11,7 +11,9 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections.abc import Callable
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
@@ -21,9 +23,12 @@ from bearing_twin.errors import StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.uq.realise import Realised, Task, joined, realise
 
-LOOK = 0.1  # s between looks at `cancelled`
-CLOSED_CHUNK = 16384  # realisations by closed forms between such looks
+LOOK = 0.05  # s between looks at `cancelled`
+CLOSED_CHUNK = 16384  # numbers by closed forms between such looks, for a realisation without histories
+INSTANT = 0.2  # of the time of such a realisation is what an instant of a history takes
 BRIEF_CHUNK, RUN_CHUNK = 8, 1  # realisations a message to a worker, for impacts and for long runs
+AHEAD, DASK_AHEAD = 16, 1000  # messages that wait: for each worker process, on a cluster
+HANDED_OVER = 0.2  # s in which at least what is done is handed over
 DASK = "dask://"
 DASK_PATIENCE = 10  # s until a scheduler that does not answer is taken for none
 
@@ -59,38 +64,54 @@ class Ensemble:
 
         Raises StudyError when a worker dies.
         """
-        if self._task.closed:
-            return self._here(values, tell)
-        return self._by_workers(values, tell)
+        return joined(list(self.parts(values, tell)), self._task)
+
+    def parts(self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None) -> Iterator[Realised]:
+        """The same, piece after piece in order, as they come."""
+        return self._here(values, tell) if self._task.closed else self._by_workers(values, tell)
 
     def _here(self, values, tell):
-        parts = []
-        for start in range(0, len(values), CLOSED_CHUNK):
+        instants = len(self._task.histories) * self._task.points
+        size = max(1, round(CLOSED_CHUNK / (1.0 + INSTANT * instants)))
+        for start in range(0, len(values), size):
             if self._cancelled():
-                break
-            parts.append(realise(self._task, values[start : start + CLOSED_CHUNK]))
-            tell(start + len(parts[-1].quantities))
-        return joined(parts, self._task)
+                return
+            part = realise(self._task, values[start : start + size])
+            tell(start + len(part.quantities))
+            yield part
 
     def _by_workers(self, values, tell):
         size = BRIEF_CHUNK if KINDS[self._task.scene["kind"]].brief else RUN_CHUNK
-        chunks = [values[start : start + size] for start in range(0, len(values), size)]
-        self._idle = False
-        with _interrupts_kept_from_children():
-            futures = [self._started().submit(realise, self._task, chunk) for chunk in chunks]
-        pending, done = set(futures), 0
-        while pending and not self._cancelled():
-            ready, pending = wait(pending, timeout=LOOK, return_when=FIRST_COMPLETED)
+        waiting = deque(values[start : start + size] for start in range(0, len(values), size))
+        asked, pending, ready, done, handed = deque(), set(), [], 0, time.monotonic()
+        ahead = DASK_AHEAD if self._executor.startswith(DASK) else AHEAD * self._workers
+        try:
+            while (waiting or asked) and not self._cancelled():
+                self._idle = False
+                with _interrupts_kept_from_children():
+                    while waiting and len(pending) < ahead:
+                        asked.append(self._started().submit(realise, self._task, waiting.popleft()))
+                        pending.add(asked[-1])
+                come, pending = wait(pending, timeout=LOOK, return_when=FIRST_COMPLETED)
+                if come:
+                    done += sum(len(_result(future).quantities) for future in come)
+                    tell(done)
+                while asked and asked[0] not in pending:
+                    ready.append(_result(asked.popleft()))
+                if ready and time.monotonic() - handed > HANDED_OVER:
+                    yield joined(ready, self._task)
+                    ready, handed = [], time.monotonic()
+        except StudyError:
             if ready:
-                done += sum(len(_result(future).quantities) for future in ready)
-                tell(done)
+                yield joined(ready, self._task)
+            raise
         self._idle = not pending
         if self._client is not None:
             # Not those of a pool: its thread stumbles over cancelled futures when its processes are killed.
             for future in pending:
                 future.cancel()
-        first_open = next((index for index, future in enumerate(futures) if future in pending), len(futures))
-        return joined([_result(future) for future in futures[:first_open]], self._task)
+        if ready:
+            yield joined(ready, self._task)
 
     def _started(self) -> Executor:
         if self._pool is None:

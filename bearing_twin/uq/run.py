@@ -6,11 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, StatisticError, StudyError
-from bearing_twin.run.simulation import simulate
-from bearing_twin.uq.change_of_variable import Derived
-from bearing_twin.uq.chaos import Chaos
-from bearing_twin.uq.drawing import Drawn, Progress
+from bearing_twin.errors import StudyError
+from bearing_twin.uq.drawing import CANCELLED, Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.evaluation import (
     Cancelled,
@@ -18,23 +15,18 @@ from bearing_twin.uq.evaluation import (
     expansions,
     interpolations,
     sources_of_variance,
-    summary_of_chaos,
-    summary_of_interpolated,
 )
-from bearing_twin.uq.histories import COLUMNS, Histories
-from bearing_twin.uq.interpolation import Interpolated
-from bearing_twin.uq.narrowing import RESAMPLES, narrowing
+from bearing_twin.uq.histories import COLUMNS
+from bearing_twin.uq.narrowing import RESAMPLES
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
-from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
+from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.sampling import SAMPLERS
-from bearing_twin.uq.statistics import half_width
 from bearing_twin.uq.study import Study
+from bearing_twin.uq.summary import summary_of
 
-CORRELATED = 41  # instants of the autocorrelation in a summary
 WORKING_COPIES = 8  # of one column, while its statistics are made
 SENSITIVITY_COPIES = 5  # of one quantity at the points of Sobol indices, while these are made
-POOR = 0.01  # error of an interpolant that is told
 # What must be the same where samples are taken over from an earlier result.
 SAME = (
     "scene", "inputs", "correlation", "quantities", "histories", "history_points", "history_duration",
@@ -52,14 +44,15 @@ def run_study(
     """Runs a study; the same study and seed give the same numbers whatever the number of workers.
 
     `progress` is called after every batch and every few realisations, from this thread. `cancelled` is a
-    threading.Event or a function: once true the study ends within half a second with what is done, besides the time
-    the statistics of it take (a second for two million samples). `start` is an earlier result of the same study with
-    fewer samples, which are kept; the result equals that of one run. `keep(values, quantities, histories, status,
-    doubtful, reasons, doubts)` is handed every realisation as soon as it is there, in order. Raises StudyError for a
-    study too large for its memory, a method that does not fit it, or a `start` of another study.
+    threading.Event or a function: once true the study ends within half a second with what is done; its statistics are
+    then those of the first samples, as many as that time allows, and a note says so. `start` is an earlier result of
+    the same study with fewer samples, which are kept; the result equals that of one run. `keep(values, quantities,
+    histories, status, doubtful, reasons, doubts)` is handed every realisation as soon as it is there, in order. Raises
+    StudyError for a study too large for its memory, a method that does not fit it, or a `start` of another study.
     """
     began = time.monotonic()
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
+    limit = study.settings.time_limit or np.inf
     tell = progress or (lambda _: None)
     parts = 1 if study.sweep is None else 1 + len(study.sweep[1])
     refuse_too_large(study)
@@ -67,20 +60,27 @@ def run_study(
         _refuse_another_study(study, start)
     task = task_of(study)
     exact = exact_distributions(study, task, study.settings.method)
-    drawn = Drawn(study, task, _part(tell, 0, parts), asked, began, keep)
-    with Ensemble(task, study.settings.workers, study.executor, asked) as ensemble:
+    missing = {name: missing_moments(study, task, name) for name in study.quantities if name not in exact}
+
+    def ends() -> bool:
+        return asked() or time.monotonic() - began > limit
+
+    drawn = Drawn(study, task, _part(tell, 0, parts), ends, began, keep)
+    with Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
         expanded, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
-        at_mean = empty(task, 0) if asked() or drawn.broken else ensemble.evaluate(mean_inputs(study))
+        at_mean = empty(task, 0) if ends() or drawn.broken else ensemble.evaluate(mean_inputs(study))
+    if drawn.because == CANCELLED and not asked():
+        drawn.because = f"its time_limit of {limit:g} s was reached"
     values, quantities, histories, status, doubtful = drawn.arrays()
     result = StudyResult(
         study, values, quantities, histories,
         status, tuple(drawn.reasons.sentences), doubtful, tuple(drawn.doubts.sentences), {},
     )  # fmt: skip
-    summary = _summary(result, task, exact | expanded, drawn, at_mean)
+    summary = summary_of(result, missing, task, exact | expanded, drawn, at_mean, asked())
     for name, found in sources.items():
         summary["quantities"][name]["sobol"] = found
     if study.sweep is not None:
-        summary["sweep"] = _sweep(study, tell, asked)
+        summary["sweep"] = _sweep(study, tell, ends)
     summary["seconds"] = time.monotonic() - began
     return dataclasses.replace(result, summary=summary)
 
@@ -152,135 +152,5 @@ def _propagate(study, ensemble, drawn, start, sampled):
         if study.settings.sensitivity and not (drawn.asked() or drawn.broken):
             sources = sources_of_variance(study, evaluate)
     except Cancelled:
-        drawn.because = "cancelled"
+        drawn.because = CANCELLED
     return expanded, sources
-
-
-def _summary(result, task, without_sampling, drawn, at_mean) -> dict:
-    """The plain data of the result, without seconds."""
-    study, settings = result.study, result.study.settings
-    quantities = {}
-    for column, (name, unit) in enumerate(result.quantity_units.items()):
-        one = {"unit": unit, **_of_quantity(result, task, name, drawn, without_sampling.get(name))}
-        value = at_mean.quantities[0, column] if len(at_mean.quantities) else np.nan
-        quantities[name] = {**one, "at_mean_inputs": float(value) if np.isfinite(value) else None}
-    return {
-        "study": study.name,
-        "scene": study.scene["name"],
-        "inputs": {one.key: one.describe() for one in study.inputs},
-        "quantities": quantities,
-        "samples": len(result.status),
-        "failed": {text: int(np.sum(result.status == 1 + place)) for place, text in enumerate(result.reasons)},
-        "failed_share": float(np.mean(result.status > 0)) if len(result.status) else 0.0,
-        "seed": settings.seed,
-        "sampler": settings.sampler,
-        "stopped_because": drawn.because,
-        "convergence": _convergence(drawn.rule, drawn.path),
-        "histories": _histories(result, task, at_mean),
-        "doubts": {text: int(np.sum(result.doubtful >> place & 1)) for place, text in enumerate(result.doubts_met)},
-        "notes": [*drawn.notes, *_poor_interpolants(without_sampling), *_flags_at_mean(study, task)],
-    }
-
-
-def _of_quantity(result, task, name, drawn, found) -> dict:
-    """What is known of a quantity by its distribution, its expansion, or its sample."""
-    wanted = result.study.densities.get(name, ())
-    if isinstance(found, Derived):
-        return {"method": "change_of_variable", **summary_of_derived(found, wanted), "half_width": 0.0}
-    if isinstance(found, Interpolated):
-        return {"method": "change_of_variable", **summary_of_interpolated(found, wanted)}
-    missing = missing_moments(result.study, task, name)
-    if isinstance(found, Chaos):
-        return {"method": "chaos", **summary_of_chaos(result.study, found, missing, wanted)}
-    return {"method": "ensemble", **_of_sample(result, missing, name, drawn)}
-
-
-def _poor_interpolants(found) -> list[str]:
-    return [
-        f"{name}: the polynomial misses runs by {one.error:.2g} of the deviation; the method ensemble needs none"
-        for name, one in found.items()
-        if isinstance(one, Interpolated) and one.error > POOR
-    ]
-
-
-def _of_sample(result, missing, name, drawn) -> dict:
-    settings, rule, replicates = result.study.settings, drawn.rule, drawn.points.replicates
-    sample = result.sample(name)
-    modes = settings.modality == "yes" and not drawn.asked()
-    found = summary_of_sample(sample, missing, replicates, settings.seed, modes, result.study.densities.get(name, ()))
-    statistic = rule.asked if name == rule.quantity else "mean"
-    width = np.inf if statistic in missing else half_width(sample, statistic, replicates=replicates)
-    return {**found, "half_width": width if np.isfinite(width) else None}
-
-
-def _convergence(rule, path) -> dict:
-    """The path of the watched statistic over the samples, as in figures 9 and 14 of paper 3."""
-    columns = list(zip(*path, strict=True)) or [(), (), ()]
-    return {
-        "quantity": rule.quantity,
-        "statistic": rule.statistic,
-        **({"probability": rule.probability} if rule.statistic == "quantile" else {}),
-        "tolerance": rule.tolerance or None,
-        "relative_tolerance": rule.relative_tolerance or None,
-        **{name: list(column) for name, column in zip(("samples", "estimate", "half_width"), columns, strict=True)},
-    }
-
-
-def _histories(result, task, at_mean) -> dict:
-    """Bands of each history over the realisations that did not fail, and the run at the mean inputs beside them."""
-    bands_of = {}
-    for place, channel in enumerate(result.study.histories):
-        found, bands = history_statistics(result, channel, task.instants), {}
-        if found.count > 1:
-            bands = {"mean": found.mean, "std": found.std, "skewness": found.skewness}
-            bands |= dict(zip(("0.05", "0.50", "0.95"), found.quantiles(), strict=True))
-            for key, row in zip(result.study.joint.keys, found.input_correlation(), strict=True):
-                bands[f"correlation with {key}"] = np.where(np.isfinite(row), row, 0.0)
-        if len(at_mean.histories):
-            bands["at_mean_inputs"] = at_mean.histories[0, place]
-        bands_of[channel] = {"time_s": task.instants.tolist()} | {name: one.tolist() for name, one in bands.items()}
-        if found.count > 1:
-            bands_of[channel] |= _between_instants(found) | _narrowing(found, result.study.settings.seed)
-    return bands_of
-
-
-def _between_instants(found) -> dict:
-    """The autocorrelation at up to CORRELATED instants, evenly chosen; 0 where histories do not differ."""
-    rows = np.arange(0, len(found.times), max(1, -(-len(found.times) // CORRELATED)))
-    table = found.autocorrelation()[np.ix_(rows, rows)]
-    return {
-        "autocorrelation_time_s": found.times[rows].tolist(),
-        "autocorrelation": np.where(np.isfinite(table), table, 0.0).tolist(),
-    }
-
-
-def _narrowing(histories, seed) -> dict:
-    """Where the histories come together after their peak; nothing where they do not."""
-    try:
-        found = narrowing(histories.times, histories.whole, seed)
-    except StatisticError:
-        return {}
-    return {
-        "least_spread": {
-            "time_s": found.time, "interval_s": [found.low, found.high], "mean": found.mean, "std": found.std,
-            "modes": found.modes, "p_value": found.p_value,
-        }
-    }  # fmt: skip
-
-
-def history_statistics(result: StudyResult, channel: str, instants: np.ndarray) -> Histories:
-    """Everything `histories` knows of one channel: also its autocorrelation and its density over time."""
-    return Histories(instants, result.history(channel), result.values)
-
-
-def _flags_at_mean(study, task) -> list[str]:
-    """What is doubtful about the scene at its mean inputs, where closed forms say nothing of it."""
-    if not task.closed:
-        return []
-    try:
-        run = simulate(study.scene_at(mean_inputs(study)[0]))
-        for _ in run.blocks():
-            pass
-    except BearingTwinError as error:
-        return [f"at the mean inputs there is no run: {error}"]
-    return [f"at the mean inputs {flag}" for flag in run.report.flags]

@@ -37,6 +37,9 @@ class Settings:
     batch: int = quantity(100, "1", "samples between looks at the convergence", at_least=1, at_most=1_000_000)
     workers: int = quantity(0, "1", "processes that simulate; 0 = one a processor", at_least=0, at_most=512)
     memory: float = quantity(2e9, "B", "refuse a study that needs more", above=0.0)
+    time_limit: float = quantity(
+        0.0, "s", "end after so long with what is done, so that numbers depend on the machine; 0 = none", at_least=0.0
+    )
     history_points: int = quantity(200, "1", "instants of each history", at_least=2, at_most=100_000)
     history_duration: float = quantity(
         0.0, "s", "of histories, and then of every run; 0 = that of the scene at its median inputs", at_least=0.0

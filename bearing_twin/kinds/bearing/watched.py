@@ -25,6 +25,7 @@ from bearing_twin.report import Choice
 
 SAFE, GOOD = 0.5, 0.8  # share of the tolerance that windows may be off, others may be worse; once it was done again
 SHORT = 0.02  # s: the first part of a run, those after it are twice as long each, so that little is done again
+DOUBLED = 40  # times: beyond any chunk, and far from the end of floats, which a node reaches within minutes
 AIM = 0.25  # share of the tolerance that a tighter setting aims at
 LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
 REDONE = 3  # times at most that a part is done again
@@ -127,7 +128,7 @@ class WatchedMotion(BearingMotion):
         self._found = None
 
     def _until_next(self, duration: float) -> float:
-        return min(super()._until_next(duration), SHORT * 2.0**self.companion.parts)
+        return min(super()._until_next(duration), SHORT * 2.0 ** min(self.companion.parts, DOUBLED))
 
     def _worst(self, since: float) -> float:
         """The greatest error found in this part over the wanted tolerance, of windows begun since then [s].

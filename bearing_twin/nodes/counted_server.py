@@ -1,0 +1,44 @@
+"""An action server that counts the goals which were sent to it and never came."""
+
+from collections.abc import Callable
+
+from rclpy.action import ActionServer
+
+from bearing_twin.nodes.recording import Sequences
+
+
+class Arrivals:
+    """Counts goals that never arrived, by the numbers which the middleware of whoever asks gives requests, from 1 on.
+
+    It does not tell whose number it is: of several clients at a time nothing can be said, and `known` is False from
+    then on. What was sent before the first that arrived is not counted: the server may not have been there.
+    """
+
+    def __init__(self):
+        self.known = True
+        self._numbers = Sequences()
+
+    @property
+    def lost(self) -> int:
+        """Goals so far that did not arrive."""
+        return self._numbers.lost
+
+    def saw(self, number: int, clients: int) -> int:
+        """Notes a goal; returns how many were lost just before it, 0 where nobody knows."""
+        self.known = self.known and clients <= 1
+        return self._numbers.saw(number, 1) if self.known else 0
+
+
+class CountedActionServer(ActionServer):
+    """As rclpy's; `arrived(number)` is told the number of every goal that is taken, from the executor's thread."""
+
+    def __init__(self, *arguments, arrived: Callable[[int], None], **options):
+        super().__init__(*arguments, **options)
+        self._arrived = arrived
+
+    def take_data(self):
+        """What is ready, as of rclpy's."""
+        taken = super().take_data()
+        if "goal" in taken:
+            self._arrived(taken["goal"][0].sequence_number)
+        return taken

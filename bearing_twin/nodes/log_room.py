@@ -1,0 +1,66 @@
+"""How much room there is for a log, and clocks that are put right while it is written; without ROS."""
+
+import math
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+SOON = 3600.0  # s: a disk that will be full before is told of
+JUMP_NS = 100_000_000  # between two looks, beyond what a clock that is set gently does
+
+
+class Room:
+    """Watches the room on the disk of `folder`, and how fast a log in it grows."""
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        self._looked = 0, 0.0  # size of the log, and when [s]
+
+    def forecast(self, size: int, now: float) -> dict[str, float]:
+        """Room on the disk [B], growth of the log since the last call [B/s], and when the disk is full [s], may be inf.
+
+        `size` [B] is that of the log, `now` monotonic [s]. A log whose oldest files are removed grows no more, but for
+        its first round.
+        """
+        earlier, since = self._looked
+        self._looked = size, now
+        free = float(shutil.disk_usage(self._folder).free)
+        rate = max(0.0, (size - earlier) / (now - since)) if now > since else 0.0
+        return {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": free / rate if rate else math.inf}
+
+
+def warning(forecast: dict[str, float]) -> str:
+    """The sentence about a disk that will be full soon; empty where that is far off."""
+    left = forecast["disk_full_in_s"]
+    return f"the disk will be full in {left / 60.0:.0f} min at this rate" if left < SOON else ""
+
+
+class SteadyTime:
+    """Times of arrival by a clock of the system that may be put right: they go on as if it had not been.
+
+    `jumped_ns` is by how much it was put forward in all, negative for back; clocks that are set gently are followed.
+    """
+
+    def __init__(self, wall: Callable[[], int] = time.time_ns, steady: Callable[[], int] = time.monotonic_ns):
+        self._wall, self._steady = wall, steady
+        self._ahead = wall() - steady()
+        self.jumped_ns = 0
+        self._fresh = 0  # wall time from which on times of arrival were told by the clock as it is now
+
+    def look(self) -> int:
+        """By how much the clock has been put since the last look [ns], 0 = not; call it before messages are taken."""
+        wall = self._wall()
+        ahead = wall - self._steady()
+        jump, self._ahead = ahead - self._ahead, ahead
+        if abs(jump) < JUMP_NS:
+            return 0
+        self.jumped_ns += jump
+        self._fresh = wall
+        return jump
+
+    def at(self, arrived_ns: int) -> int:
+        """The time to log of a message that arrived at `arrived_ns` by the clock, 0 = now."""
+        now = self._wall()
+        known = self._fresh <= arrived_ns <= now if self.jumped_ns else arrived_ns > 0
+        return (arrived_ns if known else now) - self.jumped_ns

@@ -1,0 +1,78 @@
+"""What a study may use in uq_node, whatever its goal says, and where it is logged."""
+
+import dataclasses
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from bearing_twin.errors import LogError, StudyError
+from bearing_twin.parameters import echo
+from bearing_twin.uq.ensemble import processors
+from bearing_twin.uq.run import memory_needed, refuse_too_large
+from bearing_twin.uq.study import Study
+
+
+class Limits(NamedTuple):
+    """The node's limits: `memory` [B] and `samples` of a study, `workers` (0 = one a processor), `time_limit` [s].
+
+    `log_quota` [B] is what all logs in their folder may take together, `executors` where a study may run. 0 = no limit.
+    """
+
+    memory: float = 2e9
+    workers: int = 0
+    time_limit: float = 0.0
+    samples: int = 0
+    log_quota: float = 0.0
+    executors: Sequence[str] = ("processes",)
+
+    def bounded(self, study: Study) -> Study:
+        """The study with as many workers as it may have; raises StudyError where it asks for what it may not."""
+        if study.executor not in self.executors:
+            # Whoever answers at a scheduler's address can have code run here.
+            raise StudyError(
+                f"executor = {echo(study.executor)} is not among the node's parameter executors; "
+                f"legal: {', '.join(self.executors)}"
+            )
+        if self.samples and study.settings.samples > self.samples:
+            raise StudyError(
+                f"study {study.name} asks for {study.settings.samples} samples, more than the node's parameter "
+                f"samples = {self.samples}; ask for fewer"
+            )
+        refuse_too_large(study)
+        needed = memory_needed(study)
+        if needed > self.memory:
+            raise StudyError(
+                f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
+                f"{self.memory:.3g} B; ask for fewer samples, histories or history_points"
+            )
+        most = self.workers or processors()
+        workers = min(study.settings.workers or most, most)
+        return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
+
+    def refuse_full(self, folder: Path, study: Study) -> None:
+        """Raises LogError where the logs in `folder` and that of this study would take more than `log_quota`."""
+        if not self.log_quota:
+            return
+        there = sum(path.stat().st_size for path in folder.glob("*.mcap"))
+        if there + log_bytes(study) > self.log_quota:
+            raise LogError(
+                f"the logs in {folder} take {there:.3g} B and that of this study up to {log_bytes(study):.3g} B, "
+                f"together more than the node's parameter log_quota = {self.log_quota:.3g} B; move some away"
+            )
+
+
+def log_bytes(study: Study) -> float:
+    """The size of a study's log at most [B]: every realisation with its numbers, before they are packed."""
+    columns = len(study.inputs) + len(study.quantities) + 3 + len(study.histories) * study.settings.history_points
+    return 8.0 * columns * study.settings.samples
+
+
+def free_path(folder: Path, study: str, date: str) -> Path:
+    """Where to log a study: `<study>_<date>.mcap`, with a number where that is taken."""
+    stem = f"{re.sub(r'[^A-Za-z0-9_-]+', '_', study)}_{date}"
+    path, number = folder / f"{stem}.mcap", 1
+    while path.exists():
+        number += 1
+        path = folder / f"{stem}_{number}.mcap"
+    return path
