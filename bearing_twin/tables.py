@@ -30,6 +30,8 @@ def read_table(given, columns) -> tuple[tuple, str]:
             return (), f" = {echo(name)} {legal}: {problem}"
         if given and all(read_number(cell)[1] for cell in given[0]):
             del given[0]  # names of the columns
+        if not given:
+            return (), f" = {echo(name)} {legal}: it holds no row"
     if not isinstance(given, (list, tuple)):
         return (), f" = {echo(given)} {legal}"
     rows = []

@@ -91,6 +91,7 @@ def test_the_arm_of_a_tilt_and_the_place_of_ball_0(capsys):
     groove = answered(capsys, "bearing", "bearing_6203", "--moment", "0.5,0")
     assert 1.005 < pitch["misalignment_rad"][0] / groove["misalignment_rad"][0] < 1.03
     between = answered(capsys, *DOWN, "--ball-angle", "-67.5")
+    assert answered(capsys, *DOWN, "--ball-angle", "-72067.5")["ring_displacement_m"] == between["ring_displacement_m"]
     assert between["normal_load_inner_n"][0] == pytest.approx(between["normal_load_inner_n"][7], rel=1e-6)
     assert between["ball_azimuth_rad"][0] == pytest.approx(math.radians(-67.5))
 

@@ -227,6 +227,8 @@ def test_loads_come_from_a_table(tmp_path):
         ("0,0,-1,0,0,0\n1,0,,0,0,0\n", r"table\[1\]: y = '' must be a number"),
         ("0,0,-1,0,0,0\n1,0,nan,0,0,0\n", r"table\[1\]: y = 'nan' must be a number"),
         ("0,0,-1\n", "6 numbers a row, none left out"),
+        ("time,x,y,z,mx,my\n", "it holds no row"),
+        ("", "it holds no row"),
     ],
 )
 def test_a_table_that_is_not_one_is_refused(text, words, tmp_path):
@@ -301,3 +303,11 @@ def test_a_bearing_without_a_cage_says_so():
     list(caged.blocks())
     assert not any("apart" in flag for flag in caged.report.flags)
     assert caged.report.figures["greatest_pocket_force_n"] > 0.0
+
+
+def test_a_bearing_at_rest_in_a_cage_gains_no_energy():
+    """Nothing moves: rounding was measured against the work of nothing, and the run was said to have failed."""
+    run = simulate(load_scene("bearing_6203", ["run.duration=0.02", "cage.kind=even", "drive.speed=0"]))
+    list(run.blocks())
+    assert "energy" not in run.report.status
+    assert abs(run.report.figures["energy_closure"]) < 5e-3

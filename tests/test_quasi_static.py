@@ -364,6 +364,20 @@ def test_the_greatest_load_named_is_borne_and_a_little_more_is_not():
         solved(parameters(), pushed((0.0, -1.001 * greatest, 0.0)))
 
 
+@pytest.mark.parametrize("load", [1e9, 1e12, 1e300])
+def test_the_greatest_load_is_named_however_much_was_asked_for(load):
+    """A search by halves of what was asked for found none at 1e12 N, and said that no contact carries it."""
+    parameters = load_scene("bearing_6203_rig_1000N").parameters
+
+    def greatest(asked):
+        support = Support((True, True, False, False, False), (0.0, -asked, 0.0, 0.0, 0.0), (0.0,) * 5)
+        with pytest.raises(SceneError, match="pushes the ring through the balls") as caught:
+            statics.solver_of(parameters, "hertz").solve(support)
+        return float(str(caught.value).rpartition("a load of (")[2].split(",")[1])
+
+    assert greatest(load) == pytest.approx(greatest(1e5), rel=1e-3)
+
+
 def test_a_thrust_on_a_bearing_with_much_clearance_leaves_the_grooves():
     loose = parameters("geometry.radial_clearance=2.5e-4")
     with pytest.raises(SceneError, match="out of the grooves"):

@@ -71,7 +71,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
     given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
-    angle = None if arguments.ball_angle is None else math.radians(_number("--ball-angle", arguments.ball_angle))
+    turned = None if arguments.ball_angle is None else _number("--ball-angle", arguments.ball_angle)
+    angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
     sweep = _sweep(arguments.sweep) if arguments.sweep else None
 
     if not sweep and not picture and (found := _row_alone(arguments, given)):

@@ -32,6 +32,7 @@ from bearing_twin.sample import Block, Table
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
+STILL = 1e-5  # of the energy held: what is less is no work
 STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
@@ -147,7 +148,9 @@ class BearingFigures:
         lost, work = (self.last[name] - self.first[name] for name in ("dissipated", "drive_work"))
         residual = change + lost - work
         moved = self.last["gross_work"] - self.first["gross_work"] if "gross_work" in self.last else abs(work)
-        scale = max(moved, lost, abs(change))
+        # Where nothing moves there is no work to speak of, and energy is kept to the accuracy of the contacts.
+        held = sum(abs(self.last[name]) for name in STORED)
+        scale = max(moved, lost, abs(change), STILL * held)
         return residual / scale if scale > 0.0 else 0.0
 
     def _peaks(self) -> dict[str, np.ndarray]:

@@ -28,8 +28,8 @@ CONTROLS = {"shared": (1.0, 1.0), "outer": (0.0, 2.0)}
 """Shares of the gyroscopic moment that friction carries on the inner and on the outer raceway."""
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 STAGES = 12  # a load that is not found at once is approached in so many parts
-HALVINGS = 16  # of the search for the greatest load
-CARRIES = 1e-6  # share of a load below which the greatest load is none
+COARSE, HALVINGS = 8.0, 12  # of the search for the greatest load: steps down, then halvings of the last of them
+CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
 UNITS = ("N", "N", "N", "N m", "N m")
 
 
@@ -181,22 +181,36 @@ class Solver:
             "lower the speed, or load the bearing more along its axis"
         )
 
+    def _greatest(self, support: Support) -> tuple[float, tuple[float, float]]:
+        """The greatest legal share of loads and held coordinates, 0 where there is none, and how near its limits it is.
+
+        It is looked for among ever smaller ones, then between the last two.
+        """
+        free = np.array(support.free, np.bool_)
+        heaviest = np.abs(np.where(free, support.loads, 0.0) / self.scales).max()
+        furthest = np.abs(np.where(free, 0.0, support.held) * self.scales).max()
+        least = CARRIES / max(1.0, heaviest / HEAVY, furthest / self.longest)
+        low, high, ratios = 0.0, 1.0, (0.0, 0.0)
+        share, halvings = 1.0 / COARSE, 0
+        while halvings < HALVINGS and high > least:
+            status, _, legal = self._tried(support, share)
+            # too little to touch anything is no reason against a greater load
+            if legal or status == NOTHING_CARRIES:
+                low = share
+                ratios = self._legal() if legal else ratios
+            else:
+                high = share
+            halvings += low > 0.0
+            share = 0.5 * (low + high) if low else high / COARSE
+        return low, ratios
+
     def _refusal(self, support: Support, status: int) -> str:
         """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is."""
         if status != FOUND and (sentence := self._too_fast(support)):
             return sentence  # what is not found at all takes a minute to search
-        low, high, ratios = 0.0, 1.0, (0.0, 0.0)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            status, _, legal = self._tried(support, middle)
-            # too little to touch anything is no reason against a greater load
-            if legal or status == NOTHING_CARRIES:
-                low = middle
-                ratios = self._legal() if legal else ratios
-            else:
-                high = middle
+        low, ratios = self._greatest(support)
         what = _what_acts(support)
-        if low < CARRIES:
+        if low == 0.0:
             otherwise = f"{what} finds no contact that carries it; hold the ring in this direction, or turn the load"
             return self._too_fast(support) or otherwise
         how = "pushes the ring through the balls: a contact bears no more than 2 % of the ball's diameter"
