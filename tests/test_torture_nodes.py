@@ -2,7 +2,7 @@
 
 import pytest
 from ros import rclpy  # noqa: F401 - skips where there is no ROS
-from torture_nodes import cancels, frozen, goals, hostile, restarts
+from torture_nodes import cancels, ends, frozen, goals, hostile, restarts
 
 
 @pytest.mark.parametrize(
@@ -11,6 +11,7 @@ from torture_nodes import cancels, frozen, goals, hostile, restarts
         (hostile, 0.03),
         (goals, 0.1),
         (cancels, 0.03),
+        (ends, 0.1),
         (frozen, 0.1),
         pytest.param(restarts, 0.1, marks=pytest.mark.environment),
     ],
