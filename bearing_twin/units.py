@@ -91,6 +91,8 @@ UNITS = {  # by the symbol that declarations use
     "N m s/rad": Unit("", "N m s/rad", greatest=1e15),
     "N/m": Unit("n_per_m", "N/m", least=1e-9, greatest=1e15, people=("N/µm", 1e-6)),
     "1/m": Unit("per_m", "1/m"),
+    "m^2": Unit("m2", "m²", people=("mm²", 1e6)),
+    "m^3": Unit("m3", "m³", people=("mm³", 1e9)),
     "s/m": Unit("s_per_m", "s/m", greatest=1e6),
     "m/s": Unit("m_s", "m/s", least=1e-12, greatest=1e5),
     "m/s^2": Unit("m_s2", "m/s²", greatest=1e6),
@@ -140,6 +142,12 @@ def suffix_of(unit: str) -> str:
     """The suffix of keys whose values are in `unit`, as `_rad_s`; empty for numbers without one and for rare units."""
     known = UNITS.get(unit)
     return f"_{known.suffix}" if known and known.suffix else ""
+
+
+def symbol_of(key: str) -> str:
+    """The symbol that declarations use for the unit of an SI-suffixed key."""
+    row = _words_and_unit(key)[1]
+    return next(symbol for symbol, unit in UNITS.items() if unit is row)
 
 
 def with_unit(unit: str) -> str:

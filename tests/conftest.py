@@ -1,5 +1,10 @@
 """Settings for all tests, and the choice of those that fit into a time."""
 
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -13,11 +18,47 @@ one_processor()
 settings.register_profile("bearing_twin", deadline=None)
 settings.load_profile("bearing_twin")
 
+SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP  # what executables take over
 TOOK = "bearing_twin/seconds"  # where the cache of pytest keeps how long each test took last time
 UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
 LEFT_OUT: list[str] = []
 BEGAN: list[float] = []
+
+
+@pytest.fixture
+def quick_workers(monkeypatch):
+    """Worker processes are forks of this one, which saves the seconds that a new one takes to import what it needs.
+
+    That they work as new ones is what tests without this show.
+    """
+    context = multiprocessing.get_context
+    monkeypatch.setattr(
+        multiprocessing, "get_context", lambda method=None: context("fork" if method == "spawn" else method)
+    )
+
+
+@pytest.fixture
+def here(monkeypatch, capfd):
+    """An executable called in this process, which saves the seconds that another one imports; as a process tells it."""
+    from ros import rclpy  # skips where there is no ROS
+
+    from bearing_twin.nodes import entry
+
+    kept, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
+
+    def call(name, *arguments):
+        monkeypatch.setattr(sys, "argv", [name, *arguments])
+        code = getattr(entry, name)()
+        rclpy.try_shutdown()
+        return subprocess.CompletedProcess(name, code, *capfd.readouterr())
+
+    yield call
+    for number, handler in zip(SIGNALS, kept, strict=True):
+        signal.signal(number, handler)
+    for name in {*os.environ} - {*environment}:
+        del os.environ[name]
+    os.environ.update(environment)
 
 
 def pytest_addoption(parser):

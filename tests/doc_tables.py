@@ -1,4 +1,4 @@
-"""Writes the tables of README and docs that stand in the code: `python tests/doc_tables.py`.
+"""Writes the tables of README and docs that stand in the code, and docs/topics.md: `python tests/doc_tables.py`.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
 """
@@ -22,6 +22,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import MEASURED
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
+from bearing_twin.log import topic_table
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.parameters import describe
 from bearing_twin.shelf import SCENES, STUDIES
@@ -225,6 +226,10 @@ TABLES: dict[str, Callable[[], str]] = {
 }
 
 
+WHOLE = {"topics.md": lambda: topic_table.markdown().rstrip("\n") + "\n"}
+"""Pages that are written whole."""
+
+
 def names_in(text: str) -> list[str]:
     """The tables that stand in a page."""
     return [found[1] for found in _PLACE.findall(text)]
@@ -242,7 +247,7 @@ def main() -> int:
         shutil.copyfile(ROOT / "docs" / name, ROOT / "config" / "measured" / name)
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        new = written(text)
+        new = WHOLE[page.name]() if page.name in WHOLE else written(text)
         if new != text:
             page.write_text(new, encoding="utf-8")
             print(page.relative_to(ROOT))

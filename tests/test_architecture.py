@@ -16,6 +16,8 @@ PACKAGE = ROOT / "bearing_twin"
 GROUND = (
     *(
         "source_state",
+        "code_linking",
+        "code_linking",
         "code_cache",
         "compiled",
         "errors",
@@ -25,6 +27,7 @@ GROUND = (
         "parameters",
         "paths",
         "permission",
+        "pipes",
         "processors",
         "report",
         "sample",

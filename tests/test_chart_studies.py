@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from bearing_twin.charts import studies
+from bearing_twin.charts import studies, study_spheres
 from bearing_twin.charts.sheets import Map, rows_of
 from bearing_twin.charts.study_samples import draws, known
 from bearing_twin.command.cli import main
@@ -25,7 +25,10 @@ IMPULSE = 2.0 * 0.1129 * 20.0  # N s, 2 mu v
 
 @pytest.fixture(scope="module")
 def sheets():
-    return {name: SHEETS[name].make(lambda share: None) for name in QUICK}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study_spheres, "SPEEDS", study_spheres.SPEEDS[::4])  # a coarser map
+        patch.setattr(study_spheres, "EVERY", 1)
+        return {name: SHEETS[name].make(lambda share: None) for name in QUICK}
 
 
 def curves(sheet) -> dict:

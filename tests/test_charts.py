@@ -75,7 +75,7 @@ def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
     assert str(tmp_path).encode() not in path.read_bytes()
 
 
-@pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (8, 2), (9, 300), (32, 300), (200, 50)])
+@pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (9, 300), (32, 300), (200, 2)])
 def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
     path = drawn(tmp_path / "run.png", made_up_block(balls, outputs))
     assert size_of(path) == (1600, 1000)
@@ -142,8 +142,10 @@ def test_the_latest_part_of_a_run_is_there_in_full():
     assert history.turns == pytest.approx(70.0 * 4.999 / (2.0 * np.pi))
 
 
-def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path):
-    """Paper 1, figures 3 and 4; the closed forms are in test_ellipsoid.py."""
+def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path, monkeypatch):
+    """Paper 1, figures 3 and 4, drawn coarsely; the closed forms are in test_ellipsoid.py."""
+    monkeypatch.setattr(bounces, "RATE", 500.0)
+    monkeypatch.setattr(bounces, "FINE", 1e4)
     points = bounces.measure()
     assert {point.case for point in points} == set(bounces.CASES)
     none, kept, paper = bounces.reading(points)

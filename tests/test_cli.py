@@ -221,7 +221,13 @@ def test_a_reader_that_goes_away_is_no_error(form):
         assert process.wait(timeout=600) == DONE
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, INTERRUPTED), (signal.SIGTERM, 128 + signal.SIGTERM)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        pytest.param(signal.SIGINT, INTERRUPTED, marks=pytest.mark.environment),
+        (signal.SIGTERM, 128 + signal.SIGTERM),
+    ],
+)
 def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, capsys):
     path = tmp_path / "run.mcap"
     long = ["bearing_6203", "--duration", "86400", "--set", "run.output_rate=100"]

@@ -435,19 +435,28 @@ _KERNEL_FILES = [
 ]
 
 
-def test_an_edit_in_a_beam_compiles_no_bearing(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def before():
+    """The states of this checkout."""
+    return _kernel_states()
+
+
+@pytest.fixture
+def copy(before, tmp_path, monkeypatch):
+    """A copy of the package, which stands in its place."""
     copy = tmp_path / "bearing_twin"
     shutil.copytree(_PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before = _kernel_states()
     monkeypatch.setattr(bearing_twin, "__path__", [str(copy)])
     monkeypatch.setattr(source_state, "_imported", {})
-    assert _kernel_states() == before
-    assert None not in before.values()
+    return copy
 
+
+def test_an_edit_in_a_beam_compiles_no_bearing(before, copy):
     beams = sorted((copy / "kinds" / "beam").glob("*.py"))
     for path in beams:
         path.write_text("# a comment\n" + path.read_text())
     assert _kernel_states() == before
+    assert None not in before.values()
     for path in beams:
         path.write_text(path.read_text() + "\n\nEDITED = 1\n")
     after = _kernel_states()
@@ -456,12 +465,7 @@ def test_an_edit_in_a_beam_compiles_no_bearing(tmp_path, monkeypatch):
     assert not [name for name in changed if ".kinds.bearing." in name or ".contact." in name]
 
 
-def test_an_edit_of_a_method_compiles_every_module_with_a_kernel_that_contains_it(tmp_path, monkeypatch):
-    copy = tmp_path / "bearing_twin"
-    shutil.copytree(_PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before = _kernel_states()
-    monkeypatch.setattr(bearing_twin, "__path__", [str(copy)])
-    monkeypatch.setattr(source_state, "_imported", {})
+def test_an_edit_of_a_method_compiles_every_module_with_a_kernel_that_contains_it(before, copy):
     for name in ("numerics/rotation.py", "compiled.py"):
         path = copy / name
         text = path.read_text()

@@ -180,3 +180,12 @@ def test_two_bodies_of_a_scene_are_answered_as_they_stand_or_pressed():
 def test_what_shapes_do_not_take_is_said(line, sentence):
     with pytest.raises(SceneError, match=sentence):
         asked(line)
+
+
+def test_an_overlap_that_leaves_its_region_is_said():
+    """Deep in the groove the outline runs over its rims: no load by overlap, and a sentence in its place."""
+    deep = asked("--shapes two_bodies_groove --approach 1e-3")
+    assert "overlap" not in deep.result["laws"]
+    assert "small deformations" in deep.doubts[0]
+    assert "the overlap leaves the region" in deep.doubts[1]
+    assert asked("--shapes two_bodies_groove --approach 1e-6").doubts == []

@@ -1,16 +1,20 @@
 """`make demo`, shortened: three nodes as processes, nothing lost, and the files it names."""
 
+import io
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
+from rich.console import Console
 
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import demo
+from bearing_twin.nodes.watching import Watch
 
 
 @pytest.mark.environment
@@ -38,6 +42,19 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     assert all(len(line) <= 80 for line in result.stdout.splitlines() if line.startswith(("│", "┃")))
 
 
+@pytest.mark.parametrize(("load", "outputs"), [(0.5, 51), (12345.67, 20001)])
+def test_the_table_at_the_end_fits_80_columns(load, outputs):
+    watch = Watch(8)
+    watch.greatest[:], watch.contact_angle[:] = load, -0.3
+    watch.semi_major[:], watch.semi_minor[:], watch.count[:] = 2345.6e-6, 234.5e-6, outputs
+    console = Console(width=80, file=io.StringIO())
+    console.print(demo.result_table("a bearing", watch, 1234))
+    shown = console.file.getvalue()
+    assert "…" not in shown
+    assert f"{load:.1f}" in shown
+    assert all(word in shown for word in ("wren-", "ches", "sam-", "ples", "lost", "1234"))
+
+
 def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path):
     code = (
         "import sys\n"
@@ -54,12 +71,21 @@ def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path):
     assert "_node: " in Path(named[1]).read_text()
 
 
-def test_a_scene_that_is_no_bearing_is_refused(tmp_path):
-    words = [sys.executable, "-m", "bearing_twin.nodes.entry", "demo", "--scene", "two_spheres", "--out", str(tmp_path)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=3600, check=False)
+def test_a_scene_that_is_no_bearing_is_refused(tmp_path, here):
+    done = here("demo", "--scene", "two_spheres", "--out", str(tmp_path))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "two_spheres is no bearing" in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_watch_keeps_each_ellipse_where_its_load_was_greatest():
+    watch = Watch(1)
+    for load, angle in (([3.0, 1.0], [0.3, 0.1]), ([2.0, 2.0], [0.2, 0.2])):
+        watch.contacts(
+            SimpleNamespace(normal_load=load, contact_angle=angle, semi_major=load, semi_minor=load, law="hertz")
+        )
+    assert watch.ellipse_load.tolist() == [[3.0, 2.0]]
+    assert watch.contact_angle.tolist() == [[0.3, 0.2]]
 
 
 @pytest.mark.parametrize("given", ["0", "10", "99", None])

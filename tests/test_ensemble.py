@@ -19,7 +19,7 @@ import bearing_twin.uq.realise
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import content_digest, raw_messages
-from bearing_twin.log.study_log import SAMPLES_TOPIC, read_study, write_study
+from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
 from bearing_twin.reference.impact import equation_14, power_load, strike
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
@@ -149,7 +149,7 @@ def test_densities_at_named_values_are_exact_where_the_distribution_is():
             assert [row["density"] for row in rows] == pytest.approx(truth.tolist(), rel=1e-6)
 
 
-def test_one_input_without_a_closed_form_takes_a_few_runs():
+def test_one_input_without_a_closed_form_takes_a_few_runs(quick_workers):
     """Paper 3, section 6. By damping in proportion the contact time stays proportional to alpha, so gamma."""
     quantities = ["contact_duration", "restitution"]
     asked = {**LOSSY, "method": "change_of_variable", "quantities": quantities[:1], "workers": 1}
@@ -163,7 +163,9 @@ def test_one_input_without_a_closed_form_takes_a_few_runs():
     assert found["std"] == pytest.approx(factor * gamma.std(), rel=1e-5)
     assert found["skewness"] == pytest.approx(2.0 / gamma.std(), rel=1e-4)
     for p in ("0.05", "0.50", "0.95"):
-        assert found["quantiles"][p]["value"] == pytest.approx(factor * gamma.ppf(float(p)), rel=1e-5)
+        one = found["quantiles"][p]
+        assert one["value"] == pytest.approx(factor * gamma.ppf(float(p)), rel=1e-5)
+        assert 0.0 < one["high"] - one["value"] == pytest.approx(one["value"] - one["low"], rel=1e-3, abs=0.0)
     assert found["densities"][0]["density"] == pytest.approx(gamma.pdf(6e-5 / factor) / factor, rel=1e-4)
     with pytest.raises(StudyError, match=r"^restitution: the quantity .* choose the method ensemble"):
         run({**asked, "quantities": quantities[1:]})
@@ -202,7 +204,7 @@ def test_a_sweep_is_a_study_at_each_value():
     assert medians[0]["value"] == pytest.approx(medians[4]["value"] * 20.0**0.2, rel=1e-12)
 
 
-def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path):
+def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path, quick_workers):
     by_two = run(LOSSY, ["workers=2"])
     by_one = run(LOSSY, ["workers=1"], start=run(LOSSY, ["samples=13", "workers=1"]))
     assert np.array_equal(by_one.quantities, by_two.quantities)
@@ -266,7 +268,7 @@ def test_without_a_tolerance_all_samples_are_taken():
     assert result.summary["convergence"]["samples"] == [200, 300, 400]
 
 
-def test_realisations_that_fail_are_counted_with_their_reason():
+def test_realisations_that_fail_are_counted_with_their_reason(quick_workers):
     speeds = {"motion.first_velocity": {"distribution": "normal", "mean": 1.0, "std": 1.0}}
     for lossy in ([], ["contact.restitution=0.9", "samples=24", "workers=1"]):
         result = run({**ENSEMBLE, "inputs": speeds}, lossy)
@@ -395,7 +397,7 @@ def test_a_study_keeps_realisations_as_they_come(monkeypatch):
     assert len(kept) > 3
 
 
-def test_cancel_ends_workers_in_the_middle_of_a_realisation():
+def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
     cancelled = []
     began = time.monotonic()
     asked_at = []
@@ -411,7 +413,7 @@ def test_cancel_ends_workers_in_the_middle_of_a_realisation():
     assert children() == cancelled
 
 
-def test_an_exception_in_between_leaves_no_process():
+def test_an_exception_in_between_leaves_no_process(quick_workers):
     told = []
 
     def tell(_):
@@ -425,7 +427,7 @@ def test_an_exception_in_between_leaves_no_process():
     assert children() == []
 
 
-def test_a_worker_that_dies_ends_the_study_with_what_is_done():
+def test_a_worker_that_dies_ends_the_study_with_what_is_done(quick_workers):
     killed = []
 
     def watch(one):
@@ -475,7 +477,9 @@ def test_an_error_nobody_foresaw_is_the_failure_of_one_realisation(monkeypatch):
     assert np.isfinite(found.quantities).all(axis=1).tolist() == [True, False, True]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment), signal.SIGKILL]
+)
 def test_no_process_outlives_a_signal(number, tmp_path):
     path = tmp_path / "long.yaml"
     path.write_text(json.dumps(LONG_RUN), encoding="utf-8")
@@ -518,16 +522,26 @@ def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_pa
     before = time.time_ns()
     result = run({**ENSEMBLE, "inputs": {ALPHA: GAMMA}})
     path = write_study(result, tmp_path / "study.mcap")
-    messages = [one for one in raw_messages(path) if one.topic.name == SAMPLES_TOPIC]
-    numbers = 0
-    for message in messages:
+    numbers, single = 0, []
+    for message in raw_messages(path):
+        if message.topic.name == REALISATIONS_TOPIC:
+            one = cdr.deserialise(cdr.REALISATION, message.data)
+            assert one.header.stamp.sec * 10**9 + one.header.stamp.nanosec == message.log_time
+            single.append((one.number, message.log_time, one.failed, one.value.tolist()))
+        if message.topic.name != SAMPLES_TOPIC:
+            continue
         block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
         assert block.first_sequence == numbers
         numbers += block.count
-        assert before <= message.log_time <= time.time_ns()
-        assert set(block.time_ns.tolist()) == {message.log_time}
-        assert message.publish_time == block.header.stamp.sec * 10**9 + block.header.stamp.nanosec == message.log_time
+        assert before <= block.time_ns[0] <= block.time_ns[-1] == message.log_time <= time.time_ns()
+        assert message.publish_time == message.log_time
+        assert [row[1] for row in single[block.first_sequence :]] == block.time_ns.tolist()
     assert numbers == len(result.status) > 0
+    assert [row[0] for row in single] == list(range(numbers))
+    assert (np.diff([row[1] for row in single]) > 0).all()
+    assert [row[2] for row in single] == (result.status > 0).tolist()
+    assert np.array_equal([row[3] for row in single], np.hstack((result.values, result.quantities)), equal_nan=True)
+    assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
 
 
 def test_a_study_without_samples_comes_back_from_its_log(tmp_path):
@@ -556,6 +570,7 @@ def test_dask_says_what_is_missing_or_wrong(monkeypatch):
         run(LOSSY, ["executor=dask://localhost:1"])
 
 
+@pytest.mark.environment
 def test_dask_workers_give_the_same_numbers(tmp_path):
     """On a cluster that listens on this machine's own address alone; nothing of study and cluster stays behind."""
     import dask  # here, for the import takes a second

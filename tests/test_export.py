@@ -3,6 +3,7 @@
 import csv
 import json
 import sys
+from functools import cache
 
 import numpy as np
 import pandas
@@ -51,8 +52,14 @@ def same_bits(found, wanted):
     assert np.array_equal(found[known].view(np.int64), wanted[known].view(np.int64))
 
 
+@cache
+def blocks_of(path):
+    """All blocks of a log, read once."""
+    return tuple(read_log(path).blocks())
+
+
 def channel(path, name):
-    return np.concatenate([block.values[name] for block in read_log(path).blocks()])
+    return np.concatenate([block.values[name] for block in blocks_of(path)])
 
 
 def columns_in(path, to):
@@ -88,7 +95,7 @@ def test_tables_hold_every_number_to_the_bit(to, which, tmp_path, request):
             told.add(name)
             if group.stem.startswith("record_"):
                 table = group.stem.removeprefix("record_")
-                rows = np.concatenate([block.records[table] for block in stream.blocks() if len(block.records[table])])
+                rows = np.concatenate([one.records[table] for one in blocks_of(path) if len(one.records[table])])
                 same_bits(numbers(found[name]), rows[:, [one for one, _, _ in group.columns].index(name)])
             else:
                 same_bits(numbers(found[name]), channel(path, name))

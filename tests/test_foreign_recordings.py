@@ -10,6 +10,7 @@ from rosbags.rosbag2 import Writer as BagWriter
 
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
+from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
@@ -72,7 +73,27 @@ def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_
     assert {key: found[key] for key in run.report.figures} == run.report.figures
     assert found["samples"] == samples
     assert found["law"] == run.choice.law
+    assert found["predicted"] == run.choice.predicted is not None
+    assert log.choice[3:] == run.choice[3:] or log.choice.setting != log.choice.setting
     assert said(capsys, "verify", str(tmp_path / name))["greatest_deviation"] == 0.0
+
+
+@pytest.mark.parametrize(("law", "words"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")])
+def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, words, tmp_path, capsys):
+    def renamed(topic, ros_type, time_ns, data):
+        if topic.endswith("/scene"):
+            said = json.loads(cdr.deserialise(cdr.STRING, data).data)
+            del said["law"]
+            said |= {} if law is None else {"law": law}
+            data = encoded(cdr.STRING, {"data": json.dumps(said)}, 0, "")
+        return topic, ros_type, time_ns, data
+
+    path = tmp_path / "run.mcap"
+    by_mcap(path, (renamed(*message) for message in wire(SCENE, ["/bearing"])))
+    found = said(capsys, "report", str(path))
+    assert found["law"] == "hertz"
+    assert words in found["warnings"][-1]
+    assert said(capsys, "verify", str(path))["greatest_deviation"] == 0.0
 
 
 def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, capsys):

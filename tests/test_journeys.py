@@ -1,6 +1,7 @@
 """Two newcomers follow README and tutorials literally: one with pip alone, one who owns a ROS 2 Jazzy.
 
-(a) runs in the environment that `make setup` made: every shell line of the ROS part, nodes in shells of their own.
+(a) runs in the environment that `make setup` made: every shell line of the ROS part, nodes in shells of their own. What
+needs no ROS runs in an environment of its own, by another user, with empty caches and without a compiler.
 (b) is emulated by two Pythons, because PyPI has no Debian packages: one has ROS 2, colcon and the system's numpy, the
 other is the virtual environment of the recipe, which sees the packages of the first. There is no ros2: nodes start
 from where `ros2 run` looks. What only `ros2` does is not run here.
@@ -13,11 +14,12 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
 import pytest
-from pages import NODE, ROOT, TUTORIALS, blocks
+from pages import NODE, ROOT, TUTORIALS, blocks, copied_sources
 from shell import LASTING, PATIENCE, Shell
 
 pytestmark = pytest.mark.environment
@@ -86,6 +88,65 @@ def test_tutorials_with_nodes_run_literally(page, shell):
     shell.end()
 
 
+# (a) with pip alone
+
+NOBODY = 65534
+SLOW = ("chart ",)  # minutes
+TOOLS = ("sh", "bash", "env", "uname", "cat", "ls", "dirname", "mkdir", "rm")  # no compiler
+
+
+@pytest.fixture
+def stranger():
+    """A function (words) that runs them as another user where we may, in an empty home, without a compiler."""
+    home = Path(tempfile.mkdtemp(prefix="newcomer_"))
+    (home / "tools").mkdir()
+    for tool in filter(shutil.which, TOOLS):
+        (home / "tools" / tool).symlink_to(shutil.which(tool))
+    other = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.geteuid() == 0 else {}
+    if other:
+        os.chown(home, NOBODY, NOBODY)
+    there = {"HOME": str(home), "PATH": f"{home}/venv/bin:{home}/tools", "LANG": "C.UTF-8", "MPLBACKEND": "Agg"}
+
+    def run(*words) -> subprocess.CompletedProcess:
+        return subprocess.run(words, cwd=home, env=there, capture_output=True, text=True, check=False, **other)
+
+    run.home = home
+    yield run
+    shutil.rmtree(home)
+
+
+def python_of(run) -> str:
+    """A Python that this user may run and that makes virtual environments."""
+    for one in (sys.executable, "/usr/bin/python3"):
+        with contextlib.suppress(OSError):
+            made = run(one, "-c", "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))")
+            if made.returncode == 0:
+                return os.path.realpath(one)
+    return pytest.skip("there is no Python 3.10 with venv that another user may run")
+
+
+def test_what_needs_no_ros_runs_line_by_line_in_a_fresh_environment(stranger):
+    copied_sources(stranger.home / "source")
+    if os.geteuid() == 0:
+        for one in (stranger.home / "source").rglob("*"):
+            os.chown(one, NOBODY, NOBODY)
+        os.chown(stranger.home / "source", NOBODY, NOBODY)
+    for words in (
+        [python_of(stranger), "-m", "venv", "venv"],
+        ["venv/bin/pip", "install", "--quiet", "--retries", "20", "--timeout", "60", "./source"],
+    ):
+        made = stranger(*words)
+        assert made.returncode == 0, made.stdout + made.stderr
+    assert stranger("bash", "-c", "command -v cc gcc g++ c++ clang").returncode != 0
+    for line in lines_of("Without ROS"):
+        if any(one in line for one in SLOW):
+            continue
+        done = stranger("bash", "-c", line)
+        assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
+        assert done.stdout.strip(), line
+        assert "Traceback" not in done.stderr, done.stderr
+
+
 # (b) the workspace
 
 
@@ -107,12 +168,7 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
         assert result.returncode == 0, f"{line}\n{result.stdout[-3000:]}{result.stderr[-3000:]}"
         return result.stdout
 
-    source.mkdir(parents=True)
-    left_out = {"build", "install", "log", "demo"}  # of the top folder: what a build leaves there
-    kept = [one for one in ROOT.iterdir() if one.name not in left_out and not one.name.startswith(".")]
-    for one in kept:
-        copy = shutil.copytree if one.is_dir() else shutil.copy
-        copy(one, source / one.name)
+    copied_sources(source)
     requirements = source / "requirements"
     done(f"{sys.executable} -m venv {system}", PATH=os.environ["PATH"])
     pip = f"{system}/bin/pip install -q --retries 20 --timeout 60"

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 import yaml
@@ -17,10 +18,15 @@ from bearing_twin.kinds.contract import MARKERS, PUBLISH
 from bearing_twin.log import cdr
 from bearing_twin.log.layouts import LAYOUTS, rviz
 from bearing_twin.log.mcap_log import write_log
-from bearing_twin.log.panels import panels
+from bearing_twin.log.panels import panels, panels_of_study
+from bearing_twin.log.raw_log import log_span
 from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.study_log import write_study
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import Scene, load_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import load_study
 
 SHIPPED = [name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")]
 SCENE = load_scene("bearing_6203")
@@ -140,6 +146,44 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
         assert file.read() == LAYOUTS["plotjuggler"].made(panels(scene))
     assert main(words) == 2
     assert "is not overwritten" in capsys.readouterr().err
+
+
+def test_a_file_for_rerun_plays_an_impact_so_that_it_can_be_seen(tmp_path, capsys):
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
+    write_log(simulate(load_scene("two_spheres")), tmp_path / "impact.mcap")
+    assert 7e-5 < log_span(tmp_path / "impact.mcap") < 9e-5
+    assert main(["layouts", str(tmp_path / "impact.mcap"), "--out", str(tmp_path), "--for", "rerun"]) == 0
+    words = [sys.executable, "-m", "rerun", "rrd", "print", "-vvv", str(tmp_path / "impact.rrd")]
+    printed = subprocess.run(words, capture_output=True, text=True).stdout
+    [speed] = re.findall(r"\[([0-9.e-]+)\]\s*┆ \[\d\]\s*┆ \[message_log_time\]", printed)
+    assert 5.0 < log_span(tmp_path / "impact.mcap") / float(speed) < 7.0  # s of looking
+
+
+def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys):
+    only = ["quantities=[peak_force]", "stop.quantity=peak_force"]
+    study = load_study("spheres_alpha_4e-5", [*only, "method=ensemble", "samples=40", "workers=1"])
+    path = write_study(run_study(study), tmp_path / "study.mcap")
+    shown = panels_of_study(path)
+    [force, alpha] = shown.plots
+    assert force.title == "peak force [N]"
+    assert force.curves[0].path == ("value", 1)
+    assert alpha.curves[0].path == ("value", 0)
+    for plot in shown.plots:
+        assert type_of(cdr.REALISATION, plot.number.path) == "uint64"
+        assert type_of(cdr.REALISATION, plot.curves[0].path) == "float64"
+    assert main(["layouts", str(path), "--out", str(tmp_path), "--json"]) == 0
+    files = json.loads(capsys.readouterr().out)["files"]
+    assert set(files) == {"foxglove", "plotjuggler"}
+    topic = "/bearing/study/realisations"
+    foxglove = json.loads(Path(files["foxglove"]).read_text())["configById"]
+    assert {one["xAxisPath"]["value"] for one in foxglove.values()} == {f"{topic}.number"}
+    assert [one["paths"][0]["value"] for one in foxglove.values()] == [f"{topic}.value[1]", f"{topic}.value[0]"]
+    curves = list(ElementTree.parse(files["plotjuggler"]).iter("curve"))
+    assert {(one.get("curve_x"), one.get("curve_y")) for one in curves} == {
+        (f"{topic}/number", f"{topic}/value[{place}]") for place in (0, 1)
+    }
+    assert main(["layouts", str(path), "--out", str(tmp_path), "--for", "rviz"]) == 2
+    assert "a study has nothing that RViz draws" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

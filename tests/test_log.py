@@ -463,7 +463,10 @@ def test_a_log_in_several_files_is_one_log_and_each_can_be_read_alone(tmp_path, 
         assert part.scene == SCENE
         assert part.metadata[SCENE_RECORD] == read_log(files[0]).metadata[SCENE_RECORD]
         found += bits(part)
-        assert [message.topic.name for message in raw_messages(file)].count("/bearing/scene") == 1
+        held = list(raw_messages(file))
+        (latched,) = (message for message in held if message.topic.name == "/bearing/scene")
+        others = (one for one in held if one.topic.name not in ("/bearing/scene", "/bearing/robot_description"))
+        assert latched.log_time == min(message.log_time for message in others)
     assert found == bits(BLOCK)
 
 
@@ -488,6 +491,18 @@ def test_a_flush_goes_past_the_caches_of_the_machine_where_that_is_asked_for(tmp
             assert synced[-1:] == ([(tmp_path / "run.mcap").stat().st_size] if fsync else [])
 
 
+@pytest.mark.parametrize("name", ["run.mcap", "bag"])
+@pytest.mark.parametrize("within", ["log.raw_log.RawLogWriter._write_bag_file", "log.cdr.schema_text"])
+def test_ctrl_c_while_a_log_is_begun_leaves_nothing(name, within, tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"bearing_twin.{within}", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        LogWriter(tmp_path / name, SCENE)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_one_file_cannot_be_split(tmp_path):
     with pytest.raises(LogError, match="must be a folder"):
         LogWriter(tmp_path / "run.mcap", SCENE, safety=Safety(split_seconds=1.0))
@@ -500,3 +515,23 @@ def test_a_clock_that_is_put_back_does_not_keep_a_log_from_being_split(tmp_path)
         for second in (1000, 1005, 3, 8, 14, 20):
             log.write(number, second * 10**9, 0, bytes(12))
     assert [len(list(raw_messages(file))) for file in sorted((tmp_path / "bag").glob("*.mcap"))] == [4, 2]
+
+
+def test_records_that_come_out_of_order_are_put_in_theirs(tmp_path):
+    """As of a recorder that got them so: an output still has what happened before it."""
+    straight, turned = tmp_path / "straight.mcap", tmp_path / "turned.mcap"
+    write_log(simulate(load_scene("ellipsoid_tumbling", ["run.duration=0.3"])), straight)
+    messages = list(raw_messages(straight))
+    seldom = [one for one in messages if "/records/" in one.topic.name]
+    assert len(seldom) > 1
+    with RawLogWriter(turned) as log:
+        described = {one.topic.name: one.topic for one in messages}
+        numbers = {
+            name: log.add_topic(name, one.ros_type, one.definition, "", (Qos(),)) for name, one in described.items()
+        }
+        for one in [*seldom[::-1], *(one for one in messages if "/records/" not in one.topic.name)]:
+            log.write(numbers[one.topic.name], one.log_time, one.publish_time, one.data)
+    (wanted, found) = ([block.records for block in read_log(path).blocks()] for path in (straight, turned))
+    assert [{name: rows.tolist() for name, rows in one.items()} for one in found] == [
+        {name: rows.tolist() for name, rows in one.items()} for one in wanted
+    ]

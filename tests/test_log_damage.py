@@ -137,8 +137,9 @@ def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkey
     saved = [(m.topic.name, m.log_time, m.publish_time, m.data) for m in raw_messages(tmp_path / "saved.mcap")]
     assert saved == sent
     with (tmp_path / "saved.mcap").open("rb") as stream:
-        told = [record.metadata["twice"] for record in make_reader(stream).iter_metadata() if record.name == "told"]
-    assert told == ["the same", "not the same"]
+        records = list(make_reader(stream).iter_metadata())
+    assert [record.metadata["twice"] for record in records if record.name == "told"] == ["the same", "not the same"]
+    assert [record.name for record in records].count("rosbag2") == 1
 
 
 def test_recover_does_not_overwrite(log_path):
@@ -361,7 +362,20 @@ def test_a_split_that_finds_no_room_loses_nothing(tmp_path, monkeypatch):
         for k in range(60, 80):
             log.write(number, k, k, bytes(12))
         assert (log.problem, log.dropped) == ("", 0)
-    assert [message.log_time for message in raw_messages(tmp_path / "bag")] == list(range(80))
+        monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 0)
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "pwrite", full)
+            for k in range(80, 200):
+                log.write(number, k, k, bytes(12))
+                log.flush()
+        dropped, parts = log.dropped, len(list((tmp_path / "bag").glob("*.mcap")))
+        log.flush()
+        for k in range(200, 220):
+            log.write(number, k, k, bytes(12))
+            log.flush()
+        assert log.dropped == dropped > 0  # also of files that are complete
+        assert len(list((tmp_path / "bag").glob("*.mcap"))) > parts
+    assert [message.log_time for message in raw_messages(tmp_path / "bag")][:80] == list(range(80))
     assert len(list((tmp_path / "bag").glob("*.mcap"))) > 2
 
 

@@ -192,3 +192,6 @@ def test_messages_become_data_and_back(toy):
     ]:
         with pytest.raises(MessageError, match=sentence):
             filled(ros.WrenchStamped, wrong)
+    assert plain(filled(ros.DiagnosticStatus, {"level": 255}))["level"] == 255
+    with pytest.raises(MessageError, match="level = 256 must be between 0 and 255"):
+        filled(ros.DiagnosticStatus, {"level": 256})

@@ -172,6 +172,14 @@ def test_a_load_that_no_other_follows_is_stale_on_time_and_the_scenes_own_acts()
     it.run(0.08)
     assert it.channel("inner_ring_force")[-80:, 1] == pytest.approx(400.0)
     assert it.loop.commands.doubt() == ""
+    assert it.loop.look()[2]["load_from"] == "the scene"
+
+
+def test_a_load_holds_for_its_whole_time_where_that_ends_between_outputs():
+    it = recorded(load_timeout_ns=4_500_000)
+    it.tell("command/load", wrench((0.0, -700.0, 0.0)))
+    it.run(0.01)
+    assert it.channel("inner_ring_force")[:, 1] == pytest.approx(6 * [700.0] + 5 * [400.0])
 
 
 def test_a_load_given_before_the_start_acts_from_the_start():

@@ -52,30 +52,35 @@ def one_sentence(result, *words):
         ("uq_node", "memory:=-1.0", ("uq_node: parameter memory = -1.0 must lie between 1e+06 and 1e+12 B",)),
     ],
 )
-def test_a_mistake_ends_with_code_2_and_one_sentence(name, parameter, words):
-    one_sentence(run(name, "--ros-args", "-p", parameter), *words)
+def test_a_mistake_ends_with_code_2_and_one_sentence(name, parameter, words, here):
+    one_sentence(here(name, "--ros-args", "-p", parameter), *words)
+
+
+def test_a_mistake_ends_the_process_with_code_2():
+    one_sentence(run("sim_node", "--ros-args", "-p", "scen:=x"), "sim_node: there is no parameter 'scen'")
 
 
 @pytest.mark.parametrize("name", ["sim_node", "uq_node"])
-def test_help_is_printed_and_nothing_starts(name):
-    result = run(name, "--help", ROS_DOMAIN_ID="400")  # a domain that no node could join
+def test_help_is_printed_and_nothing_starts(name, here, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "400")  # a domain that no node could join
+    result = here(name, "--help")
     assert (result.returncode, result.stderr) == (0, "")
     assert f"usage: ros2 run bearing_twin {name} --ros-args" in result.stdout
     assert "parameters (changeable while it runs: *):" in result.stdout
 
 
-def test_arguments_that_ros_cannot_parse_end_with_code_2():
-    result = run("recorder_node", "--ros-args", "-p", "log")
+def test_arguments_that_ros_cannot_parse_end_with_code_2(here):
+    result = here("recorder_node", "--ros-args", "-p", "log")
     assert result.returncode == 2
     assert "Couldn't parse parameter override rule: '-p log'" in result.stderr
     assert "Traceback" not in result.stderr
 
 
 @pytest.mark.parametrize("text", ["hello world", ""])
-def test_a_parameter_file_that_is_none_is_refused(text, tmp_path):
+def test_a_parameter_file_that_is_none_is_refused(text, tmp_path, here):
     file = tmp_path / "parameters.yaml"
     file.write_text(text)
-    one_sentence(run("recorder_node", "--ros-args", "--params-file", str(file)), "holds no parameters")
+    one_sentence(here("recorder_node", "--ros-args", "--params-file", str(file)), "holds no parameters")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -102,9 +107,9 @@ def test_a_missing_ros_is_named():
     one_sentence(run("", python=without("rclpy", "sim_node")), "ROS 2 cannot be imported", "source env.bash")
 
 
-@pytest.mark.parametrize("name", ["sim_node", "uq_node"])
-def test_a_missing_python_package_is_named(name):
-    one_sentence(run("", python=without("numba", name)), f"{name}: the Python package numba is not installed", "rosdep")
+def test_a_missing_python_package_is_named():
+    missing = run("", python=without("numba", "uq_node"))
+    one_sentence(missing, "uq_node: the Python package numba is not installed", "rosdep")
 
 
 def test_the_executables_of_the_package_are_these():

@@ -218,3 +218,39 @@ def test_the_worker_keeps_to_the_clock():
     assert enough.wait(300.0)
     assert worker.stop(300.0)
     assert min((b - a) / MS for a, b in pairwise(wall)) >= 20.0
+
+
+def ticking(batches, factor=1.0):
+    """As `paced`, with what it ticks and delivers in one list: wall [ms since the start], "tick" or topic, time."""
+    stream, _, clock = paced(batches, factor)
+    seen = []
+    stream.tick = lambda time_ns: seen.append(((clock[0] - START) // MS, "tick", time_ns // MS))
+    stream.deliver = lambda message: seen.append(((clock[0] - START) // MS, message.topic, message.time_ns // MS))
+    return stream, seen, clock
+
+
+def test_each_instant_ticks_before_its_messages():
+    stream, seen, clock = ticking([[0, 10, 10, 20]])
+    drive(stream, clock)
+    assert [one for one in seen if one[1] == "tick"] == [(ms, "tick", ms) for ms in (0, 10, 20)]
+    assert [one[1] for one in seen] == ["tick", "topic", "tick", "topic", "topic", "tick", "topic"]
+
+
+def test_of_instants_that_are_late_the_last_ticks_alone_and_time_never_goes_back():
+    stream, seen, clock = ticking([[0, *range(1, 60), 7, 60]])
+    stream.turn(clock[0])
+    stream.turn(clock[0])
+    clock[0] += 50 * MS  # nobody looked
+    drive(stream, clock)
+    ticks = [(wall, time) for wall, word, time in seen if word == "tick"]
+    assert ticks == [(0, 0), (50, 50), *((ms, ms) for ms in range(51, 61))]
+    assert [time for _, word, time in seen if word == "topic"] == [0, *range(1, 60), 7, 60]
+    assert seen[2] == (50, "tick", 50)
+
+
+def test_a_stream_that_restarts_ticks_from_its_beginning():
+    stream, seen, clock = ticking([[0, 10], [0, 10]])
+    drive(stream, clock, until=START + 9 * MS)
+    stream.restart()
+    drive(stream, clock)
+    assert [time for _, word, time in seen if word == "tick"] == [0, 0, 10]

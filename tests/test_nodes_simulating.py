@@ -8,7 +8,7 @@ import pytest
 from made_up_run import a_choice, bits, cut, made_up_block, made_up_scene
 
 from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.log.mcap_log import LogWriter, read_log
+from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.recording import sample_range
 from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
@@ -143,6 +143,23 @@ def test_in_real_time_nothing_goes_out_before_it_is_due():
     assert outputs_in(delivered) == list(range(100))
 
 
+def test_the_first_chunk_is_computed_before_the_pace_begins():
+    """What it takes delays the start, and nothing is late after it."""
+    loop, delivered, clock = made_up_loop()
+    advance, walls = loop.simulation.advance, []
+
+    def slow(outputs):
+        clock[0] += 80 * MS if loop.simulation.sequence < 0 else 0
+        return advance(outputs)
+
+    loop.simulation.advance, loop.paced.tick = slow, lambda time_ns: walls.append((clock[0], time_ns))
+    drive(loop, clock, 200 * MS)
+    (first, _), *_ = walls
+    assert first - START == 80 * MS
+    assert walls == [(first + time_ns, time_ns) for _, time_ns in walls]
+    assert delivered["samples"]
+
+
 def test_a_look_tells_of_the_time_since_the_last_one():
     """A tenth of a second in time, then outputs that take twice as long to compute as they last."""
     loop, _, clock = made_up_loop()
@@ -163,6 +180,30 @@ def test_a_look_tells_of_the_time_since_the_last_one():
     assert "cannot keep up" in message
     assert numbers["real_time_factor"] == pytest.approx(0.5, rel=0.15)
     assert 0.1 < numbers["lag_s"] < 0.2
+
+
+def test_a_little_late_is_no_failure_to_keep_up():
+    """One long wait: time passes three times as fast as the stream, which is still less than 0.1 s behind."""
+    loop, _, clock = made_up_loop()
+    drive(loop, clock, 100 * MS)
+    loop.look()
+    clock[0] += 60 * MS
+    loop.turn(clock[0])
+    loop.turn(clock[0])
+    slow, message, numbers = loop.look()
+    assert numbers["real_time_factor"] < 0.5
+    assert (slow, message) == (False, "running")
+
+
+def test_after_odd_steps_what_is_computed_last_is_published_again():
+    loop, delivered, clock = made_up_loop()
+    drive(loop, clock, 20 * MS)
+    loop.pause(clock[0], True)
+    loop.step(clock[0], 0.033)  # beyond what was computed ahead
+    loop.pause(clock[0], False)
+    drive(loop, clock, 100 * MS)
+    loop.close()
+    assert delivered["state"][-1][0] == loop.simulation.time_ns
 
 
 def test_a_pause_holds_time_and_loses_nothing():
@@ -275,3 +316,13 @@ def test_the_log_holds_everything_when_the_node_ends_in_the_middle(tmp_path):
     assert bits(log) == bits(cut(BLOCK, loop.simulation.sequence + 1)[0])
     assert log.report == {"status": "made up"}
     assert outputs_in(delivered) == list(range(loop.simulation.sequence + 1))
+
+
+def test_a_log_takes_what_nobody_listens_to(tmp_path):
+    loop, _, clock = made_up_loop(
+        open_log=lambda run: LogWriter(tmp_path / "run.mcap", SCENE), wanted=lambda: (), duration_ns=60 * MS
+    )
+    drive(loop, clock, 100 * MS)
+    loop.close()
+    logged = {message.topic.name.removeprefix("/bearing/") for message in raw_messages(tmp_path / "run.mcap")}
+    assert logged == set(expected(61))

@@ -96,7 +96,7 @@ def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
     assert re.search(r"contact_duration +contact.measured_alpha", out)
 
 
-def test_a_study_goes_on_from_its_log(capsys, tmp_path):
+def test_a_study_goes_on_from_its_log(capsys, tmp_path, quick_workers):
     first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
     asked(capsys, *QUICK, "--samples", 500, "--out", first)
     found = asked(capsys, *QUICK, "--samples", 1500, "--resume", first, "--out", second)
@@ -119,7 +119,7 @@ def test_the_list_names_every_study_and_quantity(capsys):
     assert "greatest_ball_load" in capsys.readouterr().out
 
 
-def test_polynomial_chaos_and_sobol_indices_agree(capsys):
+def test_polynomial_chaos_and_sobol_indices_agree(capsys, quick_workers):
     key = "inputs.motion.first_velocity={distribution: uniform, low: 10, high: 30}"
     two = [*QUICK, "--set", key]
     chaos = asked(capsys, *two, "--set", "method=chaos")["quantities"]["contact_duration"]

@@ -140,3 +140,15 @@ def test_a_block_that_is_none_is_refused(tmp_path):
         number = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), "", (Qos(),))
         with pytest.raises(LogError, match="cannot be decoded"):
             log.write(number, 0, 0, b"\0\1\0\0")
+
+
+def test_an_output_from_the_middle_of_a_block_keeps_its_number_and_time():
+    thinning, found = Thinning(cdr.SAMPLE_BLOCK, 7.0), []
+    stream = MessageStream(SCENE, choice=a_choice(), start_time_ns=10**10)
+    for topic, stamp, data in (*stream.messages(BLOCK), *stream.flush()):
+        if topic.full_name == SAMPLES and (kept := thinning.kept(stamp, data)) is not None:
+            found.append(cdr.deserialise(cdr.SAMPLE_BLOCK, kept))
+    assert [int(one.first_sequence) for one in found] == [0, 143, 286, 429, 572, 715, 858]
+    for one in found:
+        assert int(one.time_ns[0]) == int(one.first_sequence) * 10**6
+        assert one.header.stamp.sec * 10**9 + one.header.stamp.nanosec == 10**10 + int(one.time_ns[0])

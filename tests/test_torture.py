@@ -5,7 +5,7 @@ import torture
 from torture_inputs import ROWS as INPUTS
 from torture_logs import ROWS as LOGS
 
-SHARES = {"kill": 0.04, "cut": 0.005, "flip": 0.01, "mutant": 0.03, "bomb": 0.05, "size": 0.02, "report": 0.02}
+SHARES = {"kill": 0.04, "cut": 0.005, "flip": 0.01, "mutant": 0.03, "bomb": 0.03, "size": 0.02, "report": 0.02}
 TIMED = ("bomb", "report")  # where survival is a matter of seconds: measured by `make torture` alone
 
 

@@ -4,16 +4,15 @@ import pytest
 from ros import rclpy  # noqa: F401 - skips where there is no ROS
 from torture_nodes import cancels, ends, frozen, goals, hostile, restarts
 
+SLOW = (goals, 0.1), (cancels, 0.03), (ends, 0.1), (restarts, 0.1)
+
 
 @pytest.mark.parametrize(
     ("torture", "share"),
     [
         (hostile, 0.03),
-        (goals, 0.1),
-        (cancels, 0.03),
-        (ends, 0.1),
         (frozen, 0.1),
-        pytest.param(restarts, 0.1, marks=pytest.mark.environment),
+        *(pytest.param(one, share, marks=pytest.mark.environment) for one, share in SLOW),
     ],
     ids=lambda one: getattr(one, "__name__", one),
 )

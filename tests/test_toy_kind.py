@@ -104,7 +104,7 @@ def test_a_study_of_it_runs_in_workers_that_never_heard_of_it(scene):
         "histories": ["position"],
         "history_duration": 0.5,
         "samples": 8,
-        "workers": 2,
+        "workers": 1,
     }
     result = run_study(parse_study(study, "swings")).as_dict()
     assert (result["samples"], result["failed"]) == (8, {})

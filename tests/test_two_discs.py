@@ -106,6 +106,38 @@ def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
     assert (free.law, free.stepper, free.warnings) == ("johnson", "closed_form", ())
 
 
+@pytest.mark.parametrize(
+    ("share", "thickness", "ratio", "words"),
+    [(0.01, 2.0, 0.3, ""), (0.06, 2.0, 0.3, "0.06 of the speed of waves"), (0.12, 2.0, 0.45, "0.12 of the speed"),
+     (0.01, 0.1, 0.4, "plane: stress")],
+)  # fmt: skip
+def test_what_line_contact_errs_by_is_what_elements_say(share, thickness, ratio, words):
+    """Strain and thickness: the error told is that of force and contact time by finite elasticity, within a factor.
+
+    The force by elements is averaged over 2 % of the contact: single elements ring as they touch.
+    """
+    from bearing_twin.kinds.soft_discs.solve import solve as by_elements
+    from bearing_twin.run.fidelity import choose
+
+    speed = 2.0 * share * math.sqrt(5e9 / 2500.0)
+    shared = (f"motion.first_velocity={speed}", f"disc.material.poisson_ratio={ratio}", f"disc.thickness={thickness}")
+    line = load_scene("two_discs", [*shared, "contact.normal=auto", "wanted.outputs=peaks"])
+    told, found = choose(line), solve(line.parameters, "johnson", "closed_form")
+    plane = "stress" if thickness < 1.0 else "strain"
+    finer = ("mesh.divisions=16", "mesh.order=2", "contact.stiffness_ratio=300", f"plane={plane}")
+    elements = by_elements(load_scene("soft_discs_fast", [*shared, *finer]).parameters, frames=2)
+    force = elements.column("force")
+    lasted = elements.step * np.flatnonzero(force)[-1]
+    width = int(0.02 * lasted / elements.step)
+    peak = np.convolve(force, np.full(width, 1.0 / width), "valid").max()
+    off = max(abs(found.contacts[0].duration / lasted - 1.0), abs(found.peak_force / peak - 1.0))
+    assert 0.4 * told.law_error < off < 1.25 * told.law_error
+    assert [words in warning for warning in told.warnings] == ([True] if words else [])
+    assert choose(load_scene("two_discs", [*shared, "contact.normal=auto", "wanted.tolerance=0.1"])).warnings == (
+        told.warnings if told.law_error > 0.1 else ()
+    )
+
+
 @pytest.mark.parametrize(("speed", "ratio"), [(10.0, 1.138), (100.0, 1.213)])
 def test_equation_14_is_softer_than_plane_strain_for_thick_discs(speed, ratio):
     laws = (line_law(name, 1.0, 2.0, 5e9, 0.3) for name in ("line", "johnson"))

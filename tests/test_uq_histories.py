@@ -10,7 +10,7 @@ from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.errors import StatisticError
 from bearing_twin.uq.histories import Histories
 from bearing_twin.uq.inputs import read_input
-from bearing_twin.uq.narrowing import least_instant
+from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.sampling import UnitPoints
 
 TIMES = np.linspace(0.0, 1.4e-4, 71)
@@ -98,7 +98,7 @@ def test_little_memory_is_taken_beside_the_histories():
     tracemalloc.start()
     found = Histories(np.arange(8.0), histories)
     assert found.quantiles().shape == (3, 8)
-    assert 3.5 < least_instant(found.times, found.whole)[0] < 4.5
+    assert 3.5 < narrowing(found.times, found.whole).time < 4.5
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 4.0 * histories.nbytes

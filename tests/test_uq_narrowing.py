@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.errors import StatisticError
-from bearing_twin.uq.narrowing import FEWEST, least_instant, narrowing
+from bearing_twin.uq.narrowing import FEWEST, narrowing
 
 TIMES = np.linspace(0.0, 1.0, 201)
 
@@ -34,7 +34,8 @@ def test_the_interval_covers():
     truth = fine[np.argmin((0.3 * np.sin(np.pi * (fine - 0.603) / 0.8)) ** 2 + (0.02 * np.cos(3.0 * fine)) ** 2)]
     hits = 0
     for seed in range(40):
-        _, low, high = least_instant(TIMES, histories(300, seed), seed)
+        found = narrowing(TIMES, histories(300, seed), seed)
+        low, high = found.low, found.high
         hits += low <= truth <= high
     assert hits >= 34
 
@@ -51,3 +52,32 @@ def test_where_there_is_none_it_says_so():
     growing = np.sin(np.pi * TIMES) * (1.0 + np.random.default_rng(4).standard_normal((100, 1)) * TIMES**2)
     with pytest.raises(StatisticError, match="no instant"):
         narrowing(TIMES, growing)
+
+
+def test_where_the_correlation_changes_its_sign():
+    """With the share of the wave at its zero, 0.603; what else varies moves the least deviation, not that."""
+    random = np.random.default_rng(5)
+    share, other = random.standard_normal((2, 900, 1))
+    wave = np.sin(np.pi * (TIMES - 0.603) / 0.8)
+    values = np.sin(np.pi * TIMES) + 0.3 * share * wave + 0.2 * other * TIMES**2
+    inputs = np.hstack([share, other])
+    slope = 0.3 * np.pi / 0.8
+    earlier = 2.0 * 0.2**2 * 0.603**3 / slope**2  # of the least: b b' + r r' = 0, by its first terms
+    found = narrowing(TIMES, values, 1, inputs)
+    assert found.signs[0].time == pytest.approx(0.603, abs=0.01)
+    assert found.signs[0].later == pytest.approx(earlier, rel=0.25)
+    assert 0.0 < found.signs[0].low < found.signs[0].later < found.signs[0].high < 2.0 * earlier
+    assert found.signs[1] is None or abs(found.signs[1].later) > 0.1
+    assert narrowing(TIMES, values, 1)[:-1] == found[:-1]
+    values[::9] = np.nan
+    gone = np.isnan(values[:, 0])
+    assert narrowing(TIMES, values, 1, inputs) == narrowing(TIMES, values[~gone], 1, inputs[~gone])
+
+
+def test_where_a_tenth_of_the_resamples_has_none_it_says_so():
+    """The least deviation of three instants is hardly less than its neighbours'."""
+    random = np.random.default_rng(3)
+    some = np.array([3.0, 2.0, 1.5]) + np.array([1.0, 0.85, 1.0]) * random.standard_normal((200, 3))
+    assert some.std(axis=0)[1] < some.std(axis=0)[[0, 2]].min()
+    with pytest.raises(StatisticError, match="no instant"):
+        narrowing(np.arange(3.0), some)

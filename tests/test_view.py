@@ -32,7 +32,7 @@ from bearing_twin.view.packing import STEPS, packed
 from bearing_twin.view.page import SCRIPTS, html
 from bearing_twin.view.run_page import described_view, document_of_run
 from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.tables import ball_tables, error_notes, figure_rows
+from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happening_tables
 
 SHORT = {  # a short run of each kind
     "bearing": ("bearing_6203_loose", "run.duration=0.02"),
@@ -213,18 +213,31 @@ def test_figures_have_readable_units_and_their_errors():
     figures = {"peak_pressure_pa": 2.5e9, "turns": 3, "offset_m": [1e-6, -2e-6, 0.0], "load_n": [1.0, 2.0, 3.0, 4.5]}
     errors = {"peak_pressure_pa_error": 1e7, "load_n_error": [0.1, 0.2, 0.1, 0.1], "errors_unknown": {}}
     rows = {row["words"]: row for row in figure_rows(figures, errors, {"turns": "of the ring"})}
-    assert (rows["peak pressure"]["value"], rows["peak pressure"]["unit"]) == ("2.5", "GPa")
-    assert rows["peak pressure"]["error"] == "0.01"
+    assert (rows["peak pressure"]["value"], rows["peak pressure"]["unit"]) == ("2500", "MPa")
+    assert rows["peak pressure"]["error"] == "10"
     assert (rows["offset"]["value"], rows["offset"]["unit"]) == ("1, -2, 0", "µm")
     assert rows["turns"]["meaning"] == "of the ring"
     assert len(rows) == 3
     (table,) = ball_tables(figures, errors, {})
     assert table["rows"] == [["1"], ["2"], ["3"], ["4.5"]]
     assert table["errors"] == ["0.2"]
+    [torque] = figure_rows({"drive_work_j": 7.9e-7}, {"drive_work_j_error": 0.036}, {})
+    assert (torque["value"], torque["error"], torque["unit"]) == ("0.00079", "36", "mJ")  # the prefix is the larger's
     promise = {"norm": "of the load", "tolerance": 1e-4, "where": "at 1 s"}
     wanted = {"loads": {"error": 2e-3, **promise}, "slip": {"error": None, **promise}}
     (note,) = error_notes({"wanted_errors": wanted, "errors_unknown": {}})
     assert note == "loads are off by 0.002 of the load, wanted 0.0001 at 1 s"
+
+
+def test_what_happened_one_after_the_other_is_a_table():
+    contacts = [{"start_s": 1e-3 * k, "peak_force_n": 2.0 * k, "restitution": None} for k in range(300)]
+    figures = {"contacts": contacts, "peak_force_n": 600.0}
+    assert [row["words"] for row in figure_rows(figures, {}, {})] == ["peak force"]
+    (table,) = happening_tables(figures, {"contacts": "one by one"})
+    assert [column[:2] for column in table["header"]] == [("start", "ms"), ("peak force", "N"), ("restitution", "")]
+    assert table["rows"][3] == ["3", "6", "-"]
+    assert len(table["rows"]) == 200
+    assert table["title"] == "one by one; the first 200 of 300"
 
 
 @pytest.fixture

@@ -128,7 +128,7 @@ def reading(points: list[BouncePoint]) -> list[str]:
     return sentences
 
 
-def _altitude(law, begin=0.0, end=DURATION, rate=RATE):
+def _altitude(law, rate, begin=0.0, end=DURATION):
     """Time [s] and height [m] of the centre in the paper's case."""
     run = simulate(_scene(list(CASES)[-1], law, f"run.output_rate={rate}", f"run.duration={end}"))
     blocks = [block for block in run.blocks() if 1e-9 * block.time_ns[-1] >= begin]
@@ -144,7 +144,7 @@ def draw(points: list[BouncePoint], path: Path) -> None:
     looks = (("#D55E00", "-", 3.4), ("#0072B2", "--", 1.8))
     whole = figure.add_subplot(grid[0, :])
     for law, (colour, line, width) in zip(PAIR, looks, strict=True):
-        time, height = _altitude(law)
+        time, height = _altitude(law, RATE)
         whole.plot(time, height, color=colour, linestyle=line, linewidth=width, label=law)
     paper = [point for point in points if point.case == list(CASES)[-1]]
     shown = paper[-FROM_RIGHT]
@@ -156,7 +156,7 @@ def draw(points: list[BouncePoint], path: Path) -> None:
     near = figure.add_subplot(grid[1, 0])
     middle, reach = 0.5 * (shown.hertz + shown.volumetric), abs(shown.delay) + 1e-3
     for law, (colour, line, width) in zip(PAIR, looks, strict=True):
-        time, height = _altitude(law, middle - reach, middle + reach, FINE)
+        time, height = _altitude(law, FINE, middle - reach, middle + reach)
         inside = time >= middle - reach
         near.plot(1e3 * (time[inside] - middle), height[inside], color=colour, linestyle=line, linewidth=width)
     near.set_xlabel(f"time after {middle:.6g} s [ms]")

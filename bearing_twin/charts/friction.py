@@ -5,6 +5,7 @@ directions of slip, and where a form is furthest off is looked for; of the force
 share of that of pure spin. A cross along the upper edge where a form fails (more than 10 % off).
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,10 +67,16 @@ class FrictionPoint:
         return not max(self.force_error, self.torque_error) < FAILED
 
 
+@functools.lru_cache(maxsize=4096)
+def _exact(shape: float, along: float, across: float, spin: float):
+    """The exact friction at one motion, kept: every form is measured at the same ones."""
+    return spot_friction_exact(1.0, 1.0, shape, along, across, spin, 1.0, rays=RAYS)
+
+
 def errors(form, shape: float, motions) -> np.ndarray:
     """Errors (n, 2) of force, of mu N, and torque, of pure spin's, at motions (slip along both axes, spin), b/a."""
-    pure = abs(spot_friction_exact(1.0, 1.0, shape, 0.0, 0.0, 1.0, 1.0).torque)
-    exact = [spot_friction_exact(1.0, 1.0, shape, *motion, 1.0, rays=RAYS) for motion in motions]
+    pure = abs(_exact(shape, 0.0, 0.0, 1.0).torque)
+    exact = [_exact(shape, *motion) for motion in motions]
     off = np.array([form(1.0, 1.0, shape, *motion, 1.0, 1e-12) for motion in motions]) - exact
     return np.stack([np.hypot(off[:, 0], off[:, 1]), np.abs(off[:, 2]) / pure], axis=1)
 

@@ -50,9 +50,7 @@ def draw_moving(path, scene_name: str, start: float, marked: int) -> Path:
         axis.clear()
         _draw(axis, bearing, out, row, marked, striped=True)
         axis.set_box_aspect((1.0, 1.0, 0.35), zoom=1.1)
-        heading(
-            axis, f"{1e3 * (times[row] - start):.2f} ms of {1e3 * period:.2f} ms: each ball to the place of the next"
-        )
+        heading(axis, f"{1e3 * (times[row] - start):.2f} of {1e3 * period:.2f} ms: each ball to the next one's place")
 
     return write_moving(figure, path, range(FRAMES), draw)
 

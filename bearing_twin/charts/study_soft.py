@@ -17,9 +17,10 @@ from bearing_twin.uq.modality import modality
 from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import mean_inputs, task_of
 from bearing_twin.uq.realise import realise
-from bearing_twin.uq.run import history_statistics, run_study
+from bearing_twin.uq.run import run_study
 from bearing_twin.uq.statistics import natural_density
 from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.summary import history_statistics
 
 WIDTH, HEIGHT = Axis("along the wall", "m"), Axis("above the wall", "m")
 SHOWN = 10  # single runs
@@ -58,7 +59,7 @@ def soft_run(update) -> Sheet:
     shares, turned = _reversed(update)
     rows = [
         [
-            Panel("figure 12", "Figure 12: a soft disc meets a rigid wall", WIDTH, HEIGHT, outlines, "center"),
+            Panel("figure 12", "Figure 12: a soft disc meets a rigid wall", WIDTH, HEIGHT, outlines, "center", True),
             Panel("formulations", "Force at the mean inputs", TIME, FORCE, curves),
         ],
         [
@@ -108,7 +109,7 @@ def _case(name, figure, title, update, samples):
     at_mean = realise(task, mean_inputs(study))
     histories = result.history("normal_load")
     kept = histories[np.isfinite(histories).all(axis=1)]
-    narrow = narrowing(task.instants, histories, study.settings.seed)
+    narrow = narrowing(task.instants, histories, study.settings.seed, result.values)
     duration = float(np.nanmean(result.sample("contact_duration")))
     failed = int(np.sum(result.status > 0))
     rows = [
@@ -127,7 +128,7 @@ def _case(name, figure, title, update, samples):
         f"The force scatters least at {1e3 * narrow.time:.2f} ms (95 % interval {1e3 * narrow.low:.2f} to "
         f"{1e3 * narrow.high:.2f} ms), {narrow.time / duration:.3f} of the mean contact time of "
         f"{1e3 * duration:.2f} ms; it is {narrow.mean:.4g} N there, with a deviation of {narrow.std:.3g} N.",
-        _change_of_sign(found, narrow),
+        _change_of_sign(narrow.signs[0]),
         f"At that instant the sample shows {narrow.modes} mode{'s' if narrow.modes > 1 else ''}; that there is one at "
         f"most has a p-value of {narrow.p_value:.2g}.",
         f"{failed} of {len(result.status)} realisations collapsed and are left out of all statistics.",
@@ -164,7 +165,7 @@ def _correlations(found, narrow):
     parts = [part._replace(x=np.asarray(part.x)[keep], y=np.asarray(part.y)[keep])
              for part in parts for keep in [np.isfinite(part.y)]]  # fmt: skip
     title = "Correlation of the force with the inputs"
-    return Panel("correlation", title, TIME, Axis("correlation", "1", limits=(-1.05, 1.05)), parts, "upper right")
+    return Panel("correlation", title, TIME, Axis("correlation", "1", limits=(-1.05, 1.75)), parts, "upper right")
 
 
 def _modes(kept, instants, seed):
@@ -179,16 +180,13 @@ def _modes(kept, instants, seed):
     return Panel("modality", "Modality over time, by bootstrap", TIME, Axis("p-value", "1", limits=(0.0, 1.05)), parts)
 
 
-def _change_of_sign(found, narrow):
-    along, times = found.input_correlation()[0], found.times
-    signs = np.flatnonzero((along[:-1] > 0.0) & (along[1:] <= 0.0))
-    if not len(signs):
+def _change_of_sign(change):
+    if change is None:
         return "The correlation with the modulus does not change its sign."
-    place = signs[int(np.argmin(np.abs(times[signs] - narrow.time)))]
-    when = times[place] + (times[place + 1] - times[place]) * along[place] / (along[place] - along[place + 1])
+    later, low, high = (1e3 * one for one in (change.later, change.low, change.high))
     return (
-        f"The correlation of the force with the modulus changes its sign at {1e3 * when:.2f} ms, "
-        f"{1e3 * abs(when - narrow.time):.2f} ms from there: a stiffer disc pushes more before, and less after."
+        f"The correlation of the force with the modulus changes its sign at {1e3 * change.time:.2f} ms, {later:.2f} ms "
+        f"later (95 % interval {low:.2f} to {high:.2f} ms): a stiffer disc pushes more before, and less after."
     )
 
 

@@ -8,7 +8,6 @@ Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss 
 
 import argparse
 import contextlib
-import os
 import re
 import signal
 import sys
@@ -18,6 +17,7 @@ from bearing_twin import __version__
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import complete
 from bearing_twin.errors import BearingTwinError, missing_package
+from bearing_twin.pipes import while_read
 from bearing_twin.processors import one_processor
 from bearing_twin.report import json_text, plain_json
 
@@ -43,9 +43,14 @@ class _Parser(argparse.ArgumentParser):
 def main(argv=None) -> int:
     """Run one subcommand and return the exit code; never a traceback for what a user can cause."""
     one_processor()
+    return while_read(lambda: _told(sys.argv[1:] if argv is None else list(argv)))
+
+
+def _told(argv) -> int:
+    """The exit code, with one sentence for what a user can cause."""
     try:
         with _ended_by_signals():
-            return _main(sys.argv[1:] if argv is None else list(argv))
+            return _main(argv)
     except BearingTwinError as error:
         print(f"bearing_twin: {error}", file=sys.stderr)
         return BAD_INPUT
@@ -56,9 +61,7 @@ def main(argv=None) -> int:
         print("bearing_twin: interrupted; what was written so far is kept", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
-        # the reader went away: nothing to say to it, also not when Python flushes at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
+        raise  # see `while_read`
     except OSError as error:
         print(f"bearing_twin: {error.filename or 'a file'} cannot be used ({error.strerror or error})", file=sys.stderr)
         return BAD_INPUT
@@ -85,7 +88,7 @@ def _main(argv) -> int:
         sys.stdout.write(json_text(outcome.result) + "\n")
     else:
         _show(outcome, arguments.si)
-    sys.stdout.flush()  # here, where a reader that went away is no error
+    sys.stdout.flush()
     for doubt in outcome.doubts:
         print(f"bearing_twin: doubtful: {doubt}", file=sys.stderr)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE

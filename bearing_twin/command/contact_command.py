@@ -121,7 +121,7 @@ def _shapes(arguments) -> Outcome:
             raise SceneError(f"--approach {arguments.approach:g} must be a finite number of metres")
         parameters = pressed(parameters, arguments.approach)
     result = {"scene": scene.name, **answer(parameters)}
-    return Outcome(result, [], lambda: _show_shapes(result))
+    return Outcome(result, result["flags"], lambda: _show_shapes(result))
 
 
 def _gap(arguments):
@@ -247,7 +247,8 @@ def _show_shapes(result):
     """A pair of bodies as tables."""
     from bearing_twin.command.terminal import show_quantities, show_rows, show_text
 
-    show_quantities({key: value for key, value in result.items() if not isinstance(value, dict) and value is not None})
+    shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
+    show_quantities({key: result[key] for key in shown})
     show_text()
     rows = ((name, "none here" if row is None else f"{row['error_m']:.3g}") for name, row in result["tracking"].items())
     show_rows(("opposing points", "off equations (1) by [m]"), rows)

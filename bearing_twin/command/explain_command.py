@@ -72,7 +72,7 @@ def _continued(failure, scene, log) -> tuple[dict, list[str]]:
     wanted, solver = (getattr(scene.parameters, name, None) for name in ("wanted", "solver"))
     told = {
         "continued_from_s": max(failure.sequence, 0) * 1e-9 * scene.output_period_ns,
-        "continued_to_s": 1e-9 * run.simulation.time_ns,
+        "continued_to_s": 1e-9 * max(run.simulation.time_ns, 0),
         "tolerance": getattr(wanted, "tolerance", None),
         "step_s": getattr(solver, "step", None),
         "status": again or report.status,

@@ -6,7 +6,7 @@ from bearing_twin.command.outcome import Outcome
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
 
-HELP = "write layouts of a scene or of a log for RViz, Foxglove, PlotJuggler and Rerun"
+HELP = "write layouts of a scene, or of the log of a run or a study, for RViz, Foxglove, PlotJuggler and Rerun"
 EXAMPLES = ("bearing_twin layouts bearing_6203 --out layouts",)
 RERUN = "rerun"
 
@@ -42,6 +42,10 @@ def run(arguments) -> Outcome:
     if RERUN in programs and not is_log:
         raise BearingTwinError("the layout for Rerun is in one file with a log: give a log, not a scene")
     panels = _panels_of_log(source, arguments.topic) if is_log else _panels_of_scene(arguments)
+    if not panels.frame:
+        if "rviz" in arguments.programs:
+            raise BearingTwinError("a study has nothing that RViz draws; give --for foxglove, plotjuggler or rerun")
+        programs = [one for one in programs if one != "rviz"]
     folder = Path(arguments.out)
     folder.mkdir(parents=True, exist_ok=True)
     name = source.stem if is_log else panels.name
@@ -69,6 +73,9 @@ def _panels_of_scene(arguments):
 
 def _panels_of_log(path: Path, topic: str | None):
     from bearing_twin.log.mcap_log import read_log
-    from bearing_twin.log.panels import panels_of_log
+    from bearing_twin.log.panels import panels_of_log, panels_of_study
+    from bearing_twin.log.study_log import is_study
 
+    if is_study(path):
+        return panels_of_study(path)
     return panels_of_log(read_log(path, topic=topic))

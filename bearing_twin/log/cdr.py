@@ -22,6 +22,7 @@ DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 FLOAT = "std_msgs/msg/Float64"
 JOINT_STATE = "sensor_msgs/msg/JointState"
 MARKERS = "visualization_msgs/msg/MarkerArray"
+REALISATION = f"{OWN_PACKAGE}/msg/Realisation"
 SAMPLE_BLOCK = f"{OWN_PACKAGE}/msg/SampleBlock"
 STATE = f"{OWN_PACKAGE}/msg/BearingState"
 STRING = "std_msgs/msg/String"
@@ -55,6 +56,11 @@ def deserialise(ros_type: str, cdr: bytes):
             f"a message of type {ros_type} cannot be decoded ({error}); the log is damaged or was written with another "
             "version of this type, so record it again"
         ) from error
+
+
+def serialised(ros_type: str, message) -> bytes:
+    """The bytes of a message as `deserialise` gives it."""
+    return bytes(_typestore().serialize_cdr(message, ros_type))
 
 
 @functools.cache

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import yaml
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.log.panels import Panels, Plot
+from bearing_twin.log.panels import Curve, Panels, Plot
 
 COLORS = (
     "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf",
@@ -86,8 +86,22 @@ def _rviz_topic(name: str, durability: str) -> dict:
 
 
 def foxglove(panels: Panels) -> bytes:
-    """A 3-D panel beside plots."""
-    view = {
+    """A 3-D panel beside plots; of a study the plots alone."""
+    found, names = {}, []
+    for number, plot in enumerate(panels.plots):
+        name = f"Plot!{number}"
+        names.append(name)
+        found[name] = _foxglove_plot(plot)
+    layout = {"configById": found, "globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
+    if not panels.frame:
+        return json.dumps(layout | {"layout": _halved(names)}, indent=1).encode() + b"\n"
+    layout["configById"] = {"3D!scene": _foxglove_view(panels), **found}
+    split = {"first": "3D!scene", "second": _halved(names), "direction": "row", "splitPercentage": 45}
+    return json.dumps(layout | {"layout": split if names else "3D!scene"}, indent=1).encode() + b"\n"
+
+
+def _foxglove_view(panels: Panels) -> dict:
+    return {
         "followTf": panels.frame,
         "followMode": "follow-none",
         "transforms": {},
@@ -108,32 +122,37 @@ def foxglove(panels: Panels) -> bytes:
         "topics": {panels.markers: {"visible": True}} if panels.markers else {},
         "layers": {"grid": {"layerId": "foxglove.Grid", "instanceId": "grid", "size": 4 * panels.size}},
     }
-    found, names = {"3D!scene": view}, []
-    for number, plot in enumerate(panels.plots):
-        name = f"Plot!{number}"
-        names.append(name)
-        found[name] = {
-            "title": plot.title,
-            "paths": [
-                {
-                    "value": f"{curve.topic}{curve.dotted()}",
-                    "label": curve.label,
-                    "enabled": True,
-                    "timestampMethod": "receiveTime",
-                    "color": color,
-                }
-                for curve, color in _colored(plot)
-            ],
-            "showXAxisLabels": True,
-            "showYAxisLabels": True,
-            "showLegend": True,
-            "legendDisplay": "floating",
-            "isSynced": True,
-            "xAxisVal": "timestamp",
-        }
-    layout = {"configById": found, "globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
-    split = {"first": "3D!scene", "second": _halved(names), "direction": "row", "splitPercentage": 45}
-    return json.dumps(layout | {"layout": split if names else "3D!scene"}, indent=1).encode() + b"\n"
+
+
+def _foxglove_plot(plot: Plot) -> dict:
+    """Curves over time; points over a number where the plot has one."""
+    over = {"xAxisVal": "timestamp"}
+    if plot.number:
+        over = {"xAxisVal": "custom", "xAxisPath": {"value": _dotted(plot.number), "enabled": True}}
+    return {
+        "title": plot.title,
+        "paths": [
+            {
+                "value": _dotted(curve),
+                "label": curve.label,
+                "enabled": True,
+                "timestampMethod": "receiveTime",
+                "showLine": plot.number is None,
+                "color": color,
+            }
+            for curve, color in _colored(plot)
+        ],
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "showLegend": True,
+        "legendDisplay": "floating",
+        "isSynced": plot.number is None,
+        **over,
+    }
+
+
+def _dotted(curve: Curve) -> str:
+    return f"{curve.topic}{curve.dotted()}"
 
 
 def _halved(names: Sequence[str], direction: str = "column"):
@@ -159,20 +178,25 @@ def plotjuggler(panels: Panels) -> bytes:
         rows = ElementTree.SubElement(columns, "DockSplitter")
         rows.attrib.update({"orientation": "|", "count": str(len(plots)), "sizes": _equal(len(plots))})
         for plot in plots:
-            area = ElementTree.SubElement(rows, "DockArea", name=plot.title)
-            axes = ElementTree.SubElement(
-                area, "plot", mode="TimeSeries", style="Lines", flip_x="false", flip_y="false"
-            )
-            ElementTree.SubElement(axes, "limitY")
-            for curve, color in _colored(plot):
-                name = curve.topic + "".join(
-                    f"[{part}]" if isinstance(part, int) else f"/{part}" for part in curve.path
-                )
-                ElementTree.SubElement(axes, "curve", name=name, color=color)
+            _plotjuggler_plot(ElementTree.SubElement(rows, "DockArea", name=plot.title), plot)
     ElementTree.SubElement(window, "currentTabIndex", index="0")
     ElementTree.SubElement(root, "use_relative_time_offset", enabled="1")
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+def _plotjuggler_plot(area: ElementTree.Element, plot: Plot) -> None:
+    mode, style = ("XYPlot", "Dots") if plot.number else ("TimeSeries", "Lines")
+    axes = ElementTree.SubElement(area, "plot", mode=mode, style=style, flip_x="false", flip_y="false")
+    ElementTree.SubElement(axes, "limitY")
+    for curve, color in _colored(plot):
+        name = _slashed(curve)
+        over = {"curve_x": _slashed(plot.number), "curve_y": name} if plot.number else {}
+        ElementTree.SubElement(axes, "curve", name=f"{name} [XY]" if over else name, color=color, **over)
+
+
+def _slashed(curve: Curve) -> str:
+    return curve.topic + "".join(f"[{part}]" if isinstance(part, int) else f"/{part}" for part in curve.path)
 
 
 def _equal(count: int) -> str:

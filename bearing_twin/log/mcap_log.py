@@ -26,15 +26,14 @@ from bearing_twin.log.raw_log import (
 )
 from bearing_twin.log.recover import Recovered, recover
 from bearing_twin.log.run_log import LogStream, read_log
-from bearing_twin.log.stream import Channelled, MessageStream, topics
-from bearing_twin.report import Choice
+from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Run
 from bearing_twin.sample import Aligned
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
-    "content_digest", "raw_messages", "read_log", "recover", "refuse_existing", "write_log",
+    "choice_record", "content_digest", "raw_messages", "read_log", "recover", "refuse_existing", "write_log",
 ]  # fmt: skip
 
 ENCODED_TOGETHER = 400  # outputs: what is done once for a block weighs little then, and memory stays small
@@ -67,14 +66,17 @@ class LogWriter:
     ):
         table = topics(scene)
         self._log = RawLogWriter(path, run_record, safety)
-        record = {"scene": scene.text, **_versions(), **(metadata or {})}
-        self._log.add_metadata(SCENE_RECORD, record)
         self._numbers = {}
-        for topic in table:
-            text, type_hash = cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
-            self._numbers[topic.name] = self._log.add_topic(
-                topic.full_name, topic.ros_type, text, type_hash, (topic.qos,)
-            )
+        try:
+            self._log.add_metadata(SCENE_RECORD, {"scene": scene.text, **_versions(), **(metadata or {})})
+            for topic in table:
+                text, type_hash = cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
+                self._numbers[topic.name] = self._log.add_topic(
+                    topic.full_name, topic.ros_type, text, type_hash, (topic.qos,)
+                )
+        except BaseException:  # Ctrl-C before the first message
+            self.__exit__(*sys.exc_info())
+            raise
 
     def __enter__(self):
         return self
@@ -146,18 +148,6 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
                 log.write_all(stream.flush())
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
-
-
-def choice_record(choice: Choice) -> dict[str, str]:
-    """The chosen model as texts for a log's metadata."""
-    return {
-        "law": choice.law,
-        "stepper": choice.stepper,
-        "reason": choice.reason,
-        "warnings": json.dumps(list(choice.warnings)),
-        "setting": repr(choice.setting),
-        "predicted": json.dumps(choice.predicted),
-    }
 
 
 def content_digest(path) -> str:

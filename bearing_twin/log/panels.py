@@ -3,6 +3,7 @@
 `bearing_twin.log.layouts` writes it in the forms that programs take; the topics and their types are those of the scene.
 """
 
+from pathlib import Path
 from typing import NamedTuple
 
 from bearing_twin.errors import LogError
@@ -10,7 +11,9 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import LogStream
 from bearing_twin.log.stream import Channelled, topics
+from bearing_twin.log.study_log import INPUT, REALISATIONS_TOPIC, first_realisation
 from bearing_twin.run.scene import Scene
+from bearing_twin.units import labelled
 
 STATE = "bearing_twin_msgs/msg/BearingState"
 ENERGIES = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
@@ -31,14 +34,18 @@ class Curve(NamedTuple):
 
 
 class Plot(NamedTuple):
-    """Curves on one pair of axes; the title has their unit."""
+    """Curves on one pair of axes; the title has their unit. With `number` they are points over it, not over time."""
 
     title: str
     curves: tuple[Curve, ...]
+    number: Curve | None = None
 
 
 class Panels(NamedTuple):
-    """What there is to look at: the frame of the scene, topics of the 3-D view (None: there is none), and plots."""
+    """What there is to look at: the frame of the scene, topics of the 3-D view (None: there is none), and plots.
+
+    A study has plots alone, and no frame.
+    """
 
     name: str
     frame: str
@@ -77,6 +84,24 @@ def panels_of_log(log: LogStream) -> Panels:
             f"{log.path} holds no scene, neither in its metadata nor on a topic; record the topic `scene` too"
         )
     return panels(log.scene, log.namespace, log.frame.removesuffix(KINDS[log.scene.kind].frame))
+
+
+def panels_of_study(path) -> Panels:
+    """The panels of the study in a log: its quantities and inputs over the number of the realisation.
+
+    Raises LogError for a log without single realisations.
+    """
+    message = first_realisation(path)
+
+    def curve(path: tuple[str | int, ...], label: str) -> Curve:
+        return Curve(REALISATIONS_TOPIC, cdr.REALISATION, path, label)
+
+    number, plots = curve(("number",), "number"), []
+    for place, (name, unit) in enumerate(zip(message.name, message.unit, strict=True)):
+        sort, _, words = name.partition(" ")
+        plot = Plot(labelled(words.replace("_", " "), unit), (curve(("value", place), words),), number)
+        plots.insert(len(plots) if sort == INPUT.strip() else 0, plot)
+    return Panels(Path(path).stem, "", None, None, 1.0, tuple(plots))
 
 
 def _contact_plots(table: dict[str, Channelled], place: str, balls: int) -> list[Plot]:

@@ -53,9 +53,13 @@ class RawLogWriter:
         self._writer = Parts(names, safety)
         self._thinned: dict[int, Thinning] = {}
         self._whole: set[int] = set()  # topics that are not thinned for the time being
-        self._write_bag_file()
         self._ended = threading.Event()
-        self._unbroken.watch()
+        try:
+            self._write_bag_file()
+            self._unbroken.watch()
+        except BaseException:  # Ctrl-C
+            self._discard()
+            raise
         if safety.max_loss:
             threading.Thread(target=self._flush_often, name="log flush", daemon=True).start()
 
@@ -268,3 +272,15 @@ def _listed(path: Path) -> list[str]:
 
 def _now() -> str:
     return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+
+
+def log_span(path) -> float:
+    """The time [s] from the first to the last message of a log, by its index; raises LogError."""
+    starts, ends = [], []
+    for file in log_files(path):
+        with McapReader(file) as reader:
+            statistics = reader.summary().statistics
+        if statistics and statistics.message_count:
+            starts.append(statistics.message_start_time)
+            ends.append(statistics.message_end_time)
+    return 1e-9 * (max(ends) - min(starts)) if starts else 0.0

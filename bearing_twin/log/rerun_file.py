@@ -5,9 +5,11 @@ from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.panels import Panels
-from bearing_twin.log.raw_log import log_files
+from bearing_twin.log.raw_log import log_files, log_span
 
 APPLICATION = "bearing_twin"
+TIMELINE = "message_log_time"
+SHOWN_IN = 6.0  # s: what lasts less is played so slowly
 MOST_NAMED = 5  # curves: a longer legend would hide them
 
 
@@ -31,21 +33,19 @@ def write_rerun(log, panels: Panels, path) -> Path:
     recording.save(path)
     for file in log_files(log):
         recording.log_file_from_path(file)
-    recording.send_blueprint(_blueprint(panels))
+    recording.send_blueprint(_blueprint(panels, log_span(log)))
     recording.flush()
     recording.disconnect()
     return path
 
 
-def _blueprint(panels: Panels):
+def _blueprint(panels: Panels, span: float):
     import rerun
     import rerun.blueprint as blueprint
     from rerun.blueprint import encodings
 
     mapped = functools.partial(encodings.VisualizerComponentMapping, "Scalars:scalars")
     source = encodings.ComponentSourceKind.SourceComponent
-    place = blueprint.SpatialInformation(target_frame=panels.frame)
-    view = blueprint.Spatial3DView(name=panels.name, origin="/", contents=["/**"], spatial_information=place)
     plots = []
     for plot in panels.plots:
         lines = {}
@@ -57,5 +57,12 @@ def _blueprint(panels: Panels):
         corner = blueprint.PlotLegend(blueprint.Corner2D.LeftTop, visible=len(plot.curves) <= MOST_NAMED)
         named = {"name": plot.title, "plot_legend": corner}
         plots.append(blueprint.TimeSeriesView(origin="/", contents=sorted(lines), overrides=lines, **named))
-    beside = blueprint.Horizontal(view, blueprint.Grid(*plots, grid_columns=2))
-    return blueprint.Blueprint(beside, collapse_panels=True)
+    shown = blueprint.Grid(*plots, grid_columns=2)
+    if panels.frame:
+        place = blueprint.SpatialInformation(target_frame=panels.frame)
+        view = blueprint.Spatial3DView(name=panels.name, origin="/", contents=["/**"], spatial_information=place)
+        shown = blueprint.Horizontal(view, shown)
+    # An impact lasts microseconds: at the pace of the clock it would be over before anything is drawn.
+    pace = {"playback_speed": span / SHOWN_IN} if 0.0 < span < SHOWN_IN else {}
+    time = blueprint.TimePanel(timeline=TIMELINE, state="collapsed", **pace)
+    return blueprint.Blueprint(shown, time, collapse_panels=True)

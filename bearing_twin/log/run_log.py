@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.blocks import block_of, channels_of, check_block
@@ -15,8 +16,10 @@ from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
 from bearing_twin.log.thinning import KEPT_KEY
+from bearing_twin.parameters import echo
 from bearing_twin.report import Choice
 from bearing_twin.run.dataset import dataset_of
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
 
@@ -73,7 +76,7 @@ class LogStream:
             self.scene: Scene | None = read_logged(stored, f"the scene in {self.path.name}") if stored else None
         except SceneError as error:
             raise LogError(f"{error}; the log is damaged, or was written by another version") from error
-        self.choice = _choice(described)
+        self.choice = _known(_choice(described), self.scene)
         self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
@@ -213,6 +216,18 @@ def _choice(record: Mapping[str, str]) -> Choice:
         return Choice(*named, warnings, float(record.get("setting", "nan")), predicted and dict(predicted))
     except (ValueError, TypeError):
         return Choice(*named, ())
+
+
+def _known(choice: Choice, scene: Scene | None) -> Choice:
+    """The model a log names; where it names no law there is, that which its scene gets now, with a warning."""
+    if scene is None or choice.law in LAWS:
+        return choice
+    now = choose(scene)
+    if choice.law == now.law:  # of a kind that has laws of its own
+        return choice
+    named = f"names the law {echo(choice.law)}, which there is not" if choice.law else "does not name its law"
+    doubt = f"the log {named}: it is judged by {now.law}, which its scene gets now"
+    return now._replace(stepper=choice.stepper or now.stepper, warnings=(*choice.warnings, doubt))
 
 
 def _chosen(path, found: set[str], topic: str | None) -> str:

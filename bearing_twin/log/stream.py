@@ -5,6 +5,7 @@ scene itself. Nodes and logs take their bytes from `MessageStream`, so what is o
 """
 
 import json
+import math
 from collections.abc import Callable, Container, Iterator
 from functools import lru_cache
 from typing import NamedTuple
@@ -75,9 +76,24 @@ def topics(scene) -> tuple[Channelled, ...]:
 
 def scene_text(scene, choice: Choice) -> str:
     """What the topic `scene` says: enough to report on a recording and to simulate it again."""
-    chosen = {"law": choice.law, "stepper": choice.stepper, "reason": choice.reason, "warnings": list(choice.warnings)}
-    text = scene.text
-    return json.dumps({"scene": text, **chosen, "bearing_twin_version": __version__})
+    return json.dumps({"scene": scene.text, **_chosen(choice), "bearing_twin_version": __version__})
+
+
+def choice_record(choice: Choice) -> dict[str, str]:
+    """The chosen model as texts for a log's metadata: what is no text, as JSON."""
+    return {key: one if isinstance(one, str) else json.dumps(one) for key, one in _chosen(choice).items()}
+
+
+def _chosen(choice: Choice) -> dict[str, str | float | list | dict | None]:
+    """The chosen model as plain data; a setting that is that of the scene is left out."""
+    return {
+        "law": choice.law,
+        "stepper": choice.stepper,
+        "reason": choice.reason,
+        "warnings": list(choice.warnings),
+        **({} if math.isnan(choice.setting) else {"setting": choice.setting}),
+        "predicted": choice.predicted,
+    }
 
 
 def samples_message(
@@ -191,17 +207,21 @@ class MessageStream:
         self._times, self._values = [], []
         stamp_ns = self.start_time_ns + int(times[-1])
         for name, parts in self._rows.items():
-            if parts:
-                yield self._by_name[f"records/{name}"], stamp_ns, self._records(name, np.concatenate(parts))
+            topic = self._by_name[f"records/{name}"]
+            if not parts:
+                continue
+            rows = np.concatenate(parts)
+            if wanted is None or topic.name in wanted:
+                yield topic, stamp_ns, self._records(name, rows)
+            self._recorded[name] += len(rows)
         self._rows = {name: [] for name in self._tables}
         yield self._by_name["samples"], stamp_ns, samples
 
     def _records(self, name: str, rows: np.ndarray) -> bytes:
         """A SampleBlock of records, which are counted from the start."""
         time_ns = np.rint(1e9 * rows[:, 0]).astype(np.int64)
-        first, self._recorded[name] = self._recorded[name], self._recorded[name] + len(rows)
         columns = self._tables[name].columns
-        return samples_message(columns, first, time_ns, rows, self.start_time_ns, self._frame)
+        return samples_message(columns, self._recorded[name], time_ns, rows, self.start_time_ns, self._frame)
 
     def _collect(self, block: Block) -> None:
         self._times.append(block.time_ns)

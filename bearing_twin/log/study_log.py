@@ -2,8 +2,9 @@
 
 `/bearing/study/samples` holds SampleBlocks whose rows are realisations, numbered from `first_sequence` on: their time
 is that of their arrival, their channels the inputs, the quantities, `status` (0, or 1 + the number of the reason why
-it failed), `doubtful` (a bit for each doubt) and the histories. `/bearing/study/summary` is one std_msgs/String. The
-study itself is in the metadata.
+it failed), `doubtful` (a bit for each doubt) and the histories. `/bearing/study/realisations` has the same inputs and
+quantities as a message each, for programs that plot. `/bearing/study/summary` is one std_msgs/String. The study itself
+is in the metadata.
 """
 
 import itertools
@@ -17,6 +18,7 @@ import numpy as np
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.encoder import Encoder
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.parts import Safety
@@ -31,6 +33,7 @@ from bearing_twin.uq.study_file import parse_study
 
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
+REALISATIONS_TOPIC = f"{NAMESPACE}/study/realisations"
 STRING = "std_msgs/msg/String"
 WORK = ("workers", "executor", "memory")  # of a study: what its numbers do not depend on
 STUDY_RECORD = "bearing_twin_study"
@@ -48,6 +51,7 @@ class StudyLog:
 
     def __init__(self, study: Study, path, run_record: bool = True, max_loss: float = 1.0):
         self._study, self._written, self._said = study, 0, {}
+        self._encoder, self._arrived = Encoder(cdr.REALISATION, ""), time.time_ns()
         self._plain = study.resolved()
         self._work = {key: self._plain.pop(key) for key in WORK}
         self._channels = _channels(study)
@@ -55,7 +59,11 @@ class StudyLog:
         self._log = RawLogWriter(path, run_record, Safety(max_loss, patient=max_loss > 0.0))
         latched = Qos(depth=1, durability="transient_local")
         self._topics = {}
-        for name, ros_type, qos in ((SAMPLES_TOPIC, cdr.SAMPLE_BLOCK, Qos()), (SUMMARY_TOPIC, STRING, latched)):
+        for name, ros_type, qos in (
+            (SAMPLES_TOPIC, cdr.SAMPLE_BLOCK, Qos()),
+            (REALISATIONS_TOPIC, cdr.REALISATION, Qos()),
+            (SUMMARY_TOPIC, STRING, latched),
+        ):
             described = cdr.schema_text(ros_type), cdr.type_hash(ros_type), (qos,)
             self._topics[name] = self._log.add_topic(name, ros_type, *described)
 
@@ -82,9 +90,25 @@ class StudyLog:
             part = table[low : low + rows]
             first = self._written
             self._written += len(part)
-            now = self._now()
-            message = samples_message(self._channels, first, np.full(len(part), now), part)
-            self._log.write(self._topics[SAMPLES_TOPIC], now, now, message)
+            arrival = self._arrivals(len(part))
+            self._add_realisations(first, arrival, part)
+            message = samples_message(self._channels, first, arrival, part)
+            self._log.write(self._topics[SAMPLES_TOPIC], int(arrival[-1]), int(arrival[-1]), message)
+
+    def _add_realisations(self, first: int, arrival: np.ndarray, part: np.ndarray) -> None:
+        """The inputs and quantities of these realisations, a message each."""
+        shown = [one for one in self._channels if one.name.startswith((INPUT, QUANTITY))]
+        status, doubtful = part[:, len(shown)], part[:, len(shown) + 1]
+        fields = {
+            "number": np.arange(first, first + len(part)),
+            "failed": status > 0.0,
+            "doubtful": doubtful > 0.0,
+            "name": [one.name for one in shown],
+            "unit": [one.unit for one in shown],
+            "value": np.ascontiguousarray(part[:, : len(shown)]),
+        }
+        for moment, message in zip(arrival.tolist(), self._encoder.encoded(fields, arrival), strict=True):
+            self._log.write(self._topics[REALISATIONS_TOPIC], moment, moment, message)
 
     def finish(self, result: StudyResult) -> None:
         """Adds what is not there yet of the result, and its summary."""
@@ -101,7 +125,18 @@ class StudyLog:
 
     def _now(self) -> int:
         """The time of arrival of what is written next [ns]."""
-        return time.time_ns() if self._dated else 1_000_000 * self._written
+        return max(self._arrived, time.time_ns()) if self._dated else 1_000_000 * self._written
+
+    def _arrivals(self, count: int) -> np.ndarray:
+        """Times of arrival [ns] (count,) of the realisations just written.
+
+        They come many at once: they are spread over the time since those before came, so that each has its own.
+        """
+        before, now = (
+            (self._arrived, self._now()) if self._dated else (1_000_000 * (self._written - count), self._now())
+        )
+        self._arrived = now = max(now, before + count)
+        return before + (now - before) * np.arange(1, count + 1) // count
 
     def _describe(self, reasons, doubts, **more) -> None:
         """The study and what its numbers of reasons and doubts mean, as often as that changes; the last one counts."""
@@ -170,6 +205,31 @@ def read_study(path, unfinished: bool = False) -> StudyResult:
         tuple(json.loads(record["doubts"])),
         {**summary, "seconds": work.get("seconds", math.nan)},
     )
+
+
+def is_study(path) -> bool:
+    """Whether a log is that of a study; raises LogError for what is no log."""
+    try:
+        for file in log_files(path):
+            with McapReader(file) as reader:
+                if any(record.name == STUDY_RECORD for record in reader.metadata(reader.summary())):
+                    return True
+    except DamagedLog as error:
+        raise advice(path, error) from error
+    return False
+
+
+def first_realisation(path):
+    """The first Realisation of a log of a study; raises LogError where there is none."""
+    try:
+        for file in log_files(path):
+            with McapReader(file) as reader:
+                for item in reader.content():
+                    if isinstance(item, LoggedMessage) and item.topic.name == REALISATIONS_TOPIC:
+                        return cdr.deserialise(cdr.REALISATION, item.data)
+    except DamagedLog as error:
+        raise advice(path, error) from error
+    raise LogError(f"{path} holds no single realisations, as an earlier version wrote it: run the study again")
 
 
 def _edges(message):

@@ -242,6 +242,19 @@ def _lines(watch: Watch) -> Callable[[], None]:
     return show
 
 
+def result_table(title: str, live: Watch, lost: int) -> Table:
+    """What was received of each ball, and how many samples were `lost`, for a terminal of 80 columns."""
+    table = Table(title=title, padding=0)
+    for heading in (
+        "ball", "greatest load\n[N]\ninner  outer", "contact angle\n[deg]\ninner  outer", "ellipse\ninner\na x b [um]",
+        "ellipse\nouter\na x b [um]", "\nwren-\nches", "\nrate\n[Hz]", "sam-\nples\nlost",
+    ):  # fmt: skip
+        table.add_column(escape(heading), justify="right", no_wrap=True)
+    for row in live.rows():
+        table.add_row(*row, str(lost))
+    return table
+
+
 def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, live: Watch, replayed: Watch) -> int:
     progress.print("the log is read and drawn")
     log = read_log(recording, allow_gaps=True)
@@ -254,15 +267,7 @@ def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, 
     }
     picture = plot(log, folder / "ball_loads.png")
     page = write_page(document_of_log(recording), folder / "view.html")
-    table = Table(title=f"{scene.name}: {duration:g} s, {expected} solver outputs", padding=0)
-    for heading in (
-        "ball", "greatest load\n[N]\ninner  outer", "contact angle\n[deg]\ninner  outer", "ellipse\ninner\na x b [um]",
-        "ellipse\nouter\na x b [um]", "\nwren-\nches", "\nrate\n[Hz]", "sam-\nples\nlost",
-    ):  # fmt: skip
-        table.add_column(escape(heading), justify="right", no_wrap=True)
-    for row in live.rows():
-        table.add_row(*row, str(max(lost.values())))
-    output.print(table)
+    output.print(result_table(f"{scene.name}: {duration:g} s, {expected} solver outputs", live, max(lost.values())))
     output.print(f"samples lost: {', '.join(f'{count} {where}' for where, count in lost.items())}", soft_wrap=True)
     output.print(f"messages: {live.messages} live, {replayed.messages} replayed", soft_wrap=True)
     output.print(f"log:     {recording.resolve()}", soft_wrap=True)

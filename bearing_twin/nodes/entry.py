@@ -11,6 +11,7 @@ import signal
 import sys
 
 from bearing_twin.errors import BearingTwinError, missing_package
+from bearing_twin.pipes import while_read
 from bearing_twin.processors import one_processor
 
 
@@ -45,6 +46,11 @@ def demo() -> int:
 
 
 def _run(name: str) -> int:
+    return while_read(lambda: _said(name))
+
+
+def _said(name: str) -> int:
+    """The exit code of a node, with one sentence where it cannot run."""
     one_processor()
     for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
         signal.signal(number, lambda *_: os._exit(0))

@@ -1,6 +1,7 @@
 """Where a node's timed messages leave it: one publisher a topic, and the time they belong to on /clock if wanted."""
 
-from collections.abc import Iterable
+import contextlib
+from collections.abc import Iterable, Iterator
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -12,7 +13,7 @@ from bearing_twin.nodes.pacing import Timed
 
 
 class Outlet:
-    """Publishes serialised messages as they are, and /clock before the first of each instant; counts them.
+    """Publishes serialised messages as they are, and counts them; publishes /clock where that is wanted.
 
     A topic whose type is not installed is left out with a warning; raises MissingInterfacesError where that is all.
     """
@@ -32,7 +33,6 @@ class Outlet:
         self._clock = None
         if publish_clock:
             self._clock = node.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
-        self._ticked = -1
         self.published = 0
 
     @property
@@ -52,21 +52,22 @@ class Outlet:
     def tick(self, time_ns: int) -> None:
         """Publishes the time, where that is wanted."""
         if self._clock:
-            self._clock.publish(ClockMessage(clock=stamp(time_ns)))
+            with self._unless_over():
+                self._clock.publish(ClockMessage(clock=stamp(time_ns)))
 
     def deliver(self, message: Timed) -> None:
-        """Publishes a message, if it has been made.
-
-        Once a signal has ended ROS under way there is nobody to publish to, and no error.
-        """
-        try:
-            if message.time_ns != self._ticked:
-                self._ticked = message.time_ns
-                self.tick(message.time_ns)
-            publisher = self._publishers.get(message.topic)
-            if publisher is not None and message.cdr:
+        """Publishes a message, if it has been made."""
+        publisher = self._publishers.get(message.topic)
+        if publisher is not None and message.cdr:
+            with self._unless_over():
                 publisher.publish(message.cdr)
                 self.published += 1
+
+    @contextlib.contextmanager
+    def _unless_over(self) -> Iterator[None]:
+        """Once a signal has ended ROS under way there is nobody to publish to, and no error."""
+        try:
+            yield
         except Exception:
             if self._context.ok():
                 raise

@@ -87,20 +87,28 @@ class PacedStream:
     """Delivers batches of timed messages when they are due; it can be paused.
 
     `next_batch()` gives messages in the order they go out, or None at the end; `deliver(message)` sends one.
+    `tick(time_ns)` tells the time, before what goes out at that time: of several instants that are due at once the
+    last, so that who keeps few ticks misses none that counts. It goes back by `restart` alone.
     Not thread-safe: everything is called by the one thread that calls `turn`.
     """
 
     def __init__(
-        self, next_batch: Callable[[], Iterable[Timed] | None], deliver: Callable[[Timed], None], pacer: Pacer
+        self,
+        next_batch: Callable[[], Iterable[Timed] | None],
+        deliver: Callable[[Timed], None],
+        pacer: Pacer,
+        tick: Callable[[int], None] = lambda time_ns: None,
     ):
         self.next_batch = next_batch
         self.deliver = deliver
         self.pacer = pacer
+        self.tick = tick
         self.paused = False
         self.finished = False
         self.position_ns = 0
         self._pending: deque[Timed] = deque()
         self._started = False
+        self._ticked: int | None = None
 
     def turn(self, now: int) -> int | None:
         """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
@@ -115,11 +123,7 @@ class PacedStream:
             return now  # computing it took time, so look at the clock again
         if not self._started:
             self._start(now)
-        delivered = False
-        while self._pending and self._due(self._pending[0]) <= now:
-            self._send(self._pending.popleft())
-            delivered = True
-        if delivered:
+        if self._send(lambda message: self._due(message) <= now):
             self.pacer.delivered(now, self.position_ns)
         return self._due(self._pending[0]) if self._pending else now
 
@@ -140,8 +144,7 @@ class PacedStream:
 
     def drain(self, until_ns: int | None = None) -> None:
         """Delivers what was computed ahead, due or not: all of it, or what is stamped up to `until_ns`."""
-        while self._pending and (until_ns is None or self._pending[0].time_ns <= until_ns):
-            self._send(self._pending.popleft())
+        self._send(lambda message: until_ns is None or message.time_ns <= until_ns)
         if until_ns is not None:
             self.position_ns = max(self.position_ns, until_ns)
 
@@ -151,6 +154,7 @@ class PacedStream:
         self._started = False
         self.finished = False
         self.position_ns = 0
+        self._ticked = None
 
     def _go_on(self, now: int) -> None:
         # Before the first message is known, its time is not: a log may begin at any.
@@ -167,6 +171,15 @@ class PacedStream:
     def _due(self, message: Timed) -> int:
         return self.pacer.due(max(message.time_ns, self.position_ns))
 
-    def _send(self, message: Timed) -> None:
-        self.position_ns = max(self.position_ns, message.time_ns)
-        self.deliver(message)
+    def _send(self, goes_out: Callable[[Timed], bool]) -> bool:
+        """Delivers messages from the first on while they go out; returns whether one did."""
+        going = []
+        while self._pending and goes_out(self._pending[0]):
+            going.append(self._pending.popleft())
+            self.position_ns = max(self.position_ns, going[-1].time_ns)
+        if going and self.position_ns != self._ticked:
+            self._ticked = self.position_ns
+            self.tick(self.position_ns)
+        for message in going:
+            self.deliver(message)
+        return bool(going)

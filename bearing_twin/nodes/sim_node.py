@@ -136,7 +136,7 @@ class SimNode(Node):
         loop = SimulationLoop(
             run, make_stream, deliver, factor, duration_ns, self._open_log, repeat_ns, wanted, commands
         )
-        loop.paced.paused = self._paused_at_start
+        loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice.reason}
         self.loop = loop
         self._doing = "computing"

@@ -9,7 +9,7 @@ from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.commanding import Commands
 from bearing_twin.nodes.pacing import Pace, PacedStream, Pacer, Timed
 
-CHUNK_NS = 20_000_000  # handed over in one go; a command waits for no more than this
+CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
 SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
 JUDGED_NS = 1_000_000_000  # of simulated time between looks at what the run is worth
@@ -193,8 +193,9 @@ class SimulationLoop:
     def _next_batch(self) -> list[Timed] | None:
         if not self._done:
             # Up to the end of a chunk, so that what is published last is also what was computed last.
+            # With the first output comes its chunk, whose computing would else make the pace late as soon as it begins.
             sequence = self.simulation.sequence
-            return self._advance(1 if sequence < 0 else self._chunk - sequence % self._chunk)
+            return self._advance(1 + self._chunk if sequence < 0 else self._chunk - sequence % self._chunk)
         if not self._flushed:
             self._flushed = True
             return self._messages(self._stream.flush(), self._log)

@@ -80,11 +80,16 @@ class Watch:
     def rows(self) -> Iterator[tuple[str, ...]]:
         """One row of text a ball: greatest loads, contact angles, ellipses, wrenches received and their rate."""
         for ball, (count, rate) in enumerate(zip(self.count, self.rate(), strict=True)):
-            loads = "  ".join(f"{load:.2f}" for load in self.greatest[ball])
-            angles = "  ".join(f"{math.degrees(angle):+.2f}" for angle in self.contact_angle[ball])
+            loads = "  ".join(_short(load, 2) for load in self.greatest[ball])
+            angles = "  ".join(f"{math.degrees(angle):+.1f}" for angle in self.contact_angle[ball])
             axes = zip(self.semi_major[ball] * 1e6, self.semi_minor[ball] * 1e6, strict=True)
-            ellipses = (f"{major:.1f} x {minor:.1f}" for major, minor in axes)
+            ellipses = (f"{_short(major, 1)} x {_short(minor, 1)}" for major, minor in axes)
             yield str(ball), loads, angles, *ellipses, str(count), f"{rate:.1f}"
+
+
+def _short(value: float, decimals: int) -> str:
+    """A number with so many decimals, one less from 100 on."""
+    return f"{value:.{decimals - (abs(value) >= 100.0)}f}"
 
 
 class Watcher(Node):

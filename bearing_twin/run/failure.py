@@ -80,7 +80,7 @@ def record_of(scene: Scene, error: IntegrationError, good: Sample | None, sequen
         "seconds": error.seconds,
         "body": error.body,
         "contact": error.contact,
-        "last_good_s": -1.0 if good is None else 1e-9 * good.time_ns,
+        "last_good_s": 0.0 if good is None else 1e-9 * good.time_ns,
         "last_good_output": values,
         "state_after_output": sequence,
         "state": state,

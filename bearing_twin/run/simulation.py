@@ -20,11 +20,8 @@ from bearing_twin.sample import Block, Columns, Sample, joined, layout_of, side_
 from bearing_twin.stopping import SIGNALLED, heeding_signals
 
 CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
-CHUNK_NS = 100_000_000  # ... and so much simulated time, so that a slow scene goes on evenly, or `longest_chunk`
-COMMANDED_NS, COMMANDING_NS = (
-    20_000_000,
-    1_000_000_000,
-)  # in one go after a command, for so long
+CHUNK_NS = 50_000_000  # ... and so much simulated time, for which commands wait, or `longest_chunk`
+COMMANDED_NS, COMMANDING_NS = 20_000_000, 1_000_000_000  # in one go after a command, for so long
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
@@ -223,7 +220,8 @@ class Simulation:
     def _failed(self, error: IntegrationError, sequence: int, state) -> IntegrationError:
         """The error with the time of the last output given out, and all that is needed to look into it."""
         contact = error.contact or worst_contact(self.kind, self._good, self.channels, error.body)
-        told = f"after {1e-9 * self.time_ns:.9g} s: {error}"
+        place = f"after {1e-9 * self.time_ns:.9g} s" if self.sequence >= 0 else "before any output was given out"
+        told = f"{place}: {error}"
         failure = IntegrationError(told, error.reason, error.seconds, error.body, contact)
         failure.record = record_of(self.scene, failure, self._good, sequence, state)
         return failure

@@ -39,6 +39,7 @@ class Histories:
         self.count = len(self.whole)
         if len(self.whole) < len(histories):
             inputs = inputs[np.isfinite(histories).all(axis=1)]
+        self.inputs = inputs
         self._mean = np.mean(self.whole, axis=0) if self.count else np.zeros(size)
         centred = inputs - inputs.mean(axis=0) if self.count else inputs
         self._squares = np.sum(centred**2, axis=0)

@@ -13,8 +13,23 @@ RESAMPLES = 200
 FEWEST = 50  # histories
 
 
+class SignChange(NamedTuple):
+    """Where the correlation with an input changes its sign, nearest to a least deviation, and how much later [s].
+
+    `low` and `high` are the 95 % interval of `later`, by resampling both instants together.
+    """
+
+    time: float
+    later: float
+    low: float
+    high: float
+
+
 class Narrowing(NamedTuple):
-    """The instant [s] of least deviation with its 95 % interval, and mean, deviation and modes of the values there."""
+    """The instant [s] of least deviation with its 95 % interval, and mean, deviation and modes of the values there.
+
+    `signs` has a SignChange for each input, None where the correlation keeps its sign.
+    """
 
     time: float
     low: float
@@ -23,47 +38,80 @@ class Narrowing(NamedTuple):
     std: float
     modes: int
     p_value: float
+    signs: tuple[SignChange | None, ...]
 
 
-def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0) -> Narrowing:
+def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0, inputs: np.ndarray | None = None) -> Narrowing:
     """The narrowing of histories (n, t), rows with a NaN left out; the interval by bootstrap over the rows.
 
-    The modes are those at the nearest of `times`, their p-value that of one mode at most (see `modality`). Raises
-    StatisticError for fewer than FEWEST histories, or where no instant after the peak has the least deviation.
+    `inputs` (n, d) are those whose correlation with the histories is looked at. The modes are those at the nearest of
+    `times`, their p-value that of one mode at most (see `modality`). Raises StatisticError for fewer than FEWEST
+    histories, or where no instant after the peak has the least deviation.
     """
     kept = complete(histories)
+    inputs = np.empty((len(histories), 0)) if inputs is None else np.asarray(inputs, float)
     if len(kept) < FEWEST:
         raise StatisticError(f"a narrowing needs {FEWEST} histories at least, there are {len(kept)}")
-    found, low, high = least_instant(times, kept, seed)
+    found, again, covariances, resampled = _resampled(times, kept, inputs[np.isfinite(histories).all(axis=1)], seed)
+    low, high = np.nanquantile(again, [0.025, 0.975])
+    signs = tuple(
+        _sign_change(times, found, again, one, many) for one, many in zip(covariances, resampled, strict=True)
+    )
     place = int(np.argmin(np.abs(times - found)))
     there = kept[:, place]
     modes = modality(there, seed)
-    return Narrowing(found, low, high, float(there.mean()), float(there.std(ddof=1)), modes.modes, modes.p_value)
+    mean, std = float(there.mean()), float(there.std(ddof=1))
+    return Narrowing(found, float(low), float(high), mean, std, modes.modes, modes.p_value, signs)
 
 
-def least_instant(times: np.ndarray, kept: np.ndarray, seed: int = 0) -> tuple[float, float, float]:
-    """The instant [s] of least deviation of histories (n, t) without NaN, and its 95 % interval by bootstrap.
+def _resampled(times, kept, inputs, seed):
+    """The least instant, those (r,) of resamples, and covariances with each input: (d, t) and (d, r, t).
 
-    Memory: RESAMPLES n bytes beside the histories.
-    Raises StatisticError where there is none.
+    Memory: RESAMPLES n bytes and 8 RESAMPLES t (2 + d) beside the histories.
     """
     found = _least(times, kept.mean(axis=0), kept.std(axis=0, ddof=1))
-    random, count = np.random.default_rng(seed), len(kept)
+    random, (count, inputs) = np.random.default_rng(seed), (len(kept), inputs - inputs.mean(axis=0))
     # Moments of a resample are sums over rows, each as often as it was drawn.
     drawn = np.empty((RESAMPLES, count), np.uint8)
     for row in drawn:
         row[:] = np.bincount(random.integers(count, size=count), minlength=count)
     means, squares = np.zeros((2, RESAMPLES, len(times)))
+    whole, products = np.zeros((inputs.shape[1], len(times))), np.zeros((inputs.shape[1], RESAMPLES, len(times)))
+    shifts = np.zeros((RESAMPLES, inputs.shape[1]))
     for first in range(0, count, ROWS):
-        weights, block = drawn[:, first : first + ROWS] / count, kept[first : first + ROWS]
+        part = slice(first, first + ROWS)
+        weights, block = drawn[:, part] / count, kept[part]
         means += weights @ block
         squares += weights @ block**2
+        shifts += weights @ inputs[part]
+        whole += inputs[part].T @ block / count
+        for place, column in enumerate(inputs[part].T):
+            products[place] += (weights * column) @ block
     spreads = np.sqrt(np.maximum(squares - means**2, 0.0))
-    again = [_least(times, mean, spread) for mean, spread in zip(means, spreads, strict=True)]
+    again = np.array([_least(times, mean, spread) for mean, spread in zip(means, spreads, strict=True)])
     if np.isnan(found) or np.mean(np.isnan(again)) > 0.05:
         raise StatisticError("no instant after the peak of the mean has a least deviation")
-    low, high = np.nanquantile(again, [0.025, 0.975])
-    return float(found), float(low), float(high)
+    return float(found), again, whole, products - shifts.T[:, :, None] * means
+
+
+def _sign_change(times, found, again, covariance, resampled) -> SignChange | None:
+    """Of one input, with its covariances (t,) and (r, t)."""
+    when = _zero(times, covariance, found)
+    later = np.array([_zero(times, one, near) - near for one, near in zip(resampled, again, strict=True)])
+    if np.isnan(when) or np.mean(np.isnan(later)) > 0.05:
+        return None
+    low, high = np.nanquantile(later, [0.025, 0.975])
+    return SignChange(float(when), float(when - found), float(low), float(high))
+
+
+def _zero(times, values, near) -> float:
+    """Where values (t,) change their sign, nearest to `near`, by a straight line; NaN where they do not."""
+    places = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+    if not len(places) or np.isnan(near):
+        return np.nan
+    before, after = values[places], values[places + 1]
+    crossings = times[places] + (times[places + 1] - times[places]) * before / (before - after)
+    return float(crossings[np.argmin(np.abs(crossings - near))])
 
 
 def _least(times, mean, spread) -> float:

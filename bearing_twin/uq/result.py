@@ -74,7 +74,10 @@ class StudyResult:
         """What is doubtful about the result, one sentence each."""
         count, failed = self.summary["samples"], sum(self.summary["failed"].values())
         sentences = [f"{many} of {count} realisations: {what}" for what, many in self.summary["doubts"].items()]
-        if failed:
+        if failed and failed == count:
+            reason = max(self.summary["failed"], key=self.summary["failed"].get)
+            sentences.append(f"all {count} realisations failed, so that there are no statistics: {reason}")
+        elif failed:
             sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
         if self.summary["stopped_because"].startswith("failed"):
             sentences.append(self.summary["stopped_because"])

@@ -146,7 +146,7 @@ def _histories(result, task, at_mean, hurried) -> dict:
         bands_of[channel] = {"time_s": task.instants.tolist()} | {name: one.tolist() for name, one in bands.items()}
         if found.count > 1:
             bands_of[channel] |= _between_instants(found)
-            bands_of[channel] |= {} if hurried else _narrowing(found, result.study.settings.seed)
+            bands_of[channel] |= {} if hurried else _narrowing(found, result.study)
     return bands_of
 
 
@@ -160,16 +160,21 @@ def _between_instants(found) -> dict:
     }
 
 
-def _narrowing(histories, seed) -> dict:
+def _narrowing(histories, study) -> dict:
     """Where the histories come together after their peak; nothing where they do not."""
     try:
-        found = narrowing(histories.times, histories.whole, seed)
+        found = narrowing(histories.times, histories.whole, study.settings.seed, histories.inputs)
     except StatisticError:
         return {}
+    signs = {
+        key: {"time_s": one.time, "later_s": one.later, "interval_s": [one.low, one.high]}
+        for key, one in zip(study.joint.keys, found.signs, strict=True)
+        if one is not None
+    }
     return {
         "least_spread": {
             "time_s": found.time, "interval_s": [found.low, found.high], "mean": found.mean, "std": found.std,
-            "modes": found.modes, "p_value": found.p_value,
+            "modes": found.modes, "p_value": found.p_value, "sign_changes": signs,
         }
     }  # fmt: skip
 

@@ -1,9 +1,11 @@
 "use strict";
 // Time: play, pause, slider, pace; everything that shows the run is told of each new time.
 
+const PACED = 8; // images after which their pace is told
+
 class Player {
-  constructor(parent, store, period, show, moving) {
-    Object.assign(this, { store, show, moving, time: store.first, playing: false, shown: [] });
+  constructor(parent, store, period, show, moving, paced) {
+    Object.assign(this, { store, show, moving, paced, time: store.first, playing: false, shown: [] });
     const size = Math.max(Math.abs(store.last), 1e-12);
     [this.factor, this.unit] = prefixed(size, "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
     this.button = make("button", { type: "button", id: "play", title: "play or pause (space)", "aria-label": "play or pause" });
@@ -75,6 +77,8 @@ class Player {
       this.shown.push(now);
       this.frames = (this.frames || 0) + 1;
       while (now - this.shown[0] > 2000.0) this.shown.shift();
+      const last = this.shown.slice(-PACED - 1);
+      if (this.frames % PACED === 0 && last.length > 2) this.paced((last.at(-1) - last[0]) / 1000.0 / (last.length - 1));
     }
     this.before = now;
     if (this.time >= this.store.last) this.pause();

@@ -14,7 +14,7 @@ from bearing_twin.run.simulation import Run
 from bearing_twin.sample import Block
 from bearing_twin.view.frames import Frames, passed_on
 from bearing_twin.view.packing import packed, prefixes
-from bearing_twin.view.tables import ball_tables, error_notes, figure_rows
+from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happening_tables
 
 STATUS_SORTS = {DONE: "good", DOUBTFUL: "doubt"}  # how a status is shown; any other is a failure
 
@@ -81,7 +81,7 @@ def _told(scene, report: Report) -> dict[str, Any]:
         "warnings": list(report.warnings),
         "flags": list(report.flags),
         "figures": figure_rows(report.figures, report.errors, meanings),
-        "tables": ball_tables(report.figures, report.errors, meanings),
+        "tables": ball_tables(report.figures, report.errors, meanings) + happening_tables(report.figures, meanings),
         "errors": error_notes(report.errors),
     }
 

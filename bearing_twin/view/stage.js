@@ -2,7 +2,8 @@
 // The picture in space: camera, bodies and marks, what is chosen in it, and the words that say its scales.
 
 const STILL = 4; // pixels that a click may move
-const MOVING = 0.75; // pixels of a moving picture against those of a still one, along an edge
+const FINEST = 0.75, COARSEST = 0.3; // pixels of a moving picture against those of a still one, along an edge
+const SLOW_FRAME = 1.0 / 18.0, QUICK_FRAME = 1.0 / 40.0; // s between images: fewer pixels beyond the one, more below the other
 
 // Whether no graphics processor draws: smooth edges and fine pixels would then cost most of the frames.
 function drawnBySoftware() {
@@ -30,7 +31,7 @@ function seen(look, store) {
 
 class Stage {
   constructor(parent, view, store, chosen) {
-    Object.assign(this, { parent, view, store, place: 0.0, selected: -1, chosen });
+    Object.assign(this, { parent, view, store, place: 0.0, selected: -1, chosen, coarse: FINEST });
     this.slow = drawnBySoftware();
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.slow });
     this.renderer.outputColorSpace = "srgb-linear"; // colours are drawn as they are written
@@ -61,8 +62,17 @@ class Stage {
   // Fewer pixels while a picture moves that no graphics processor draws.
   sharpen(moving) {
     const fine = Math.min(window.devicePixelRatio || 1.0, 2.0);
-    this.renderer.setPixelRatio(this.slow ? (moving ? MOVING : 1.0) : fine);
+    this.renderer.setPixelRatio(this.slow ? (moving ? this.coarse : 1.0) : fine);
     if (this.scene) this.ask();
+  }
+
+  // As many pixels as the machine draws in time, told the mean time between the last images [s].
+  keepPace(seconds) {
+    const wanted = seconds > SLOW_FRAME ? this.coarse * 0.8 : seconds < QUICK_FRAME ? this.coarse * 1.1 : this.coarse;
+    const coarse = Math.min(Math.max(wanted, COARSEST), FINEST);
+    if (!this.slow || coarse === this.coarse) return;
+    this.coarse = coarse;
+    this.sharpen(true);
   }
 
   bodies(name) {

@@ -29,10 +29,10 @@ class Page {
     for (const panel of view.panels) new Chart(curves, this.panelSpec(panel), this.group);
     if (!view.panels.length) curves.append(make("p", { class: "note" }, "There is no channel that can be drawn as a curve."));
     const figures = this.panes.add("Figures");
-    figures.append(figureTable(found.figures), ...found.tables.map((table) => ballTable(table, view.details?.noun || "number")));
+    figures.append(figureTable(found.figures), ...found.tables.map((table) => ballTable(table, table.noun || view.details?.noun || "number")));
     showModel(this.panes.add("Model"), found, view.words);
     this.player = new Player($("player"), store, view.period, (time, place) => this.show(time, place),
-      (moving) => this.stage?.sharpen(moving));
+      (moving) => this.stage?.sharpen(moving), (seconds) => this.stage?.keepPace(seconds));
     if (this.details) this.select(heaviest(store, view.details));
     this.legend();
     this.player.seek(store.first);

@@ -10,7 +10,8 @@ function figureTable(rows) {
   for (const row of rows) {
     const words = make("td", {}, make("div", { class: "words" }, row.words));
     if (row.meaning) words.append(make("div", { class: "meaning" }, row.meaning));
-    const line = make("tr", {}, words, make("td", { class: "number" }, row.value), make("td", { class: "unit" }, row.unit));
+    const sort = row.value.length > 24 ? "number long" : "number";
+    const line = make("tr", {}, words, make("td", { class: sort }, row.value), make("td", { class: "unit" }, row.unit));
     if (errors) line.append(make("td", { class: "number" }, row.error ? `± ${row.error}` : ""));
     if (intervals) line.append(make("td", { class: "number" }, row.interval));
     body.append(line);
@@ -30,7 +31,8 @@ function ballTable(table, noun) {
   if (table.errors.length) {
     body.append(make("tr", {}, make("td", {}, "±"), ...table.errors.map((one) => make("td", { class: "number" }, one))));
   }
-  return make("div", { class: "scroll" }, make("table", { class: "balls" }, make("thead", {}, head), body));
+  const shown = make("div", { class: "scroll" }, make("table", { class: "balls" }, make("thead", {}, head), body));
+  return table.title ? make("section", {}, make("p", { class: "note" }, table.title), shown) : shown;
 }
 
 function factList(facts) {

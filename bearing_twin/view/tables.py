@@ -1,14 +1,15 @@
-"""Figures of a report as rows for people: words, number with a readable prefix, unit, error, meaning."""
+"""Figures of a report as rows for people: words, number in the unit that engineers read, error, meaning."""
 
 import math
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.units import named, prefixed
+from bearing_twin.units import readable
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors
 DIGITS = 5
+MOST_ROWS = 200
 
 
 def figure_rows(
@@ -17,16 +18,16 @@ def figure_rows(
     """One row a figure of one number, one text or a short vector, with `<figure>_error` of `errors`."""
     rows = []
     for key, value in figures.items():
-        if _of_balls(value) or isinstance(value, Mapping):
+        if _of_balls(value) or _happenings(value) or isinstance(value, Mapping):
             continue
-        words, unit = named(key)
-        text, unit, factor = _shown(value, unit)
+        error = errors.get(f"{key}{ERROR}")
+        words, unit, factor = readable(key, _size(value, error))
         rows.append(
             {
                 "words": words,
-                "value": text,
+                "value": _text(value, factor),
                 "unit": unit,
-                "error": _error(errors.get(f"{key}{ERROR}"), factor),
+                "error": _error(error, factor),
                 "meaning": meanings.get(key, ""),
             }
         )
@@ -45,13 +46,30 @@ def ball_tables(
     for columns in by_length.values():
         header, filled, greatest = [], [], []
         for key, values in columns.items():
-            words, unit = named(key)
-            factor, unit = _prefix(values, unit)
+            words, unit, factor = readable(key, _size(values))
             header.append((words, unit, meanings.get(key, "")))
             filled.append([_number(value, factor) for value in values])
             greatest.append(_error(errors.get(f"{key}{ERROR}"), factor))
         rows = [list(row) for row in zip(*filled, strict=True)]
         tables.append({"header": header, "rows": rows, "errors": greatest if any(greatest) else []})
+    return tables
+
+
+def happening_tables(figures: Mapping[str, Any], meanings: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Figures that are lists of what happened one after the other, as contacts: a table each, a row each."""
+    tables = []
+    for key, found in figures.items():
+        if not _happenings(found):
+            continue
+        header, columns = [], []
+        for column in found[0]:
+            values = [one.get(column) for one in found[:MOST_ROWS]]
+            words, unit, factor = readable(column, _size(values))
+            header.append((words, unit, ""))
+            columns.append([_number(value, factor) for value in values])
+        title = meanings.get(key, "") + (f"; the first {MOST_ROWS} of {len(found)}" if len(found) > MOST_ROWS else "")
+        rows = [list(row) for row in zip(*columns, strict=True)]
+        tables.append({"title": title, "noun": key.replace("_", " "), "header": header, "rows": rows, "errors": []})
     return tables
 
 
@@ -78,18 +96,22 @@ def _of_balls(value) -> bool:
     return several and not isinstance(value[0], (list, tuple, str, Mapping))
 
 
-def _shown(value, unit: str) -> tuple[str, str, float]:
-    """(text, unit with prefix, factor)."""
+def _happenings(value) -> bool:
+    """Whether it is a list of mappings with the same keys."""
+    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(one, Mapping) for one in value)
+
+
+def _text(value, factor: float) -> str:
     if isinstance(value, (list, tuple)) and any(isinstance(one, (list, tuple, str, Mapping)) for one in value):
-        return "; ".join(map(str, value)) or "none", unit, 1.0
+        return "; ".join(map(str, value)) or "none"
     several = list(value) if isinstance(value, (list, tuple)) else [value]
-    factor, unit = _prefix(several, unit)
-    return ", ".join(_number(one, factor) for one in several) or "none", unit, factor
+    return ", ".join(_number(one, factor) for one in several) or "none"
 
 
-def _prefix(values, unit: str) -> tuple[float, str]:
-    sizes = [abs(one) for one in values if isinstance(one, float) and math.isfinite(one)]
-    return prefixed(max(sizes), unit) if sizes else (1.0, unit)
+def _size(*values) -> float:
+    """The greatest size of some numbers and lists of numbers; 0 where there is none."""
+    several = [one for value in values for one in (value if isinstance(value, (list, tuple)) else [value])]
+    return max((abs(one) for one in several if isinstance(one, float) and math.isfinite(one)), default=0.0)
 
 
 def _number(value, factor: float) -> str:

@@ -25,6 +25,7 @@ NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
+REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "_load", "_load_rate")
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
 LONGEST_ALONE = 0.4  # s that is asked for in one go where no ring and no cage couple the balls
@@ -95,14 +96,11 @@ class BearingMotion:
     def _keep(self) -> None:
         """Keeps what `take_back` needs."""
         arrays = {name: getattr(self, name).copy() for name in (*MOVING, "counts")}
-        rest = self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed
-        self._before = arrays, rest
+        self._before = arrays | {name: getattr(self, name) for name in REPLACED}
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        arrays, rest = self._before
-        vars(self).update(arrays)
-        self.drive, self.goal_speed, self.bearing, self._acceleration, self.elapsed, self._changed = rest
+        vars(self).update(self._before)
         self._keep()
 
     def snapshot(self) -> dict:

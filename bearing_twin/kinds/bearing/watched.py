@@ -2,8 +2,11 @@
 
 Each part of a chunk is verified at the windows the companion looks at. Where an output that is wanted is off by more
 than SAFE of the tolerance, the part is done again with a tighter setting, which holds from then on: what was too rough
-once is never tried again. The windows that failed are looked at again, whatever points to them then.
+once is never tried again. The windows that failed are looked at again, whatever points to them then. Where a tighter
+setting finds the same, the motion itself is that sensitive: the error is told, and the setting goes back.
 """
+
+import math
 
 import numpy as np
 
@@ -26,6 +29,8 @@ DOUBLED = 40  # times: beyond any chunk, and far from the end of floats, which a
 AIM = 0.25  # share of the tolerance that a tighter setting aims at
 LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
 REDONE = 3  # times at most that a part is done again
+HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
+FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 BEGUN = ("drive", "elapsed", "_acceleration", "_load", "_load_rate")  # what a part changes besides arrays in place
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
@@ -66,14 +71,13 @@ class WatchedMotion(BearingMotion):
 
     def _keep(self) -> None:
         super()._keep()
-        self._known = self.companion.memory(), self.setting, self.step
+        self._known = self.companion.memory(), self.setting
 
     def take_back(self) -> None:
         """Back to before the last `advance`, with what was known then."""
-        memory, setting, step = self._known
+        memory, setting = self._known
         self.companion.remember(memory)
         self._set(setting)
-        self.step = step
         self._rows = []
         super().take_back()
 
@@ -102,15 +106,22 @@ class WatchedMotion(BearingMotion):
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
         arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
         followed, self._windows = self.companion.followed, None
+        # What a part began with from before is not bettered by doing it again: a sign, no more, of a rough setting.
+        before, worst, since = self.setting, math.inf, -math.inf if self.setting > FUTILE else self.elapsed
         for attempt in range(1 + REDONE):
             super()._part(times, duration, out, first)
-            cut = self._cut(GOOD if attempt else SAFE) if attempt < REDONE else 1.0
-            if cut == 1.0:
+            last, worst = worst, self._worst(since)
+            if attempt == REDONE or worst <= (GOOD if attempt else SAFE):
                 break
+            if attempt and worst >= HELPED * last:
+                self._set(max(self.setting, min(before, FUTILE)))
+                break
+            before = self.setting
             vars(self).update(zip(BEGUN, others, strict=True))
             for name, array in arrays.items():
                 getattr(self, name)[:] = array
             self.companion.followed = followed
+            cut = min(LEAST_CUT, max(MOST_CUT, AIM / worst))
             self._set(max(cut * self.setting, VERIFIABLE / self.given))
         if self._found is not None and len(self._found):
             self._rows.append(self._found)
@@ -119,16 +130,17 @@ class WatchedMotion(BearingMotion):
     def _until_next(self, duration: float) -> float:
         return min(super()._until_next(duration), SHORT * 2.0 ** min(self.companion.parts, DOUBLED))
 
-    def _cut(self, safe: float) -> float:
-        """By how much the setting is to be cut for what was found in this part; 1 where it will do."""
+    def _worst(self, since: float) -> float:
+        """The greatest error found in this part over the wanted tolerance, of windows begun since then [s].
+
+        0 where no tighter setting could be verified.
+        """
         rows, greatest = self._found, self.companion.greatest_load
-        if rows is None or not len(rows) or self.tolerance <= VERIFIABLE or greatest <= 0.0:
-            return 1.0
-        worst = max(rows[:, PLACE["load"]].max() / greatest, rows[:, PLACE["friction"]].max())
-        wanted = self.parameters.wanted.tolerance
-        if worst <= safe * wanted:
-            return 1.0
-        return min(LEAST_CUT, max(MOST_CUT, AIM * wanted / worst))
+        if rows is None or self.tolerance <= VERIFIABLE or greatest <= 0.0:
+            return 0.0
+        rows = rows[rows[:, PLACE["begin"]] >= since]
+        off = max(rows[:, PLACE["load"]].max(initial=0.0) / greatest, rows[:, PLACE["friction"]].max(initial=0.0))
+        return off / self.parameters.wanted.tolerance
 
     def _pointer(self, instants: int) -> np.ndarray:
         """Room for what `pointing` notes, where the method does."""

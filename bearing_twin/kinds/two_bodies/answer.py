@@ -10,6 +10,7 @@ from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.two_bodies.derived import (
+    DEEPEST,
     modulus_of,
     size_of,
     start_body,
@@ -40,7 +41,10 @@ def _normal(a, unknowns):
 
 
 def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
-    """Figures of a pair by SI-suffixed keys; `laws` and `tracking` hold one row each; raises SceneError."""
+    """Figures of a pair by SI-suffixed keys; `laws` and `tracking` hold one row each; raises SceneError.
+
+    `flags` says where the bodies press deeper than the laws hold for, and where the overlap has no outline.
+    """
     a, b = start_body(parameters.first), start_body(parameters.second)
     unknowns, modulus = start_unknowns(parameters), modulus_of(parameters)
     normal, approach = _normal(a, unknowns), approach_of(b, unknowns)
@@ -63,7 +67,24 @@ def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
         "major_axis": contact.major_axis.tolist() if contact and not contact.circular else None,
         "tracking": _trackings(parameters, a, b, unknowns, rates),
     }
-    return found | _loads(parameters, contact, (a, b, unknowns, normal, approach))
+    found |= _loads(parameters, contact, (a, b, unknowns, normal, approach))
+    return found | {"flags": _flags(approach, size_of(parameters), found["overlap"])}
+
+
+def _flags(approach, size, overlap) -> list[str]:
+    """What is doubtful about a pair that presses, one sentence each."""
+    flags = []
+    if approach > DEEPEST * size:
+        flags.append(
+            f"the bodies press {approach:.3g} m into each other, more than {DEEPEST:g} of the least size {size:.3g} m: "
+            "all laws are for small deformations; press less"
+        )
+    if approach > 0.0 and overlap is None:
+        flags.append(
+            "the overlap leaves the region around the opposing points, where its outline is one closed curve whose "
+            "normals are near the contact's, so that it has no load; press less, or turn one of the bodies"
+        )
+    return flags
 
 
 def _or_none(function):
