@@ -204,6 +204,44 @@ def cancels(share: float, folder: Path) -> Found:
     return Found(tried, survived, 0, silent, f"{said}ended {1e3 * middle[1]:.0f} ms (greatest {1e3 * worst[1]:.0f})")
 
 
+def ends(share: float, folder: Path) -> Found:
+    """Nodes in the middle of their work are ended by SIGINT and SIGTERM: within 500 ms, with code 0 and a whole log."""
+    tried, times, lost, silent = part_of(30, share, 3), [], 0, 0
+    for k in range(tried):
+        name, number = ("sim_node", "recorder_node", "uq_node")[k % 3], (signal.SIGINT, signal.SIGTERM)[k % 2]
+        log = folder / f"ended_{k}{'' if name == 'uq_node' else '.mcap'}"
+        given = {"sim_node": {"scene": "bearing_6203", "log": str(log)}, "uq_node": {"log_folder": str(log)}}
+        given["recorder_node"] = {"log": str(log), "topics": ["/diagnostics"]}
+        with ros_executor() as executor:
+            watcher, seen = plain_node(executor, "watcher"), []
+            watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda a, seen=seen: seen.extend(a.status), 10)
+            with running(name, executor, given[name], folder / f"{name}.txt") as node:
+                doing = {"sim_node": "running", "recorder_node": "recording", "uq_node": "idle"}[name]
+                spun(executor, lambda seen=seen, doing=doing: any(doing in s.message for s in seen[-3:]), 120.0)
+                if name == "uq_node":
+                    client = ActionClient(plain_node(executor, "asker"), RunStudy, "/bearing/run_study")
+                    heard = []
+                    spun(executor, client.server_is_ready, 60.0)
+                    client.send_goal_async(RunStudy.Goal(**ENDLESS), heard.append)
+                    spun(executor, lambda heard=heard: bool(heard), 60.0)
+                spun(executor, lambda: False, 0.5)
+                began = time.monotonic()
+                node.send_signal(number)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    node.wait(60.0)
+                times.append(time.monotonic() - began)
+                silent += node.returncode != 0
+        try:
+            [log] = log.glob("*.mcap") if log.is_dir() else [log]
+            lost += not sum(1 for _ in raw_messages(log))
+        except (LogError, ValueError):
+            lost += 1
+    survived = sum(seconds < ENDED for seconds in times) - lost
+    return Found(
+        tried, survived, lost, silent, f"ended {1e3 * np.median(times):.0f} ms (greatest {1e3 * max(times):.0f})"
+    )
+
+
 def frozen(share: float, folder: Path) -> Found:
     """A recorder that is stopped for 12 s: what it loses of each topic is in its log's count."""
     seconds, log = max(1.0, FROZEN * share), folder / "frozen.mcap"
@@ -343,6 +381,7 @@ ROWS = (
     Row("hostile", "goals that mean ill, answered within 1 s, each followed by a normal one", hostile),
     Row("goals", "goals at once", goals),
     Row("cancel", "cancels of a study that runs, acknowledged within 100 ms and ended within 500 ms", cancels),
+    Row("end", "nodes ended by a signal in the middle of their work, within 500 ms and with whole logs", ends),
     Row("frozen", "a recorder stopped for 12 s", frozen),
     Row("restart", "logs of sim_node and recorder, restarted at random", restarts),
     Row("soak", "nodes at real time for 30 min, growing by less than 5 MB/h", soak),

@@ -3,6 +3,8 @@
 ROS is imported only inside, because it may be missing.
 """
 
+import atexit
+import contextlib
 import importlib
 import os
 import signal
@@ -60,12 +62,24 @@ def _said(name: str) -> int:
 
             print(help_of(name, node.__doc__.partition("\n\n")[0].replace("\n", " "), node.PARAMETERS))
             return 0
-        return node.main()
+        code = node.main()
+        if hasattr(node, "PARAMETERS"):
+            _leave(code)
+        return code
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)
     except ModuleNotFoundError as error:
         print(f"{name}: {missing_package(error)}", file=sys.stderr)
     return 2
+
+
+def _leave(code: int) -> None:
+    """Ends the process of a node, which has put everything away: Python itself would take up to a second to forget."""
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code)
 
 
 if __name__ == "__main__":
