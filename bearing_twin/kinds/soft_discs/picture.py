@@ -40,10 +40,10 @@ class SoftDiscPicture(PairPicture):
         draw_energies(energy, time, unit, values, ENERGIES)
         self._draw_shapes(figure, [figure.add_subplot(grid[1, 4 * k : 4 * k + 4]) for k in range(3)], values, unit)
 
-    def write(self, path) -> Path:
+    def write(self, path, worth=()) -> Path:
         """As a picture or, where `path` ends in .gif, as FRAMES shapes one after the other, with the force."""
         if Path(path).suffix.lower() != ".gif":
-            return super().write(path)
+            return super().write(path, worth)
         values = self._values.arrays()
         rows = np.unique(np.linspace(0, len(values["time"]) - 1, FRAMES).astype(int))
         time, _, unit = scaled_time(values["time"])
