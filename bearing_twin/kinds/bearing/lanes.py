@@ -179,7 +179,6 @@ def _keep_stage(stage, lanes):
         put(lanes, row, i, value if abs(value) < math.inf else 0.0)
 
 
-# One kernel, not several: what a kernel calls is compiled anew into each kernel above it.
 @lean_kernel
 def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
