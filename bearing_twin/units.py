@@ -144,6 +144,12 @@ def suffix_of(unit: str) -> str:
     return f"_{known.suffix}" if known and known.suffix else ""
 
 
+def symbol_of(key: str) -> str:
+    """The symbol that declarations use for the unit of an SI-suffixed key."""
+    row = _words_and_unit(key)[1]
+    return next(symbol for symbol, unit in UNITS.items() if unit is row)
+
+
 def with_unit(unit: str) -> str:
     """A unit to append to a number or word; nothing where there is none."""
     return f" {unit}" if not _is_plain(unit) else ""

@@ -112,7 +112,7 @@ def test_bounce_heights_fall_as_the_square_of_the_restitution():
 def test_ten_thousand_bounces_keep_the_energy(law):
     """A millimetre's fall, no loss, no friction: 10 000 contacts, 350 000 steps."""
     overrides = ("start.height=1e-3", "contact.restitution=1.0", f"contact.normal={law}", "run.output_rate=2",
-                 "run.duration=300")  # fmt: skip
+                 "run.duration=300", "solver.companion=off")  # fmt: skip
     report, values = ran("ellipsoid_on_plane", *overrides)
     assert report.figures["contact_count"] >= 10_000
     assert len(report.figures["contacts"]) == 200
@@ -277,9 +277,9 @@ def test_fixed_steps_converge(law):
 
 
 def test_the_tolerance_does_what_it_says():
-    """Above 1e-6 the steps that resolve a bounce are more exact than asked for."""
+    """Above 1e-3 the steps that resolve a bounce are more exact than asked for."""
     errors = []
-    for tolerance in (1e-5, 1e-7, 1e-9, 1e-11):
+    for tolerance in (1e-2, 1e-4, 1e-6, 1e-8):
         _, values = ran("ellipsoid_tumbling", "run.duration=1.0", f"wanted.tolerance={tolerance}")
         errors.append(abs(energy(values) / energy(values)[0] - 1.0).max())
     assert errors[0] < 1e-5

@@ -40,7 +40,9 @@ def test_a_run_yields_its_samples_and_the_figures_of_the_impact(name):
             assert np.isfinite(value).all()
     report = json.loads(json.dumps(run.report.as_dict(), allow_nan=False))
     assert set(report) >= KEYS | (BEAM_KEYS if "beam" in name else set())
-    assert report["status"] == "done"
+    law = name not in ("two_spheres", "sphere_on_beam_drop_50mm_shear", "sphere_on_beam_drop_600mm_shear")
+    assert report["status"] == ("doubtful: peaks, forces" if law else "done")
+    assert 0.0 < report["errors_by_source"]["peak_force_n"]["method"] < 1e-6 * report["peak_force_n"]
     assert abs(report["energy_closure"]) < 1e-6
     assert set(report["contacts"][0]) == {"start_s", "duration_s", "peak_force_n", "impulse_ns"}
     force = np.array([sample["normal_load"] for sample in samples])
@@ -150,7 +152,7 @@ def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys):
     altered = rows + 1e-6 * np.array([channel.name == "peak_force" for channel in CONTACT.columns])
     for name, contacts, deviation in (("same", rows, 0.0), ("altered", altered, 1e-6), ("none", rows[:0], np.inf)):
         path = tmp_path / f"{name}.mcap"
-        log = logged(run, dataclasses.replace(whole, records={"contact": contacts}), path)
+        log = logged(run, dataclasses.replace(whole, records=whole.records | {"contact": contacts}), path)
         assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
         assert main(["verify", str(path), "--strict"]) == (DOUBTFUL if deviation else DONE)
         assert ("the log deviates by up to" in capsys.readouterr().err) == (deviation > 0.0)

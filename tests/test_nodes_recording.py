@@ -267,6 +267,8 @@ def test_a_loop_starts_again_at_once(log):
     out = played(log, loop=True, until=2 * len(messages) + 5)
     assert [(t, d) for _, t, d in out] == [*messages, *messages, *messages][: len(out)]
     assert out[len(messages)][0] == out[len(messages) - 1][0]
+    first, second = ([wall for wall, _, _ in out[start : start + len(messages)]] for start in (0, len(messages)))
+    assert [wall - second[0] for wall in second] == first
 
 
 def test_a_replay_goes_by_the_times_of_arrival_and_counts_its_rounds(tmp_path):

@@ -178,7 +178,7 @@ def test_the_sinusoidal_force_of_the_abstract_fails_its_energy_check():
         found = solved(scene, stepper="sinusoidal")
         assert 2.0 < found.energy_closure < 11.5
         assert reported(scene, "solver.stepper=sinusoidal").status == "failed: energy"
-    assert reported("sphere_on_beam").status == "done"
+    assert reported("sphere_on_beam", "beam.theory=auto", "wanted.tolerance=1e-3").status == "done"
     chosen = choose(load_scene("sphere_on_beam", ["solver.stepper=sinusoidal"]))
     assert "more energy than the sphere has" in chosen.warnings[0]
 
@@ -321,12 +321,13 @@ def test_the_compiled_step_gives_the_plain_numbers():
     assert forces[1] == pytest.approx(forces[0], rel=1e-12)
 
 
-def test_numbers_that_are_not_finite_and_endless_bouncing_stop_the_run():
+def test_numbers_that_are_not_finite_and_endless_bouncing_stop_the_run(monkeypatch):
     beam, modes, sphere, speed, until = parts()
     for method in ("modes", "volterra"):
         with pytest.raises(IntegrationError, match="not finite"):
             throw(beam, modes._replace(shape=math.nan * modes.shape), sphere, speed, until, 40, method)
     heavy = sphere._replace(gravity=5000.0)
+    monkeypatch.setattr("bearing_twin.kinds.beam.impact.GREATEST_CONTACTS", 20)
     with pytest.raises(IntegrationError, match=r"does not end|still bounces"):
         throw(beam, modes, heavy, speed, 20.0, 8)
 
@@ -413,11 +414,14 @@ def test_peaks_alone_read_off_no_history(monkeypatch):
     reads = sum(asked)
     asked.clear()
     peaks = solved("sphere_on_beam_drop_50mm", "wanted.outputs=peaks")
-    assert (peaks.contacts, peaks.restitution) == (whole.contacts, whole.restitution)
+    for contact, exact in zip(peaks.contacts, whole.contacts, strict=True):
+        assert contact == pytest.approx(exact, rel=1e-6)
+    assert peaks.restitution == pytest.approx(whole.restitution, rel=1e-6)
     assert reads > 4000 > 10 > sum(asked)
     figures = reported("sphere_on_beam_drop_50mm", "wanted.outputs=peaks").figures
     assert figures["peak_stress_pa"] is None
-    assert figures["peak_force_n"] == whole.peak_force
+    assert figures["peak_force_n"] == peaks.peak_force
+    assert len(peaks.time) < 60 < 1000 < len(whole.time)
 
 
 def test_a_study_computes_the_whole_motion_only_where_it_asks_for_it(monkeypatch):

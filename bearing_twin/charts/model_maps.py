@@ -14,7 +14,7 @@ from bearing_twin.charts.scene_rows import scene_row
 from bearing_twin.charts.soft_discs import disc_force
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import HERTZ_U_MAX, curvature_ratio, hertz_coefficient, hertz_rational, shape_variable
-from bearing_twin.kinds.beam.motion import modes_wanted, steps_for
+from bearing_twin.kinds.beam.fineness import modes_wanted, steps_for
 from bearing_twin.kinds.beam.theory import trial
 from bearing_twin.kinds.impact.collision import FEWEST_STEPS
 from bearing_twin.kinds.soft_discs.derived import fitting

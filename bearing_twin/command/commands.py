@@ -104,11 +104,12 @@ def _simulate(arguments) -> Outcome:
             else:
                 for _ in drawing.blocks():
                     pass
-    result = run.report.as_dict() | {"compile_s": compile_seconds}
+    report = run.report
+    result = report.as_dict() | {"compile_s": compile_seconds}
     if log:
         result["log"] = str(log)
     if picture:
-        result["plot"] = drawing.write(picture)
+        result["plot"] = drawing.write(picture, report)
     return Outcome(result, _doubts(result))
 
 
@@ -132,11 +133,12 @@ class _Watched:
                 self._picture.add(block)
             yield block
 
-    def write(self, path) -> str:
+    def write(self, path, report) -> str:
         from bearing_twin.command.terminal import said_if_slow
+        from bearing_twin.run.picture import worth_of
 
         with said_if_slow(f"drawing {path}"):
-            return str(self._picture.write(path))
+            return str(self._picture.write(path, worth_of(report)))
 
 
 def _doubts(result) -> list[str]:
@@ -199,7 +201,7 @@ def _report(arguments) -> Outcome:
     if stream.kept_rate:
         result["kept_outputs_hz"] = stream.kept_rate
     if picture:
-        result["plot"] = watched.write(picture)
+        result["plot"] = watched.write(picture, report)
     doubts = [f"{missing} outputs are missing from the log"] if missing else []
     lost = {"messages_lost": "were lost on the way to the recorder", "messages_dropped": "were dropped on a full disk"}
     doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]

@@ -86,8 +86,8 @@ class Picture(Protocol):
     def add(self, block: Block) -> None:
         """Takes a block in."""
 
-    def write(self, path) -> Any:
-        """Draws what was taken in; returns the path. Raises BearingTwinError."""
+    def write(self, path, worth=()) -> Any:
+        """Draws what was taken in, and `pictures.worth` of figures; returns the path. Raises BearingTwinError."""
 
 
 class Topic(NamedTuple):

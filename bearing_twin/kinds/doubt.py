@@ -46,12 +46,14 @@ class Errors:
     """Errors of a run: `figures[key][source]` in the unit and shape of that figure, the `promises`, and `notes`.
 
     Errors are greatest absolute ones. A source that is missing is not known for that figure; one without effect is 0.
-    `notes` maps sources, and rows of what is left out, to a sentence.
+    `notes` maps sources, and rows of what is left out, to a sentence; `mends` sources to what
+    makes their errors smaller.
     """
 
     figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     promises: tuple[Promise, ...] = ()
     notes: Mapping[str, str] = field(default_factory=dict)
+    mends: Mapping[str, str] = field(default_factory=dict)
 
 
 class Doubt(Protocol):

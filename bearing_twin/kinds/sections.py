@@ -116,6 +116,13 @@ class WantedImpact(Wanted):
 
 
 @dataclass(frozen=True)
+class Watched:
+    """Whether a second run, more exact or of known coarseness, tells what the figures of a run are worth."""
+
+    companion: str = choice("on", ("on", "off"), "on = a second computation tells the errors of the first")
+
+
+@dataclass(frozen=True)
 class RunSettings:
     """How long, and how often something is given out; zeros are replaced by what suits the scene."""
 
@@ -212,7 +219,7 @@ KEYS = {
     "contact": _names_of(PointElastic, Friction, ViscoelasticDamping, SteadyDamping),
     "wanted": _names_of(Wanted),
     "run": _names_of(RunSettings),
-    "solver": ("stepper", "step"),
+    "solver": ("stepper", "step", *_names_of(Watched)),
     "gravity": (),
 }
 """The shared words: a kind that is asked for one it does not take names those it does."""

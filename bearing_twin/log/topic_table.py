@@ -8,7 +8,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import SLOW_RATE, Channelled, topics
-from bearing_twin.run.scene import Scene
+from bearing_twin.run.scene import Scene, load_scene, scene_names
 
 RATES = {
     PUBLISH: "run.publish_rate",
@@ -87,12 +87,22 @@ def scene_rows(scene: Scene) -> list[TopicRow]:
 
 
 def kind_rows(kind: str) -> list[TopicRow]:
-    """The topics of a kind of scene; those that differ in a number alone, as of several balls, are one row."""
-    found = {}
-    for topic in topics(Scene(kind, kind, "", KINDS[kind].parameters())):
-        row = TopicRow(*(_numberless(text) for text in _row(topic, topic.name, RATES)))
-        found[row.topic] = row
+    """The topics of a kind by default and those that other shipped scenes of it have.
+
+    Those that differ in a number alone, as of several balls, are one row.
+    """
+    default = Scene(kind, kind, "", KINDS[kind].parameters())
+    others = (scene for scene in map(load_scene, scene_names()) if scene.kind == kind)
+    tables = [_numberless_rows(scene) for scene in (default, *others)]
+    found = dict(max(tables, key=len))
+    for table in tables[::-1]:
+        found |= table  # the text is that of the first
     return list(found.values())
+
+
+def _numberless_rows(scene: Scene) -> dict[str, TopicRow]:
+    rows = (TopicRow(*map(_numberless, _row(topic, topic.name, RATES))) for topic in topics(scene))
+    return {row.topic: row for row in rows}
 
 
 class CommandRow(NamedTuple):

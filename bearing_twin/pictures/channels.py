@@ -28,7 +28,7 @@ class ChannelPicture:
         self._channels = block.channels
         self._values.add(block)
 
-    def write(self, path) -> Path:
+    def write(self, path, worth=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         values = self._values.arrays()
         time, _, unit = scaled_time(values["time"])
@@ -55,4 +55,4 @@ class ChannelPicture:
             axis.set_xlabel(f"time [{unit}]")
         scene = self._facts.scene
         title = scene.description or scene.name if scene is not None else "Recorded run"
-        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17)
+        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17, worth=worth)

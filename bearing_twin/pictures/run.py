@@ -27,11 +27,11 @@ class RunPicture(ABC):
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
         """Fills the figure with panels."""
 
-    def write(self, path) -> Path:
+    def write(self, path, worth=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         values, scene = self._values.arrays(), self._facts.scene
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
         FigureCanvasAgg(figure)
         self.draw(figure, values)
         title = scene.description or scene.name
-        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17)
+        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17, worth=worth)

@@ -78,10 +78,17 @@ def stamp(figure) -> None:
     figure.supxlabel(text, fontsize=9, color=STYLE["soft"])
 
 
-def finish(figure, title: str, footer: str, png_path, size: int = 20) -> Path:
-    """Writes title and footer on a picture of a run and saves it; raises BearingTwinError where that is impossible."""
+def finish(figure, title: str, footer: str, png_path, size: int = 20, worth=()) -> Path:
+    """Writes title and footer on a picture of a run and saves it; raises BearingTwinError where that is impossible.
+
+    Below it stands what its figures are `worth`, where rows of `worth.Worth` are given.
+    """
     figure.text(0.06, 0.955, title, fontsize=size, weight="bold", color=STYLE["ink"], va="center")
-    figure.text(0.06, 0.022, footer, fontsize=10.5, color=STYLE["soft"], va="center")
+    if worth:
+        from bearing_twin.pictures.worth import draw_worth
+
+        draw_worth(figure, worth)
+    figure.text(0.06, 0.22 / figure.get_size_inches()[1], footer, fontsize=10.5, color=STYLE["soft"], va="center")
     path = Path(png_path)
     try:
         figure.savefig(path, format="png", metadata={"Software": f"bearing_twin {__version__}"})

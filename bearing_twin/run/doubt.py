@@ -27,14 +27,16 @@ class Judgement(NamedTuple):
 
 def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement:
     """The judgement of a run with these errors and figures whose own status was this."""
-    keys, totals, large = {}, {}, []
+    keys, totals, large, sources = {}, {}, [], {}
     for figure, parts in errors.figures.items():
         if figure not in figures or figures[figure] is None or not parts:
             continue
         totals[figure] = _added(list(parts.values()))
         keys[f"{figure}_error"] = totals[figure]
         if exceeds(figures[figure], totals[figure]):
-            large.append(_said(figure, figures[figure], totals[figure], parts))
+            source = max(parts, key=lambda name: _greatest(parts[name]))
+            large.append(_said(figure, figures[figure], totals[figure], source))
+            sources[source] = errors.mends.get(source)
     kept = {figure: dict(errors.figures[figure]) for figure in totals}
     keys["errors_by_source"] = kept
     keys["wanted_errors"] = {one.output: _told(one) for one in errors.promises}
@@ -42,7 +44,8 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement
     broken = [one for one in errors.promises if one.broken]
     flags = [_sentence(one) for one in broken]
     if large:
-        flags.append(f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(large)}")
+        cures = [mend for mend in sources.values() if mend]
+        flags.append(f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join([*large, *cures])}")
     if broken and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(one.output for one in broken)}"
     return Judgement(status, tuple(flags), keys)
@@ -68,9 +71,8 @@ def _greatest(value) -> float:
     return math.nan if any(math.isnan(one) for one in values) else max(map(abs, values), default=0.0)
 
 
-def _said(figure: str, value, error, parts: Mapping[str, Any]) -> str:
+def _said(figure: str, value, error, source: str) -> str:
     """One figure whose error is large, and its greatest source."""
-    source = max(parts, key=lambda name: _greatest(parts[name]))
     return f"{figure} {_greatest(value):.2g} +- {_greatest(error):.2g}, mostly {source}"
 
 

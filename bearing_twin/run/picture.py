@@ -1,9 +1,15 @@
 """The picture of a run or of a log: the same numbers, the same picture."""
 
+import math
 from pathlib import Path
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts, Picture, plain_picture
+from bearing_twin.pictures.worth import Worth
+from bearing_twin.report import Report
+from bearing_twin.units import readable, with_unit
+
+MOST = 30  # rows in a picture
 
 
 def picture_of(stream) -> Picture:
@@ -11,6 +17,25 @@ def picture_of(stream) -> Picture:
     scene, choice = stream.scene, stream.choice
     facts = Facts(scene, choice.law, choice.stepper)
     return plain_picture(facts) if scene is None else KINDS[scene.kind].picture(facts)
+
+
+def worth_of(report: Report) -> list[Worth]:
+    """Rows of the errors of a report's figures, for pictures: of figures that are not 0, lists by their greatest."""
+    rows = []
+    for key, parts in report.errors.get("errors_by_source", {}).items():
+        value = report.figures[key]
+        size = max(map(abs, value), default=0.0) if isinstance(value, list) else abs(value)
+        if not 0.0 < size < math.inf:
+            continue
+        errors = {source: _greatest(part) for source, part in parts.items()}
+        words, unit, factor = readable(key, size)
+        text = f"{factor * size:.5g} ± {factor * math.fsum(errors.values()):.1g}{with_unit(unit)}"
+        rows.append(Worth(words, text, {source: error / size for source, error in errors.items() if error > 0.0}))
+    return [row for row in rows if row.parts][:MOST]
+
+
+def _greatest(part) -> float:
+    return max(map(abs, part), default=0.0) if isinstance(part, list) else abs(part)
 
 
 def plot(stream, path) -> Path:

@@ -14,7 +14,7 @@ from bearing_twin.kinds.impact.derived import sphere_mass
 from bearing_twin.kinds.sections import check_run, resolved_run
 
 STANDARD_GRAVITY = 9.80665
-OUTPUTS = 1500  # of a run whose output_rate is left to be chosen
+OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is left to be chosen; where peaks alone are wanted
 PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is left to be chosen
 LOOSEST = 0.01  # tolerance
 HEAVIEST = 20.0  # sphere mass / beam mass
@@ -102,5 +102,6 @@ def _too_many_modes(parameters) -> list[str]:
 def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:
     """The parameters of a checked scene with the zeros of its run replaced."""
     whole = PERIODS * 2.0 * math.pi / first_frequency(beam_of(parameters))
+    outputs = FEW_OUTPUTS if parameters.wanted.outputs == "peaks" else OUTPUTS
     whole += 4.0 * hertz_contact_time(thrown_sphere(parameters), touch_speed(parameters.blow))
-    return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, OUTPUTS))
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, outputs))

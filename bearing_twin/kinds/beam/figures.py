@@ -8,11 +8,12 @@ import numpy as np
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
-from bearing_twin.kinds.beam.motion import modes_for
+from bearing_twin.kinds.beam.fineness import modes_for
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.beam.theory import euler_doubt
-from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
+from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, OUTPUTS, ImpactFigures
 from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
+from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
 
@@ -42,9 +43,17 @@ EXTREMES = Table(
 )
 
 
+OF_BEAM = ("peak_deflection_m", "peak_stress_pa")
+FIGURES = (
+    *("peak_force_n", "contact_duration_s", "greatest_approach_m", "contact_count", "restitution"),
+    *("sphere_velocity_after_m_s", *OF_BEAM),
+)
+WATCH = Watch(FIGURES, OUTPUTS)
+
+
 def tables(parameters) -> tuple[Table, ...]:
     """What a sphere on a beam records."""
-    return (CONTACT, EXTREMES)
+    return tables_with(WATCH, MEANINGS, parameters, CONTACT, EXTREMES)
 
 
 class BeamFigures(ImpactFigures):

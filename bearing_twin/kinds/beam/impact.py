@@ -18,6 +18,7 @@ from bearing_twin.stopping import SIGNALLED
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 FEWEST_MODES, MOST_MODES = 5, 4000
+ONSET = 1e-5  # tolerance below which the onset of the force, as time^1.5, rules errors
 MOST_BYTES = 1e9  # of the modes' states that are held at once
 GREATEST_CONTACTS = 1000
 LONGEST_CONTACT = 200  # in Hertz contact times: a sphere 20 times as heavy as the beam stays for some 60
@@ -93,14 +94,17 @@ def hertz_contact_time(sphere: ThrownSphere, speed: float) -> float:
     return contact_time(sphere.coefficient, sphere.mass, speed)
 
 
-def highest_mode(beam: Beam, contact_time: float, tolerance: float, with_tail: bool = True) -> int:
-    """The highest mode that a relative error of forces and times wants, for a Hertz contact time tau [s].
+def highest_mode(beam: Beam, contact_time: float, tolerance: float, with_tail: bool = True, peaks: bool = False) -> int:
+    """The highest mode that a relative error of the force wants, for a Hertz contact time tau [s].
 
-    With the static tail in the contact the error is below (omega_N tau / 20)^-3.5, omega_N being the highest slow
-    mode's. Without it it is below 150 (omega_N tau)^-1.5 by Euler, that is, modes^-3, and 10 / (omega_N tau) by
-    Timoshenko. Measured on short, long, off-centre and repeated impacts.
+    With the static tail in the contact the error of the force is below 14 (omega_N tau)^-2.5 and below
+    (omega_N tau / 20)^-3.5, omega_N being the highest slow mode's; that of its peak and of the contact's time (`peaks`)
+    is less than that. Without the tail it is below 150 (omega_N tau)^-1.5 by Euler, that is, modes^-3, and
+    10 / (omega_N tau) by Timoshenko. Measured on short, long, off-centre and repeated impacts, with a margin of 3.
     """
-    if with_tail:
+    if with_tail and tolerance >= ONSET:
+        wanted = min(((10.0 if peaks else 14.0) / tolerance) ** 0.4, 20.0 * tolerance ** (-1.0 / 3.5))
+    elif with_tail:
         wanted = 20.0 * tolerance ** (-1.0 / 3.5)
     else:
         wanted = (150.0 / tolerance) ** (2.0 / 3.0) if math.isinf(beam.shear_rigidity) else 10.0 / tolerance

@@ -1,8 +1,9 @@
 """Theory and method for a sphere on a beam: the cheapest adequate beam, modes and a Hertz spring, unless asked for."""
 
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.beam.fineness import modes_for, modes_wanted, states_held, steps_for
 from bearing_twin.kinds.beam.impact import MOST_BYTES, MOST_MODES
-from bearing_twin.kinds.beam.motion import PEAK_SAMPLES, modes_for, modes_wanted, steps_for
+from bearing_twin.kinds.beam.motion import PEAK_SAMPLES
 from bearing_twin.kinds.beam.parameters import TIMOSHENKO
 from bearing_twin.kinds.beam.theory import reason_of, theory_of
 from bearing_twin.kinds.impact.collision import FEW_STEPS
@@ -29,7 +30,7 @@ def choose(parameters) -> Choice:
         why = "as the scene asks"
     modes, steps, theory = modes_for(parameters), steps_for(parameters, stepper), theory_of(parameters)
     few = VOLTERRA_STEPS if stepper == "volterra" else FEW_STEPS
-    if steps < few:
+    if 0 < solver.steps < few:
         warnings.append(f"solver.steps = {steps} is coarse for {stepper}: contacts may come apart; use {few} or more")
     if stepper == "sinusoidal":
         warnings.append("the force is assumed, not solved for: the beam will receive more energy than the sphere has")
@@ -49,7 +50,7 @@ def choose(parameters) -> Choice:
 
 def _cost(parameters, modes, steps) -> list[str]:
     """What a long run will take, said before it; `modes` are all that move."""
-    held = 2 * steps * modes * 16.0  # a state of all modes at every step of a contact up to twice Hertz's
+    held = states_held(steps, modes)
     if held > MOST_BYTES:
         raise SceneError(
             f"{steps} steps a contact with {modes} modes would hold {1e-9 * held:.3g} GB; at most "

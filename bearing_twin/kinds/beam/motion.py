@@ -19,13 +19,16 @@ import numpy as np
 
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads, energies_at
 from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
-from bearing_twin.kinds.beam.impact import MOST_MODES, BeamImpact, hertz_contact_time, highest_mode, throw
+from bearing_twin.kinds.beam.doubt import FINER, Top, companion_row
+from bearing_twin.kinds.beam.fineness import modes_for, states_held, steps_for
+from bearing_twin.kinds.beam.impact import MOST_BYTES, MOST_MODES, BeamImpact, throw
 from bearing_twin.kinds.beam.modes import beam_energy, deflection_shapes, modes_of, stress_shapes
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.beam.theory import theory_of
 from bearing_twin.kinds.impact.collision import peak_of
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
+from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.report import Choice
 from bearing_twin.sample import Channel
 from bearing_twin.stopping import SIGNALLED
@@ -59,37 +62,21 @@ def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
     )
 
 
-def modes_wanted(parameters: SphereOnBeamScene) -> int:
-    """Highest mode that the tolerance wants."""
-    tau = hertz_contact_time(thrown_sphere(parameters), touch_speed(parameters.blow))
-    beam, with_tail = beam_of(parameters, theory_of(parameters)), parameters.solver.static_tail == "contact"
-    return highest_mode(beam, tau, parameters.wanted.tolerance, with_tail)
+def throw_scene(
+    parameters: SphereOnBeamScene, stepper: str = "modes", stop=SIGNALLED, finer: float = 1.0
+) -> BeamImpact:
+    """The motion behind a scene, in pieces; `solve` reads channels and figures off it.
 
-
-def modes_for(parameters: SphereOnBeamScene) -> int:
-    """Highest mode: asked for, or from the tolerance, at most MOST_MODES."""
-    return parameters.solver.modes or min(modes_wanted(parameters), MOST_MODES)
-
-
-def steps_for(parameters: SphereOnBeamScene, stepper: str) -> int:
-    """Steps a Hertz contact time: asked for, or from the tolerance; cubics converge as steps^-6, hats as steps^-2."""
-    solver = parameters.solver
-    if solver.steps:
-        return solver.steps
-    if stepper == "volterra":
-        return max(500, math.ceil(math.sqrt(7.0 / parameters.wanted.tolerance)))
-    return max(24, math.ceil(12.0 * parameters.wanted.tolerance ** (-1.0 / 6.0)))
-
-
-def throw_scene(parameters: SphereOnBeamScene, stepper: str = "modes", stop=SIGNALLED) -> BeamImpact:
-    """The motion behind a scene, in pieces; `solve` reads channels and figures off it."""
+    With so many times the modes and steps where it is to be `finer`.
+    """
     parameters = resolve(parameters)
     beam = beam_of(parameters, theory_of(parameters))
-    modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters))
+    count = min(math.ceil(finer * modes_for(parameters)), MOST_MODES)
+    modes = modes_of(beam, parameters.blow.point * beam.span, count)
     with_tail = parameters.solver.static_tail == "contact"
     return throw(
         beam, modes, thrown_sphere(parameters), touch_speed(parameters.blow), parameters.run.duration,
-        steps_for(parameters, stepper), stepper, with_tail, stop,
+        math.ceil(finer * steps_for(parameters, stepper)), stepper, with_tail, stop,
     )  # fmt: skip
 
 
@@ -107,11 +94,15 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     peak = max((contact.peak_force for contact in found.contacts), default=0.0)
     # What is greatest in the beam costs more than all contacts: it is left out where contacts alone are wanted.
     wanted = parameters.wanted.outputs == "history"
-    deflection, stress = watch.greatest() if wanted else (math.nan, math.nan)
+    tops = watch.greatest() if wanted else ()
+    deflection, stress = (top.value for top in tops) if wanted else (math.nan, math.nan)
     closure = _closure(found, brought)
     coefficient = found.sphere.coefficient
     deepest = [approaches_of_loads(coefficient, HERTZIAN, contact.peak_force) for contact in found.contacts]
     last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
+    records = {"contact": contact_rows(found.contacts, deepest, 0.0, 0.0)}
+    if is_watched(parameters):
+        records[COMPANION] = companion_row(parameters, found, _second(parameters, stepper, stop), tops)
     known = [last, deflection, stress, closure * brought, found.end, float(found.gone)]
     return Impact(
         names=tuple(channel.name for channel in channels(parameters)),
@@ -123,9 +114,18 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
         greatest_approach=approaches_of_loads(coefficient, HERTZIAN, peak),
         energy_closure=closure,
         costs={"steps": len(found.lengths), "modes": len(found.modes.index)},
-        records={"contact": contact_rows(found.contacts, deepest, 0.0, 0.0), "extremes": np.array([known])},
+        records=records | {"extremes": np.array([known])},
         extremes={"peak_deflection": deflection, "peak_stress": stress},
     )
+
+
+def _second(parameters: SphereOnBeamScene, stepper: str, stop):
+    """The companion of a motion by this stepper, and its watch; None where no memory would hold it."""
+    held = FINER**2 * states_held(steps_for(parameters, "modes"), modes_for(parameters))
+    if held > MOST_BYTES:
+        return None
+    found = throw_scene(parameters, "modes", stop, FINER)
+    return found, Watch(parameters, found)
 
 
 class BeamMotion(ImpactMotion):
@@ -154,7 +154,7 @@ class Watch:
         """Deflection [m] and bending stress [Pa], (times, points): the point of impact, then `outputs.points`."""
         return self._in_blocks(times, self._bending)
 
-    def greatest(self) -> list[float]:
+    def greatest(self) -> list[Top]:
         """Greatest deflection [m] and bending stress [Pa] by magnitude, of all watched points and the whole motion."""
         times, results = np.linspace(0.0, self._found.end, PEAK_SAMPLES), []
         for column, values in enumerate(self.at_points(times)):
@@ -162,8 +162,12 @@ class Watch:
             top, point = np.unravel_index(int(np.argmax(size)), size.shape)
             low, high = times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)]
             fine = np.linspace(low, high, 101)
-            results.append(peak_of(fine, np.abs(self.at_points(fine)[column][:, point])))
+            results.append(Top(self.top_near(column, point, fine), point, fine))
         return results
+
+    def top_near(self, column: int, point: int, times) -> float:
+        """The greatest deflection (column 0) or stress (1) by magnitude, of one point at times close to each other."""
+        return peak_of(times, np.abs(self.at_points(times)[column][:, point]))
 
     def _in_blocks(self, times, function):
         """`function` of (states, force, position, velocity), so many times at once that memory stays small."""

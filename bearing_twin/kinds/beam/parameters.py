@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.impact.parameters import Sphere
-from bearing_twin.kinds.sections import RunSettings, WantedImpact
+from bearing_twin.kinds.sections import RunSettings, WantedImpact, Watched
 from bearing_twin.parameters import choice, quantity, section
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")
@@ -39,7 +39,7 @@ class Blow:
 
 
 @dataclass(frozen=True)
-class BeamSolver:
+class BeamSolver(Watched):
     """How sphere and beam are computed."""
 
     stepper: str = choice("auto", ("auto", *BEAM_METHODS), "method; auto = modes; sinusoidal breaks the energy balance")

@@ -18,6 +18,7 @@ SPHERE_ON_BEAM = Kind(
     records=late(f"{HERE}.figures:tables"),
     figures=late(f"{HERE}.figures:BeamFigures"),
     meanings=late(f"{HERE}.figures:meanings"),
+    doubt=late(f"{HERE}.doubt:BeamDoubt"),
     quantities=late(f"{HERE}.quantities:quantities"),
     known_when_solved=True,
     brief=True,

@@ -25,6 +25,7 @@ UNSEEN = 30.0  # times what windows see of balls that bump into each other or a 
 CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
 FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
 SIDES = ("inner", "outer")
+LAW_MEND = "contact.normal: hertz is exact at no more cost"
 
 
 class BearingDoubt:
@@ -72,7 +73,10 @@ class BearingDoubt:
             found.setdefault(key, {})[LEFT_OUT] = error
         for key, error in self._friction(figures).items():
             found.setdefault(key, {})[FRICTION_MODEL] = error
-        return Errors(found, self._promises(law), self._notes())
+        mends = {LAW: LAW_MEND, METHOD: self._mend()}
+        if not FRICTIONS[self.parameters.contact.friction].over_spot:
+            mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
+        return Errors(found, self._promises(law), self._notes(), mends)
 
     @property
     def _known(self) -> bool:
@@ -207,9 +211,7 @@ class BearingDoubt:
         off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
         method = self._seen("load") / greatest if self._known and greatest else None
         whole = None if method is None else method + off
-        mend = (
-            self._mend() if method is not None and method >= off else "contact.normal: hertz is exact at no more cost"
-        )
+        mend = self._mend() if method is not None and method >= off else LAW_MEND
         norm = "over the greatest load"
         loads = Promise("loads", norm, whole, wanted.tolerance, self._where("load"), mend)
         if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:

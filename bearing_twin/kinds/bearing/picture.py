@@ -52,7 +52,7 @@ class BearingPicture:
         if self._ring:
             self._ring.add_block(block)
 
-    def write(self, path) -> Path:
+    def write(self, path, worth=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         history, scene = self._history, self._facts.scene
         if history.last is None:
@@ -71,7 +71,7 @@ class BearingPicture:
             _draw_displacement(figure.add_subplot(left[2]), self._ring)
         _draw_bearing(figure.add_subplot(right[0]), history.last, scene)
         _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
-        return finish(figure, _title(history, scene), _footer(self._facts, history), path)
+        return finish(figure, _title(history, scene), _footer(self._facts, history), path, worth=worth)
 
 
 def _draw_loads(figure, axes, history):

@@ -30,10 +30,13 @@ from bearing_twin.kinds.ellipsoid.derived import (
     start_gap,
     start_orientation,
 )
+from bearing_twin.kinds.ellipsoid.doubt import FINEST, finer_tolerance, wanted_errors
 from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
-from bearing_twin.kinds.ellipsoid.outputs import outputs_of
+from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
+from bearing_twin.kinds.ellipsoid.outputs import channels, outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import COUNTS, EVALUATIONS, REJECTIONS, STEPS, Plan, Work
+from bearing_twin.kinds.second_run import WithSecondRun, is_watched
 from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 from bearing_twin.numerics.steppers import RK4
@@ -42,6 +45,7 @@ from bearing_twin.shapes.surfaces import ellipsoid_reach
 from bearing_twin.stopping import SIGNALLED
 
 FLOOR = 1e-4  # of the shortest contact
+SETTING = 1e-3  # tolerance of a step over that of contacts
 KEPT = ("state", "clock", "record", "counts")  # what a motion goes on from
 RECORDS = 256  # completed in one call of the kernel
 
@@ -74,6 +78,11 @@ def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
     )
 
 
+def setting_of(parameters) -> float:
+    """The tolerance of a step: errors of bounces add up, and grow where a body tumbles."""
+    return max(SETTING * float(parameters.wanted.tolerance), FINEST)
+
+
 def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
     """How a scene is stepped."""
     axes, shortest = parameters.body.semi_axes, shortest_contact(parameters)
@@ -81,12 +90,26 @@ def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
     fixed = (parameters.solver.step or shortest / 64.0) if stepper == "rk4" else 0.0
     return Plan(
         method=RK4 if stepper == "rk4" else DOP853,
-        tolerance=float(parameters.wanted.tolerance),
+        tolerance=setting_of(parameters),
         fixed=float(fixed),
         spread=high * high / low - low * low / high,
         lean=(high * high - low * low) / (2.0 * low),
         floor=FLOOR * shortest,
     )
+
+
+def motion(parameters: EllipsoidOnPlaneScene, choice: Choice):
+    """The ellipsoid in motion, with a finer one beside it unless the scene wants none."""
+    own = EllipsoidMotion(parameters, choice)
+    if not is_watched(parameters):
+        return own
+    finer = EllipsoidMotion(parameters, choice._replace(stepper="dop853"))
+    finer.plan = finer.plan._replace(tolerance=finer_tolerance(own.plan.tolerance))
+
+    def figures():
+        return EllipsoidFigures(parameters, choice)
+
+    return WithSecondRun((own, finer), channels(parameters), figures, WATCH, wanted_errors, parameters.wanted.tolerance)
 
 
 class EllipsoidMotion:

@@ -11,6 +11,7 @@ from bearing_twin.kinds.sections import (
     SteadyDamping,
     ViscoelasticDamping,
     Wanted,
+    Watched,
     point_laws,
 )
 from bearing_twin.parameters import choice, quantity, section
@@ -55,7 +56,7 @@ class EllipsoidContact(ViscoelasticDamping, SteadyDamping, Friction, PointElasti
 
 
 @dataclass(frozen=True)
-class EllipsoidSolver:
+class EllipsoidSolver(Watched):
     """How the motion is computed."""
 
     stepper: str = choice("auto", ("auto", *ELLIPSOID_STEPPERS), "method; auto = dop853")
@@ -66,7 +67,9 @@ class EllipsoidSolver:
 class WantedOfEllipsoid(Wanted):
     """What is wanted of an ellipsoid on a plane."""
 
-    tolerance: float = quantity(1e-9, "1", "wanted relative error of a contact", at_least=1e-12, at_most=1e-2)
+    tolerance: float = quantity(
+        1e-6, "1", "wanted error of a contact's peak load and impulse, over the greatest", at_least=1e-12, at_most=1e-2
+    )
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,24 @@ def spring_load(spring, approach, approach_rate):
 
 
 @kernel
+def spring_loads(spring, approaches, rates_of_approach):
+    """Loads [N] at many approaches [m] and their rates [m/s]."""
+    loads = np.empty(len(approaches))
+    for i in range(len(approaches)):
+        loads[i] = spring_load(spring, approaches[i], rates_of_approach[i])
+    return loads
+
+
+@kernel
+def spring_energies(spring, approaches):
+    """Energies [J] stored at many approaches [m]."""
+    energies = np.empty(len(approaches))
+    for i in range(len(approaches)):
+        energies[i] = spring_elastic(spring, approaches[i]).energy
+    return energies
+
+
+@kernel
 def rates(spring, reduced_mass, state, out):
     """Time derivative of (approach [m], approach rate [m/s], dissipated energy [J])."""
     load = spring_load(spring, state[0], state[1])
@@ -193,7 +211,7 @@ def _collision(spring, reduced_mass, speed, history, start, end, last, steps, ev
     duration = end - start
     times = np.linspace(0.0, duration, 2001)
     approach, rate = history(times)
-    load = np.array([spring_load(spring, x, v) for x, v in zip(approach, rate, strict=True)])
+    load = spring_loads(spring, approach, rate)
     leaving = -float(last[1])
     energy = 0.5 * reduced_mass * speed**2
     # What is left is lost where bodies part before they are round again.

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.kinds.contract import ENERGY_GAIN
+from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.sample import Block, Channel, Table
 
 CONTACT = Table(
@@ -31,12 +32,15 @@ MEANINGS = {
     "energy_closure": "energy gained (+) or lost (-) by the numbers, as a share of what was brought, whole motion",
     "impact_speed_m_s": "relative speed at the first touch",
 }
+FIGURES = ("peak_force_n", "contact_duration_s", "greatest_approach_m", "restitution")
+OUTPUTS = {"peaks": "of peak force or contact time", "forces": "over the greatest"}
+WATCH = Watch(FIGURES, OUTPUTS)
 START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
 
 
 def tables(parameters) -> tuple[Table, ...]:
     """What two bodies record."""
-    return (CONTACT,)
+    return tables_with(WATCH, MEANINGS, parameters, CONTACT)
 
 
 def contact_rows(contacts, deepest, leaving: float, gained: float) -> np.ndarray:

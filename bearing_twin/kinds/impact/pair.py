@@ -2,12 +2,15 @@
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import ContactPeriod, Spring, collide, spring_elastic, spring_load
+from bearing_twin.kinds.impact.collision import ContactPeriod, Spring, collide, spring_energies, spring_loads
 from bearing_twin.kinds.impact.derived import resolve
+from bearing_twin.kinds.impact.doubt import companion_row, row_of_exact
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
+from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.sample import Channel
 
+SETTING = 0.03  # tolerance of a step over that of forces and times
 CHANNELS = (
     Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),
     Channel("normal_load", "N", (), "contact force, pushing the bodies apart"),
@@ -28,28 +31,22 @@ def steps_of(solver, expected: float) -> float:
     return solver.step or expected / 500.0
 
 
-def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -> Impact:
+def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, exact: bool = False) -> Impact:
     """The impact of two bodies; `closed` = (ContactPeriod, greatest approach, restitution, closure, history) or None.
 
-    `history(times)` from the first touch gives approach [m] and its rate [m/s].
+    `history(times)` from the first touch gives approach [m] and its rate [m/s]. What is `exact` needs no companion.
     """
     parameters = resolve(parameters)
     motion = parameters.motion
     total = sum(masses)
-    reduced, drift = (
-        masses[0] * masses[1] / total,
-        (masses[0] * motion.first_velocity + masses[1] * motion.second_velocity) / total,
-    )
+    reduced = masses[0] * masses[1] / total
+    drift = (masses[0] * motion.first_velocity + masses[1] * motion.second_velocity) / total
     touch = motion.gap / motion.speed
+    setting = SETTING * parameters.wanted.tolerance
+    costs = {"steps": 0, "evaluations": 1}
     if closed is None:
-        step = steps_of(parameters.solver, expected)
-        found = collide(spring, reduced, motion.speed, stepper, parameters.wanted.tolerance, step, expected)
-        contact, deepest, history = found.contact, found.greatest_approach, found.history
-        restitution, closure = found.leaving_speed / motion.speed, found.energy_closure
-        costs = {"steps": found.steps, "evaluations": found.evaluations}
-    else:
-        contact, deepest, restitution, closure, history = closed
-        costs = {"steps": 0, "evaluations": 1}
+        closed, costs = _followed(parameters, spring, reduced, stepper, setting, expected)
+    contact, deepest, restitution, closure, history = closed
     leaving, duration = restitution * motion.speed, contact.duration
     dented = float(np.ravel(history(np.array([duration]))[0])[0])
 
@@ -61,8 +58,8 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
         approach = np.where(before, motion.speed * since, np.where(after, freed, approach))
         rate = np.where(before, motion.speed, np.where(after, -leaving, rate))
         inside = ~(before | after)
-        load = np.where(inside, _each(spring_load, spring, approach, rate), 0.0)
-        stored = np.where(inside, _each(lambda s, x, _: spring_elastic(s, x).energy, spring, approach, rate), 0.0)
+        load = np.where(inside, spring_loads(spring, approach, rate), 0.0)
+        stored = np.where(inside, spring_energies(spring, approach), 0.0)
         moved, shares = approach + motion.gap, np.array([masses[1], -masses[0]]) / total
         return (
             approach,
@@ -75,6 +72,11 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
 
     placed = ContactPeriod(touch, *contact[1:])
     gained = closure * 0.5 * reduced * motion.speed**2
+    records = {"contact": contact_rows((placed,), (deepest,), leaving, gained)}
+    if is_watched(parameters):
+        given, end = (contact, deepest, restitution), placed.start + duration
+        how = spring, reduced, motion.speed, expected, setting
+        records[COMPANION] = row_of_exact(end, *given) if exact else companion_row(end, *how, *given, history)
     return Impact(
         names=tuple(channel.name for channel in CHANNELS),
         at=at,
@@ -85,9 +87,13 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
         greatest_approach=deepest,
         energy_closure=closure,
         costs=costs,
-        records={"contact": contact_rows((placed,), (deepest,), leaving, gained)},
+        records=records,
     )
 
 
-def _each(function, spring, approach, rate):
-    return np.array([function(spring, x, v) for x, v in zip(approach, rate, strict=True)])
+def _followed(parameters, spring, reduced, stepper, setting, expected):
+    """As `closed` of `pair_impact`, by the equation of motion, and what it cost."""
+    speed, step = parameters.motion.speed, steps_of(parameters.solver, expected)
+    found = collide(spring, reduced, speed, stepper, setting, step, expected)
+    figures = found.contact, found.greatest_approach, found.leaving_speed / speed, found.energy_closure
+    return (*figures, found.history), {"steps": found.steps, "evaluations": found.evaluations}

@@ -5,7 +5,15 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.sections import Elastic, PointElastic, RunSettings, SteadyDamping, WantedImpact, point_laws
+from bearing_twin.kinds.sections import (
+    Elastic,
+    PointElastic,
+    RunSettings,
+    SteadyDamping,
+    WantedImpact,
+    Watched,
+    point_laws,
+)
 from bearing_twin.parameters import choice, quantity, section
 
 SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
@@ -47,7 +55,7 @@ class SphereContact(SteadyDamping, PointElastic):
 
 
 @dataclass(frozen=True)
-class PairSolver:
+class PairSolver(Watched):
     """How the contact of two bodies is computed."""
 
     stepper: str = choice("auto", ("auto", *PAIR_STEPPERS), "method; auto = the cheapest adequate one")

@@ -37,6 +37,7 @@ TWO_SPHERES = _pair(
     "spheres",
     check=late(f"{HERE}.derived:check_spheres"),
     choose=late(f"{HERE}.models:choose_spheres"),
+    doubt=late(f"{HERE}.doubt:SphereDoubt"),
     quantities=late(f"{HERE}.quantities:spheres"),
     moved=MOVED,
 )
@@ -47,6 +48,7 @@ TWO_DISCS = _pair(
     "discs",
     check=late(f"{HERE}.derived:check_discs"),
     choose=late(f"{HERE}.models:choose_discs"),
+    doubt=late(f"{HERE}.doubt:DiscDoubt"),
     quantities=late(f"{HERE}.quantities:discs"),
     moved=MOVED_OF_DISCS,
 )

@@ -57,7 +57,8 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
     closed = None
     if stepper == "closed_form":
         closed = _closed((coefficient, reduced, speed), power, damping, restitution)
-    return pair_impact(parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed)
+    exact = closed is not None and damping == 0.0
+    return pair_impact(parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed, exact)
 
 
 def motion(parameters: TwoSpheresScene, choice: Choice) -> ImpactMotion:

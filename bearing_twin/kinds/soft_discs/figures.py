@@ -3,6 +3,7 @@
 from typing import Any
 
 from bearing_twin.kinds.impact.figures import ENERGY_GAIN
+from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.report import Choice
@@ -52,9 +53,20 @@ MEANINGS = {
 }
 
 
+FIGURES = (
+    *("peak_force_n", "peak_time_s", "contact_duration_s", "impulse_ns", "restitution"),
+    *("greatest_penetration_m", "least_stretch", "touches"),
+)
+OUTPUTS = {
+    "peaks": "of peak force or contact time",
+    "forces": "root mean square over the contact, over that of the force",
+}
+WATCH = Watch(FIGURES, OUTPUTS)
+
+
 def tables(parameters: SoftDiscsScene) -> tuple[Table, ...]:
-    """What a soft disc records."""
-    return (IMPACT,)
+    """What soft discs record."""
+    return tables_with(WATCH, MEANINGS, parameters, IMPACT)
 
 
 def meanings() -> dict[str, str]:

@@ -9,7 +9,9 @@ import numpy as np
 
 from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
+from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.kinds.soft_discs.derived import nodes_of, resolve, wall_speed
+from bearing_twin.kinds.soft_discs.doubt import companion_row
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.solve import GREATEST_FRAMES, Solved, solve
 from bearing_twin.report import Choice
@@ -66,20 +68,19 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     parameters = resolve(parameters)
     outputs = round(parameters.run.duration * parameters.run.output_rate) + 1
     found = solve(parameters, min(outputs, GREATEST_FRAMES))
-    force, speed = found.column("force"), wall_speed(parameters)
-    peak = int(np.argmax(force))
-    total = found.column("kinetic") + found.column("elastic") + found.column("contact")
-    brought = total[0]
-    duration, touches = duration_and_touches(found)
-    restitution = float(found.column("velocity")[-1]) / speed
-    contact = ContactPeriod(0.0, duration, float(force[peak]), float(force.sum()) * found.step)
-    deepest = float(found.column("depth").max())
+    speed, total = wall_speed(parameters), found.column("kinetic") + found.column("elastic") + found.column("contact")
+    figures, brought = figures_of(found, speed), total[0]
+    duration, peak_force = figures["contact_duration_s"], figures["peak_force_n"]
+    contact = ContactPeriod(0.0, duration, peak_force, figures["impulse_ns"])
     gained = float(total[int(np.argmax(np.abs(total - brought)))] - brought)
     known = [
-        duration, contact.peak_force, peak * found.step, duration, contact.impulse, restitution, deepest, gained,
-        float(found.column("least_stretch").min()), float(np.abs(found.column("balance")).max()),
-        float(touches), float(found.ended),
+        duration, peak_force, figures["peak_time_s"], duration, contact.impulse, figures["restitution"],
+        figures["greatest_penetration_m"], gained, figures["least_stretch"],
+        float(np.abs(found.column("balance")).max()), float(figures["touches"]), float(found.ended),
     ]  # fmt: skip
+    records = {"impact": np.array([known])}
+    if is_watched(parameters):
+        records[COMPANION] = companion_row(parameters, found, figures, lambda one: figures_of(one, speed))
     radius, other = parameters.disc.radius, parameters.other.radius
     both = parameters.against == "other_disc"
 
@@ -94,16 +95,16 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
         at=at,
         run=parameters.run,
         contacts=(contact,),
-        restitution=restitution,
+        restitution=figures["restitution"],
         peak_force=contact.peak_force,
-        greatest_approach=deepest,
+        greatest_approach=figures["greatest_penetration_m"],
         energy_closure=gained / brought,
         costs={
-            "steps": len(force),
+            "steps": len(found.history),
             "nodes": (1 + both) * (len(found.mesh.x) - 1),
             "elements": (1 + both) * len(found.mesh.elements),
         },
-        records={"impact": np.array([known])},
+        records=records,
     )
 
 
@@ -122,6 +123,22 @@ def duration_and_touches(found: Solved) -> tuple[float, int]:
     beyond = min(1.0, force[last] / fall) if fall > 0.0 else 1.0
     touches = int(np.sum(inside[1:] & ~inside[:-1]) + inside[0])
     return float((last + beyond) * found.step), touches
+
+
+def figures_of(found: Solved, speed: float) -> dict[str, float]:
+    """The figures of a march whose disc came at this speed [m/s]."""
+    force, (duration, touches) = found.column("force"), duration_and_touches(found)
+    peak = int(np.argmax(force))
+    return {
+        "peak_force_n": float(force[peak]),
+        "peak_time_s": peak * found.step,
+        "contact_duration_s": duration,
+        "impulse_ns": float(force.sum()) * found.step,
+        "restitution": float(found.column("velocity")[-1]) / speed,
+        "greatest_penetration_m": float(found.column("depth").max()),
+        "least_stretch": float(found.column("least_stretch").min()),
+        "touches": touches,
+    }
 
 
 def motion(parameters: SoftDiscsScene, choice: Choice) -> ImpactMotion:

@@ -18,6 +18,7 @@ SOFT_DISCS = Kind(
     records=late(f"{HERE}.figures:tables"),
     figures=late(f"{HERE}.figures:SoftDiscFigures"),
     meanings=late(f"{HERE}.figures:meanings"),
+    doubt=late(f"{HERE}.doubt:SoftDiscDoubt"),
     quantities=late(f"{HERE}.quantities:quantities"),
     known_when_solved=True,
     brief=True,

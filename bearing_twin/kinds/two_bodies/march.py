@@ -33,9 +33,11 @@ of the opposing points from meeting their equations at the end of a step, output
 
 (
     ENDED, BEGAN, PEAK_LOAD, PEAK_APPROACH, PEAK_SMALL, PEAK_LARGE, PEAK_COEFFICIENT, PEAK_MAJOR, PEAK_MINOR,
-    PEAK_PRESSURE, SPEED_IN, SPEED_OUT, IMPULSE, RUB_X, RUB_Y, RUB_Z, RECORD,
-) = range(17)  # fmt: skip
-"""Of a contact: times [s], greatest load at the ends of steps with what it had there, speeds [m/s], impulses [N s]."""
+    PEAK_PRESSURE, SPEED_IN, SPEED_OUT, IMPULSE, RUB_X, RUB_Y, RUB_Z, LOAD_BEFORE, LOAD_LAST, LAST_STEP, RECORD,
+) = range(20)  # fmt: skip
+"""Of a contact: times [s], greatest load with what it had there, speeds [m/s], impulses [N s]; the rest: room."""
+
+PEAK_ROUNDS = 3  # parabolas through the greatest load, each about the top of the one before
 
 DEEPEST = 0.3  # of the bodies' size
 UNTRACKED = 8
@@ -50,6 +52,41 @@ def keep_peak(touch, record):
         record[PEAK_SMALL], record[PEAK_LARGE] = touch.curvature_small, touch.curvature_large
         record[PEAK_COEFFICIENT], record[PEAK_PRESSURE] = touch.coefficient, touch.pressure
         record[PEAK_MAJOR], record[PEAK_MINOR] = touch.semi_major, touch.semi_minor
+
+
+@kernel
+def load_after(pair, state, step, work):
+    """The contact `step` [s] after a state."""
+    one_step(pair, state, step, True, work, work.spare)
+    finish(pair, work.spare)
+    return touch_now(pair, work.spare)
+
+
+@kernel
+def note_peak(pair, step, touch, record, counts, work):
+    """Where the loads at the ends of the last two steps and between them show a peak, the load at its top.
+
+    `work.before` is the start of the step before the last, `touch` the contact at the end of the last, of `step` [s].
+    """
+    first, middle, last, back = record[LOAD_BEFORE], record[LOAD_LAST], touch.normal_load, record[LAST_STEP]
+    record[LOAD_BEFORE], record[LOAD_LAST], record[LAST_STEP] = middle, last, step
+    if not (middle >= first and middle > last and middle > 0.9 * record[PEAK_LOAD] and back > 0.0):
+        return
+    low, at, high = -back, 0.0, step
+    for _ in range(PEAK_ROUNDS):
+        rise, fall = (middle - first) / (at - low), (middle - last) / (high - at)
+        top = at + 0.5 * (rise * (high - at) - fall * (at - low)) / (rise + fall)
+        top = min(max(top, low), high)
+        peak = load_after(pair, work.before, back + top, work)
+        counts[EVALUATIONS] += len(METHOD.weights)
+        keep_peak(peak, record)
+        if peak.normal_load <= middle or abs(top - at) <= 1e-3 * (high - low):
+            return
+        if top > at:
+            low, first = at, middle
+        else:
+            high, last = at, middle
+        at, middle = top, peak.normal_load
 
 
 @kernel
@@ -96,6 +133,16 @@ def note(pair, clock, step, before, touch, state, record):
 
 
 @kernel
+def write_outputs_until(pair, state, clock, end, times, states, loaded, work):
+    """States at the output times up to `end` [s], each by a step of its own from the start of this one."""
+    while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= end:
+        row = int(clock[CURSOR])
+        one_step(pair, state, times[row] - clock[TIME], loaded, work, states[row])
+        finish(pair, states[row])
+        clock[CURSOR] += 1.0
+
+
+@kernel
 def advance(pair, plan, state, clock, times, until, states, record, records, counts, work, stop):
     """Steps from the clock's time until `until` [s] lies in the next step; returns (status, contacts completed).
 
@@ -132,14 +179,11 @@ def advance(pair, plan, state, clock, times, until, states, record, records, cou
         if not np.all(np.isfinite(work.after)):
             return NOT_FINITE, completed
         end = clock[TIME] + step
-        while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= min(end, until):
-            row = int(clock[CURSOR])
-            one_step(pair, state, times[row] - clock[TIME], loaded, work, states[row])
-            finish(pair, states[row])
-            clock[CURSOR] += 1.0
+        write_outputs_until(pair, state, clock, min(end, until), times, states, loaded, work)
         if end > until:
             return OK, completed
         before = touch
+        work.now[:] = state
         state[:] = work.after
         touch = touch_now(pair, state)
         if carries(pair.law) and touch.curvature_small > FLAT * touch.curvature_large:
@@ -149,7 +193,11 @@ def advance(pair, plan, state, clock, times, until, states, record, records, cou
         clock[TIME], clock[DRIFT], clock[OFF] = end, max(clock[DRIFT], drift), max(clock[OFF], off)
         clock[STEP] = following if touch.approach > 0.0 and loaded else math.inf
         counts[STEPS] += 1
-        if note(pair, clock, step, before, touch, state, record):
+        ended = note(pair, clock, step, before, touch, state, record)
+        if clock[IN_CONTACT] > 0.0:
+            note_peak(pair, step, touch, record, counts, work)
+        work.before[:] = work.now
+        if ended:
             records[completed] = record
             completed += 1
             if completed == len(records):

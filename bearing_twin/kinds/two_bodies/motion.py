@@ -10,6 +10,8 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.ellipsoid.doubt import finer_tolerance, wanted_errors
+from bearing_twin.kinds.second_run import SHORT, WithSecondRun, is_watched
 from bearing_twin.kinds.two_bodies import march, steps
 from bearing_twin.kinds.two_bodies.derived import (
     modulus_of,
@@ -20,7 +22,8 @@ from bearing_twin.kinds.two_bodies.derived import (
     start_unknowns,
     tracking_of,
 )
-from bearing_twin.kinds.two_bodies.outputs import outputs_of
+from bearing_twin.kinds.two_bodies.figures import WATCH, PairFigures
+from bearing_twin.kinds.two_bodies.outputs import channels, outputs_of
 from bearing_twin.kinds.two_bodies.pair import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY, Pair
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TwoBodiesScene
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
@@ -29,6 +32,7 @@ from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
 FLOOR = 1e-4  # of the shortest contact
+SETTING, FINEST = 1e-2, 1e-12  # tolerance of a step over that of contacts; the least there is
 RECORDS = 256  # completed in one call of the kernel
 FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
@@ -91,12 +95,29 @@ def start_state(parameters: TwoBodiesScene, pair: Pair) -> np.ndarray:
     return state
 
 
+def motion(parameters: TwoBodiesScene, choice: Choice):
+    """Two bodies in motion, with a finer motion of them beside it unless the scene wants none."""
+    own = TwoBodiesMotion(parameters, choice)
+    if not is_watched(parameters):
+        return own
+    finer = TwoBodiesMotion(parameters, choice)
+    finer.plan = finer.plan._replace(tolerance=finer_tolerance(own.plan.tolerance))
+
+    def figures():
+        return PairFigures(parameters, choice)
+
+    tolerance = parameters.wanted.tolerance
+    short = 0 if own.pair.over_lens else SHORT
+    return WithSecondRun((own, finer), channels(parameters), figures, WATCH, wanted_errors, tolerance, short)
+
+
 class TwoBodiesMotion:
     """Two bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts."""
 
     def __init__(self, parameters: TwoBodiesScene, choice: Choice):
         self.pair, self.stop = pair_of(parameters, choice.law), SIGNALLED
-        self.plan = steps.Plan(float(parameters.wanted.tolerance), FLOOR * shortest_contact(parameters))
+        setting = max(SETTING * float(parameters.wanted.tolerance), FINEST)
+        self.plan = steps.Plan(setting, FLOOR * shortest_contact(parameters))
         self._start = start_state(parameters, self.pair)
         self.reset()
 
@@ -108,7 +129,7 @@ class TwoBodiesMotion:
         self._ended: list[np.ndarray] = []  # contacts since records were taken
         self._touched = -math.inf  # begin [s] of the last touch recorded
         stages = np.zeros((len(steps.METHOD.weights), COLUMNS))
-        self._work = steps.Work(stages, *(np.zeros(COLUMNS) for _ in range(3)))
+        self._work = steps.Work(stages, *(np.zeros(COLUMNS) for _ in range(6)))
         self._now = 0.0
         touch = steps.touch_now(self.pair, self.state)
         if touch.approach > 0.0:
@@ -148,7 +169,7 @@ class TwoBodiesMotion:
         """The touches and the ends of contacts since the last call."""
         going_on = [self.record[march.BEGAN]] if self.clock[march.IN_CONTACT] else []
         began = [time for time in [row[march.BEGAN] for row in self._ended] + going_on if time > self._touched]
-        ended = [[*row[: march.RUB_X], np.linalg.norm(row[march.RUB_X :])] for row in self._ended]
+        ended = [[*row[: march.RUB_X], np.linalg.norm(row[march.RUB_X : march.LOAD_BEFORE])] for row in self._ended]
         self._ended = []
         self._touched = max(began, default=self._touched)
         return {"touch": np.array(began).reshape(-1, 1), "contact": np.array(ended).reshape(-1, march.RUB_X + 1)}

@@ -11,6 +11,7 @@ from bearing_twin.kinds.sections import (
     SteadyDamping,
     ViscoelasticDamping,
     Wanted,
+    Watched,
     point_laws,
 )
 from bearing_twin.parameters import choice, quantity, section
@@ -70,7 +71,9 @@ class PairContact(ViscoelasticDamping, SteadyDamping, Friction, PointElastic):
 class WantedOfPair(Wanted):
     """What is wanted of two bodies."""
 
-    tolerance: float = quantity(1e-6, "1", "wanted relative error of a contact", at_least=1e-11, at_most=1e-2)
+    tolerance: float = quantity(
+        1e-4, "1", "wanted error of a contact's peak load and impulse, over the greatest", at_least=1e-11, at_most=1e-2
+    )
 
 
 @dataclass(frozen=True)
@@ -83,5 +86,6 @@ class TwoBodiesScene:
         (0.0, 0.0, -9.80665), "m/s^2", "acceleration of free fall; zeros switch it off"
     )
     contact: PairContact = section(PairContact, default=PairContact(damping_law="steady"))
+    solver: Watched = section(Watched)
     wanted: WantedOfPair = section(WantedOfPair)
     run: RunSettings = section(RunSettings, default=RunSettings(0.1, 5000.0, 0.0))

@@ -52,12 +52,17 @@ class Plan(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays to work in: stages (stages, COLUMNS), a trial state, that after a step, error scales."""
+    """Arrays to work in: stages (stages, COLUMNS), states of a trial, after a step, before it and the one before, and
+    of a look at a peak, and error scales.
+    """
 
     stages: np.ndarray
     trial: np.ndarray
     after: np.ndarray
     scales: np.ndarray
+    now: np.ndarray
+    before: np.ndarray
+    spare: np.ndarray
 
 
 @kernel

@@ -1,0 +1,133 @@
+"""What the figures of a sphere on a beam are worth: by more modes and steps, and by the other theory of beams."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.kinds.beam.derived import touch_speed
+from bearing_twin.kinds.beam.figures import FIGURES, MEANINGS, OF_BEAM, WATCH
+from bearing_twin.kinds.beam.impact import BeamImpact
+from bearing_twin.kinds.beam.parameters import EULER
+from bearing_twin.kinds.beam.theory import theory_of, trial
+from bearing_twin.kinds.doubt import LAW, METHOD
+from bearing_twin.kinds.impact.doubt import INSTANTS, relative, wanted_of_impact
+from bearing_twin.kinds.second_run import SecondRunDoubt, difference, row_of
+
+FINER = 1.5  # modes and steps of the companion over those of the run
+LEFT = {(True, True): 0.2, (True, False): 0.36, (False, True): 0.3, (False, False): 0.67}
+"""By tail in the contact or not, and Euler's beam or not: what of the run's error the companion still has."""
+
+
+class Top(NamedTuple):
+    """The greatest `value` of a watched point by magnitude, and times [s] around its instant."""
+
+    value: float
+    point: int
+    times: np.ndarray
+
+
+def force_at(found: BeamImpact, times: np.ndarray) -> np.ndarray:
+    """The contact force [N] at increasing times [s], 0 beyond what is known."""
+    piece = np.clip(np.searchsorted(found.starts[:-1], times, side="right") - 1, 0, len(found.lengths) - 1)
+    share = (times - found.starts[piece]) / found.lengths[piece]
+    force = (found.forces[piece] * share[:, None] ** np.arange(found.forces.shape[1])).sum(axis=1)
+    return np.where(times <= found.end, np.maximum(force, 0.0), 0.0)
+
+
+def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
+    """The figures of contacts and sphere."""
+    peak = max((one.peak_force for one in found.contacts), default=0.0)
+    leaving = float(found.motions[-1, 1])
+    return {
+        "peak_force_n": peak,
+        "contact_duration_s": math.fsum(one.duration for one in found.contacts),
+        "greatest_approach_m": float(approaches_of_loads(found.sphere.coefficient, HERTZIAN, peak)),
+        "contact_count": len(found.contacts),
+        "restitution": -leaving / touch_speed(parameters.blow),
+        "sphere_velocity_after_m_s": leaving,
+    }
+
+
+def companion_row(parameters, found: BeamImpact, second, tops: Sequence[Top]) -> np.ndarray:
+    """The record of a `second` motion (its BeamImpact and a watch of it; None: there is none) beside a run's.
+
+    Errors are the differences over 1 - LEFT: what the companion has of the run's error is added to them. `tops` are the
+    run's greatest deflection and stress, or none.
+    """
+    if second is None:
+        return np.empty((0, len(WATCH.table(MEANINGS).columns)))
+    finer, watch = second
+    own, exact = figures_of(parameters, found), figures_of(parameters, finer)
+    tail, bends = parameters.solver.static_tail == "contact", math.isinf(found.beam.shear_rigidity)
+    scale = 1.0 / (1.0 - LEFT[tail, bends])
+    errors = {key: difference(own[key], exact[key]) * (1.0 if key == "contact_count" else scale) for key in own}
+    for column, key in enumerate(OF_BEAM):
+        errors[key] = math.nan
+        if tops:
+            top = tops[column]
+            errors[key] = scale * difference(top.value, watch.top_near(column, top.point, top.times))
+    times = [np.linspace(one.start, one.start + one.duration, INSTANTS) for one in finer.contacts]
+    apart = [np.abs(force_at(found, part) - force_at(finer, part)).max() for part in times]
+    peaks = max(relative(own[key], exact[key]) for key in ("peak_force_n", "contact_duration_s"))
+    history = float(max(apart, default=0.0)) / exact["peak_force_n"] if exact["peak_force_n"] else peaks
+    wanted = {"peaks": scale * peaks, "forces": scale * history}
+    last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
+    return row_of(WATCH, last, True, len(finer.lengths), wanted, errors)
+
+
+class BeamDoubt(SecondRunDoubt):
+    """By a second motion; Euler's beam against Timoshenko's."""
+
+    watch = WATCH
+
+    def promised(self) -> tuple[str, ...]:
+        """The history where it is wanted."""
+        return wanted_of_impact(self.parameters)
+
+    @property
+    def mend(self) -> str:
+        """What makes the method's error smaller."""
+        if self.choice.stepper == "sinusoidal":
+            return "set solver.stepper: modes, which solves for the force"
+        if self.parameters.solver.modes or self.parameters.solver.steps:
+            return "leave solver.modes and solver.steps out, or raise them"
+        return "set a tenth of wanted.tolerance"
+
+    def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """Of Euler's beam against Timoshenko's; that of Timoshenko's is not known."""
+        if theory_of(self.parameters) != EULER or not figures["contact_count"]:
+            return {}
+        tried = trial(self.parameters)
+        by = {"peak_force_n": tried.of_peak, "contact_duration_s": tried.of_time}
+        by["greatest_approach_m"] = 2.0 / 3.0 * tried.of_peak
+        return {key: share * abs(figures[key]) for key, share in by.items()}
+
+    def law_of(self, output: str) -> tuple[float, str]:
+        """As of its peaks."""
+        if theory_of(self.parameters) != EULER:
+            return 0.0, ""
+        tried = trial(self.parameters)
+        return max(tried.of_peak, tried.of_time), "beam.theory: timoshenko knows shear and rotary inertia"
+
+    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""
+        sphere, beam, peak = self.parameters.sphere, self.parameters.beam, figures["peak_force_n"]
+        modulus = effective_modulus(sphere.material, beam.material)
+        width = (0.75 * peak * sphere.radius / modulus) ** (1.0 / 3.0)
+        share = (width / min(sphere.radius, beam.height)) ** 2 / 2.5
+        return {key: share * abs(figures[key]) for key in FIGURES[:3]}
+
+    def notes(self) -> dict[str, str]:
+        """What is not in the errors."""
+        found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
+        if self.row is None and self.parameters.solver.companion == "on":
+            found[METHOD] = "no second computation has been compared: its modes and steps would not fit the memory"
+        if theory_of(self.parameters) != EULER:
+            found[LAW] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
+        elif trial(self.parameters).contacts > 1:
+            found[LAW] = "what follows a second touch needs shear: errors of restitution and deflection are not known"
+        return found

@@ -1,0 +1,106 @@
+"""What the figures of an ellipsoid on a plane, and of two bodies, are worth."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
+from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW
+from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass
+from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
+from bearing_twin.kinds.second_run import SecondRunDoubt
+from bearing_twin.sample import Block
+
+FINER, FINEST, COARSEST = 0.1, 1e-12, 1e-9
+"""Tolerance of the second motion over the first one's, the least there is, and the greatest at which the tolerance, and
+not the contact's own time, sets its steps."""
+
+
+def finer_tolerance(setting: float) -> float:
+    """Tolerance of the second motion beside one with this tolerance of a step."""
+    return max(min(FINER * setting, COARSEST), FINEST)
+
+
+def wanted_errors(figures: EllipsoidFigures, finer: EllipsoidFigures) -> dict[str, float]:
+    """The error of WANTED: contacts in their order; one that the other motion does not have counts whole."""
+    own, true = figures.bounces(), finer.bounces()
+    worst = 0.0
+    for values, exact in (
+        ([one.peak_load for one in own], [one.peak_load for one in true]),
+        ([one.impulse or 0.0 for one in own], [one.impulse or 0.0 for one in true]),
+    ):
+        most, count = max(exact, default=0.0), max(len(own), len(true))
+        values, exact = (row + [0.0] * (count - len(row)) for row in (values, exact))
+        if most > 0.0:
+            worst = max(worst, max(abs(a - b) for a, b in zip(values, exact, strict=True)) / most)
+    return {"contacts": float(worst)}
+
+
+class EllipsoidDoubt(SecondRunDoubt):
+    """By a second motion; the law against exact Hertz where each contact was hardest."""
+
+    watch = WATCH
+    figures_type = EllipsoidFigures
+    shallow = 1.5  # power of a load that is no law's
+
+    def __init__(self, parameters, choice):
+        super().__init__(parameters, choice)
+        self._contacts = self.figures_type(parameters, choice)
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        super().add(block)
+        self._contacts.add(block)
+
+    @property
+    def _law_error(self) -> float:
+        """The greatest relative error of a load's coefficient in a contact that has ended."""
+        if self.choice.law not in LAWS or LAWS[self.choice.law].measured:
+            return 0.0
+        return max((abs(one.law_error) for one in self._contacts.bounces()), default=0.0)
+
+    @property
+    def _share(self) -> float:
+        """Of the coefficient's error in loads, times and depths of a bounce: its energy goes with c x^(n+1)."""
+        power = LAWS[self.choice.law].power if self.choice.law in LAWS else self.shallow
+        return self._law_error / (power + 1.0)
+
+    def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """Errors of the law by figure: a bounce is harder and shorter where the coefficient is greater."""
+        of_bounce = ("peak_force_n", "contact_duration_s", "greatest_approach_m")
+        found = {key: self._share * abs(figures[key]) for key in of_bounce if figures.get(key) is not None}
+        pressure = (self._law_error + self._share) * abs(figures["peak_pressure_pa"]) / 3.0
+        return found | {"peak_pressure_pa": pressure}
+
+    def law_of(self, output: str) -> tuple[float, str]:
+        """Peak loads go with this share of the coefficient's error."""
+        return self._share, "contact.normal: hertz is exact at no more cost"
+
+    def friction(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """What a quadrature over the spot may be off by; of friction at a point nothing is known."""
+        model = FRICTIONS[self.parameters.contact.friction]
+        lost = abs(figures["dissipated_friction_j"])
+        return {"dissipated_friction_j": model.error * lost} if model.over_spot else {}
+
+    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """What waves in the plane take of the first bounce, as of a sphere."""
+        first = next(iter(self._contacts.bounces()), None)
+        if first is None or not first.impulse or first.restitution is None:
+            return {}
+        body = self.parameters.body
+        speed = first.impulse / ellipsoid_mass(body) / (1.0 + first.restitution)
+        waves = bar_speed(body.material.young_modulus, body.material.density)
+        return {"restitution": restitution_lost_on_half_space(speed, waves)}
+
+    def notes(self) -> dict[str, str]:
+        """What is not in the errors."""
+        contact, found = self.parameters.contact, {}
+        if self.choice.law not in LAWS or LAWS[self.choice.law].measured:
+            found[LAW] = f"nothing is known of the error of the law {self.choice.law}"
+        if contact.friction_coefficient and not FRICTIONS[contact.friction].over_spot:
+            found[FRICTION_MODEL] = (
+                "contact.friction: point holds no drilling: spin about the normal meets no resistance; set "
+                "contact.friction: spot, which computes it"
+            )
+        return found | {"vibration": "bodies are rigid outside their contact: what goes into waves is not computed"}

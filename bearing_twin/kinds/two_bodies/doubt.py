@@ -1,0 +1,18 @@
+"""What the figures of two bodies are worth: as of an ellipsoid on a plane."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from bearing_twin.kinds.ellipsoid.doubt import EllipsoidDoubt
+from bearing_twin.kinds.two_bodies.figures import WATCH, PairFigures
+
+
+class PairDoubt(EllipsoidDoubt):
+    """By a second motion; the law against exact Hertz where each contact was hardest."""
+
+    watch = WATCH
+    figures_type = PairFigures
+
+    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """What waves take is known of a sphere on a half-space alone."""
+        return {}

@@ -1,0 +1,181 @@
+"""What runs of the kinds other than bearings say of their own errors, against runs so exact that they count as true."""
+
+import math
+
+import numpy as np
+import pytest
+from runs import reported
+
+from bearing_twin.command.cli import main
+from bearing_twin.kinds.second_run import CHAOTIC, COMPANION, GROWN, KEPT, TIME
+from bearing_twin.kinds.soft_discs.doubt import second_divisions, share_of_difference
+from bearing_twin.pictures.worth import ROW
+from bearing_twin.run.picture import worth_of
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+
+ALONE = "solver.companion=off"
+KNOWABLE = 1e-8  # relative true errors below this are not compared: the reference is no better
+DROP, SPHERE = "sphere_on_beam_drop_50mm", "two_spheres"
+BALL = ("start.height=0.2", "run.duration=0.6", "run.output_rate=1e3", "start.velocity=[0.3,0,0]",
+        "contact.friction_coefficient=0.1")  # fmt: skip
+CELLS = {  # scene, what holds for all, tolerances, what counts as true
+    "spheres": (SPHERE, ("solver.stepper=dop853",), (1e-2, 1e-4, 1e-6), ("wanted.tolerance=1e-12",)),
+    "spheres, steady": (
+        SPHERE,
+        ("contact.restitution=0.7", "contact.damping_law=steady"),
+        (1e-3, 1e-6),
+        ("wanted.tolerance=1e-12",),
+    ),
+    "discs": ("two_discs", (), (1e-2, 1e-5), ("wanted.tolerance=1e-12",)),
+    "beam": (DROP, (), (1e-2, 1e-3, 1e-4), ("wanted.tolerance=1e-8",)),
+    "beam, peaks": (
+        "sphere_on_beam",
+        ("blow.point=0.3", "sphere.radius=0.02"),
+        (1e-2, 1e-3),
+        ("wanted.tolerance=1e-7", "wanted.outputs=peaks"),
+    ),
+    "beam, shear": (f"{DROP}_shear", ("run.duration=1e-3",), (1e-2, 1e-3), ("wanted.tolerance=1e-5",)),
+    "ellipsoid": ("ellipsoid_on_plane", BALL, (1e-2, 1e-3), ("wanted.tolerance=1e-9",)),
+    "soft disc": ("soft_discs_mean", (), (0.1, 1e-2), ("wanted.tolerance=1.5e-3",)),
+}
+NOISE = {  # figures that are read where a curve is flat, or of one node: their errors follow no order
+    "ellipsoid": ("greatest_approach_m", "peak_force_n", "peak_pressure_pa"),
+    "soft disc": ("peak_time_s", "greatest_penetration_m", "impulse_ns", "restitution"),
+}
+
+
+def ratios(scene, always, tolerances, exact, ignored=()):
+    """Estimated over true errors of all figures that are off by more than the reference can tell."""
+    true, found = reported(scene, *always, *exact, ALONE), []
+    outputs = [word for word in exact if "outputs" in word]
+    for tolerance in tolerances:
+        report = reported(scene, *always, *outputs, f"wanted.tolerance={tolerance}")
+        for key, parts in report.errors["errors_by_source"].items():
+            off = abs(report.figures[key] - true.figures[key])
+            if "method" in parts and key not in ignored and off > KNOWABLE * abs(true.figures[key]):
+                found.append(parts["method"] / off)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_estimates_are_near_the_true_errors_and_never_far_below(cell):
+    found = ratios(*CELLS[cell], NOISE.get(cell, ()))
+    assert len(found) >= 4
+    assert ((found > 1.0 / 3.0) & (found < 3.0)).mean() >= 0.75
+    assert found.min() > 0.1
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+@pytest.mark.parametrize("wanted", ["history", "peaks"])
+@pytest.mark.parametrize("scene", [f"{DROP}_shear", "two_spheres"])
+def test_what_is_wanted_is_kept_and_not_a_million_times_over(scene, wanted, tolerance):
+    asked = f"wanted.tolerance={tolerance}", f"wanted.outputs={wanted}", "contact.restitution=0.8"
+    report = reported(scene, *asked[: 3 if scene == SPHERE else 2])
+    errors = report.errors["wanted_errors"]
+    assert set(errors) == ({"peaks", "forces"} if wanted == "history" else {"peaks"})
+    assert max(one["error"] for one in errors.values()) <= tolerance
+    assert report.status == "done"
+    if scene != SPHERE:
+        assert errors["peaks"]["error"] > 1e-3 * tolerance
+
+
+def test_peaks_of_a_beam_take_fewer_modes_than_its_history_and_few_outputs():
+    histories, peaks = (
+        reported(f"{DROP}_shear", "wanted.tolerance=1e-4", f"wanted.outputs={word}") for word in ("history", "peaks")
+    )
+    assert peaks.costs["modes"] < histories.costs["modes"]
+    assert peaks.costs["steps"] < histories.costs["steps"]
+    assert 20 * peaks.samples < histories.samples
+    assert peaks.figures["peak_force_n"] == pytest.approx(histories.figures["peak_force_n"], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides", "mend"),
+    [
+        (SPHERE, ("contact.normal=volumetric", "wanted.tolerance=1e-4"), "contact.normal: hertz"),
+        ("two_discs", ("wanted.tolerance=1e-2",), "contact.normal: johnson"),
+        ("sphere_on_beam", ("wanted.tolerance=1e-3",), "beam.theory: timoshenko"),
+        (SPHERE, ("solver.stepper=rk4", "solver.step=2e-6", "wanted.tolerance=1e-6"), "halve solver.step"),
+        (DROP, ("solver.modes=5", "beam.theory=timoshenko", "wanted.tolerance=1e-4"), "leave solver.modes"),
+    ],
+)
+def test_a_run_that_is_worse_than_wanted_is_doubtful_and_says_what_mends_it(scene, overrides, mend):
+    report = reported(scene, *overrides)
+    assert report.status.startswith("doubtful: peaks")
+    assert any(mend in flag for flag in report.flags)
+
+
+def test_a_companion_that_is_off_is_said_and_changes_no_figure():
+    for scene, overrides in ((SPHERE, ()), ("ellipsoid_on_plane", ("run.duration=0.5",))):
+        on, off = reported(scene, *overrides), reported(scene, *overrides, ALONE)
+        assert on.figures == off.figures
+        assert "solver.companion: off" in off.errors["errors_unknown"]["method"]
+        assert "method" not in off.errors["errors_by_source"].get("peak_force_n", {})
+        assert "method" in on.errors["errors_by_source"]["peak_force_n"]
+
+
+def test_a_motion_whose_errors_grow_says_up_to_when_it_can_be_foretold():
+    report = reported("ellipsoid_tumbling")
+    assert report.status == "doubtful: contacts"
+    assert "statistics" in report.errors["errors_unknown"]["horizon"]
+    assert "horizon" not in reported("ellipsoid_on_plane", *BALL).errors["errors_unknown"]
+    simulation = Simulation(load_scene("ellipsoid_tumbling"))
+    row = simulation.advance(simulation.scene.outputs).records[COMPANION][-1]
+    assert row[GROWN] > CHAOTIC
+    assert 0.3 < row[KEPT] < row[TIME] == pytest.approx(3.0, rel=1e-3)
+    # Up to there two runs that differ by their tolerance agree, beyond they do not.
+    loads = []
+    for tolerance in (1e-6, 1e-8):
+        blocks = list(simulate(load_scene("ellipsoid_tumbling", [f"wanted.tolerance={tolerance}", ALONE])).blocks())
+        time = np.concatenate([1e-9 * block.time_ns for block in blocks])
+        loads.append(np.concatenate([block.values["position"][:, 2] for block in blocks]))
+    apart = np.abs(np.subtract(*loads))
+    assert apart[time < row[KEPT]].max() < 1e-4 < 1e-2 < apart.max()
+
+
+def test_a_long_run_leaves_its_companion_behind_and_says_so():
+    report = reported("ellipsoid_rocking", "wanted.tolerance=1e-4")
+    assert report.costs["companion_steps"] < 0.7 * report.costs["steps"]
+    assert "grow with time" in report.errors["errors_unknown"]["method"]
+    assert report.errors["errors_by_source"]["height_at_end_m"]["method"] > 0.0
+
+
+def test_what_is_left_out_of_an_impact_stands_beside_its_figures():
+    """Rayleigh's v / (50 c) of the energy of two spheres, Hunter's 1.04 (v / c)^(3/5) of one on a half-space."""
+    bar = math.sqrt(2.06e11 / 7800.0)
+    for scene, overrides, speed, share in (
+        (SPHERE, ("motion.first_velocity=2.0",), 2.0, lambda mach: 0.02 * mach),
+        ("ellipsoid_on_plane", ("start.height=0.1", "run.duration=0.4"), None, lambda mach: 1.04 * mach**0.6),
+    ):
+        report = reported(scene, *overrides)
+        speed = speed or math.sqrt(2.0 * 9.80665 * 0.1)
+        found = report.errors["errors_by_source"]["restitution"]["left_out"]
+        assert found == pytest.approx(0.5 * share(speed / bar), rel=0.05)
+
+
+def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
+    assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 12, 30]
+    for own, other in ((24, 12), (6, 12)):
+        # Errors of the two meshes that fall as divisions^-2.
+        errors = own**-2.0, other**-2.0
+        assert share_of_difference(own, other, 2.0) * abs(errors[0] - errors[1]) == pytest.approx(errors[0])
+
+
+def test_a_picture_shows_what_figures_are_worth_below_its_panels(tmp_path, capsys):
+    """A row a figure, in the source's colour where it ends, and higher by the rows."""
+    from matplotlib.image import imread
+
+    report = reported("sphere_on_beam", "wanted.tolerance=1e-2")
+    rows = worth_of(report)
+    assert [row.words for row in rows][:2] == ["peak force", "contact duration"]
+    assert rows[0].parts["law"] == pytest.approx(0.0088, abs=1e-4)
+    assert rows[0].text.endswith(" N")
+    sizes = []
+    for switch in ("on", "off"):
+        path = tmp_path / f"{switch}.png"
+        assert main(["simulate", SPHERE, "--plot", str(path), "--set", f"solver.companion={switch}"]) == 0
+        sizes.append(imread(path).shape[0])
+    shown = [worth_of(reported(SPHERE, f"solver.companion={switch}")) for switch in ("on", "off")]
+    assert sizes[0] - sizes[1] == pytest.approx(100 * ROW * (len(shown[0]) - len(shown[1])), abs=2)
+    assert capsys.readouterr().out
