@@ -80,3 +80,44 @@ def test_the_pythons_are_those_of_the_classifiers(setup_words):
     minors = {one.rpartition("3.")[2] for one in setup_words["classifiers"] if ":: 3." in one}
     assert minors == {"10", "11", "12", "13"}
     assert setup_words["python_requires"] == ">=3.10,<3.14"
+
+
+# What ament_copyright would look at, which PyPI has not
+
+
+def tracked(*endings):
+    """Files of the checkout that git knows, or all where there is no git, with these endings."""
+    done = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    names = (
+        done.stdout.splitlines()
+        if done.returncode == 0 and done.stdout
+        else [
+            str(one.relative_to(ROOT))
+            for folder in ("bearing_twin", "msg_schemas", "tests")
+            for one in (ROOT / folder).rglob("*")
+        ]
+    )
+    return [ROOT / name for name in names if name.endswith(endings) and (ROOT / name).is_file()]
+
+
+def test_the_licence_is_whole_and_every_package_names_it(manifest):
+    package, found = manifest
+    text = (ROOT / "LICENSE").read_text(encoding="utf-8")
+    for part in ("Apache License", "Version 2.0, January 2004", "9. Accepting Warranty", "END OF TERMS AND CONDITIONS"):
+        assert part in text
+    assert found.licenses[0].file == "LICENSE"
+    for path in tracked("package.xml"):
+        assert package.parse_package(str(path)).licenses == ["Apache-2.0"], path
+
+
+def test_files_of_others_stand_beside_their_licences_and_nowhere_else():
+    foreign = ROOT / "bearing_twin" / "view" / "libraries"
+    told = (foreign / "LICENSES.txt").read_text(encoding="utf-8")
+    assert {"three.js", "uPlot"} == set(re.findall(r"^([\w.]+) \d+\.\d+\.\d+$", told, flags=re.MULTILINE))
+    assert told.count("Permission is hereby granted") == told.count("WITHOUT WARRANTY") == 2
+    others = re.compile(r"copyright\s+(\(c\)|©|\d{4})|SPDX-License-Identifier|licensed under", re.IGNORECASE)
+    for path in tracked(".py", ".js", ".css", ".msg", ".srv", ".action", ".cmake", ".bash", ".html"):
+        if foreign not in path.parents and path != Path(__file__):
+            assert not others.search(path.read_text(encoding="utf-8")), f"{path} carries the licence of somebody else"
+    for path in foreign.iterdir():
+        assert path.name.startswith(("three", "uPlot", "LICENSES")), f"{path} has no licence in LICENSES.txt"
