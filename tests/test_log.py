@@ -532,6 +532,7 @@ def test_records_that_come_out_of_order_are_put_in_theirs(tmp_path):
         for one in [*seldom[::-1], *(one for one in messages if "/records/" not in one.topic.name)]:
             log.write(numbers[one.topic.name], one.log_time, one.publish_time, one.data)
     (wanted, found) = ([block.records for block in read_log(path).blocks()] for path in (straight, turned))
-    assert [{name: rows.tolist() for name, rows in one.items()} for one in found] == [
-        {name: rows.tolist() for name, rows in one.items()} for one in wanted
-    ]
+    assert len(found) == len(wanted)
+    for mine, theirs in zip(found, wanted, strict=True):
+        assert mine.keys() == theirs.keys()
+        assert all(np.array_equal(mine[name], theirs[name], equal_nan=True) for name in theirs)

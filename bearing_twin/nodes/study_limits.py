@@ -7,10 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bearing_twin.errors import LogError, StudyError
+from bearing_twin.log.study_log import INPUT, QUANTITY
 from bearing_twin.parameters import echo
 from bearing_twin.uq.ensemble import processors
 from bearing_twin.uq.run import memory_needed, refuse_too_large
 from bearing_twin.uq.study import Study
+
+MESSAGE, DESCRIBED = 80, 40  # bytes: of a realisation's message in a log; of a number in it, beside its name
 
 
 class Limits(NamedTuple):
@@ -63,9 +66,14 @@ class Limits(NamedTuple):
 
 
 def log_bytes(study: Study) -> float:
-    """The size of a study's log at most [B]: every realisation with its numbers, before they are packed."""
-    columns = len(study.inputs) + len(study.quantities) + 3 + len(study.histories) * study.settings.history_points
-    return 8.0 * columns * study.settings.samples
+    """The size of a study's log at most [B]: every realisation with its numbers, before they are packed.
+
+    Its inputs and quantities stand in a block and, with their names and units, in a message of its own.
+    """
+    shown = [f"{INPUT}{one.key}" for one in study.inputs] + [f"{QUANTITY}{name}" for name in study.quantities]
+    columns = len(shown) + 3 + len(study.histories) * study.settings.history_points
+    message = MESSAGE + sum(len(name) + DESCRIBED for name in shown)
+    return (8.0 * columns + message) * study.settings.samples
 
 
 def free_path(folder: Path, study: str, date: str) -> Path:
