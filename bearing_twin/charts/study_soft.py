@@ -17,9 +17,10 @@ from bearing_twin.uq.modality import modality
 from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import mean_inputs, task_of
 from bearing_twin.uq.realise import realise
-from bearing_twin.uq.run import history_statistics, run_study
+from bearing_twin.uq.run import run_study
 from bearing_twin.uq.statistics import natural_density
 from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.summary import history_statistics
 
 WIDTH, HEIGHT = Axis("along the wall", "m"), Axis("above the wall", "m")
 SHOWN = 10  # single runs
