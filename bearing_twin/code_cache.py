@@ -28,9 +28,10 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.core.types import Callable
 
+from bearing_twin import code_linking
 from bearing_twin.source_state import note_imported, state_of
 
-FORMAT = 1  # of the files
+FORMAT = 2  # of the files
 MOST_STATES = 3  # of one module that are kept
 DAY = 86400.0
 GREATEST_MEMORY = 2000  # texts whose parsing is remembered
@@ -42,12 +43,17 @@ _PLAIN = (bool, int, float, complex, str, bytes, type(None))
 
 
 class CodeCache(_Cache):
-    """What Numba asks for the compiled forms of one function: load one by its types, save one."""
+    """What Numba asks for the compiled forms of one function: load one by its types, save one.
 
-    def __init__(self, function):
+    Of a function that does not stand `alone`, but in its callers, only what Python calls is kept.
+    """
+
+    def __init__(self, function, alone=True):
         note_imported(function.__module__)
         self._function = function
+        self._alone = alone
         self._enabled = True
+        function.code_cache = self  # where the compiler finds it
 
     @property
     def cache_path(self):
@@ -71,31 +77,48 @@ class CodeCache(_Cache):
 
     def load_overload(self, sig, target_context):
         """The compiled form for these types, or None if it must be compiled."""
+        if not self._alone and not code_linking.wanted_by_python():
+            return None
         target_context.refresh()
         key, path = self._key_and_path(sig, target_context.codegen())
         if path is None or (content := _read(path)) is None:
             return None
         try:
-            kept_key, form = pickle.loads(content)
-            return CompileResult._rebuild(target_context, *form) if kept_key == key else None
+            kept_key, form, own, needed = pickle.loads(content)
+            if kept_key != key:
+                return None
+            libraries = code_linking.load(needed)
+            found = CompileResult._rebuild(target_context, *form)
+            code_linking.link_by_name(found.library, own, libraries)
         except Exception:  # whatever unpickling raises: what cannot be rebuilt is compiled afresh
             _remove(path)
             return None
+        return found if code_linking.has_way_in(found) or not code_linking.wanted_by_python() else None
 
     def save_overload(self, sig, data):
         """Keeps a compiled form for these types; prints one warning a process if that is not possible."""
+        if not self._alone and not code_linking.wanted_by_python():
+            return
         if data.library.has_dynamic_globals or any(not one.can_cache for one in data.lifted):
             return
         key, path = self._key_and_path(sig, data.codegen)
-        if path is None:
-            return
+        own, needed = None, code_linking.needs_of(data.library)
+        if self.digest(getattr(sig, "args", sig), data.codegen) is not None:
+            own = code_linking.called_by_name(data, self._function, getattr(sig, "args", sig))
         try:
+            if own is not None:
+                code_linking.keep_names(data.library)
+            if path is None:
+                return
             fresh = not path.parent.is_dir()
-            _write(path, dumps((key, data._reduce())))
+            _write(path, dumps((key, data._reduce(), own, needed)))
             if fresh:
                 _remove_old_states(path.parent)
         except OSError as error:
             _warn_once(path.parent.parent, error)
+        finally:
+            if own is not None:
+                code_linking.link_by_name(data.library, own)
 
     def _name(self) -> str:
         return re.sub(r"[^\w.]", "", self._function.__qualname__)[:80]
@@ -104,19 +127,32 @@ class CodeCache(_Cache):
         base = _base() if self._enabled else None
         return base and _state_folder(base, self._function.__module__)
 
+    def digest(self, args, codegen) -> str | None:
+        """What names the form for these types; None where the source does not say what is compiled."""
+        key = self._key(args, codegen) if self._alone else None
+        return key and hashlib.sha256(repr((key, _classes(args), self._function.__module__)).encode()).hexdigest()[:20]
+
+    def _key(self, args, codegen) -> tuple | None:
+        """What tells one compiled form from all others of its module's state."""
+        cells = [cell.cell_contents for cell in self._function.__closure__ or ()]
+        # What is in a closure or handed over can be a function, whose source the state need not contain.
+        if not all(map(_is_plain, cells)) or any(isinstance(one, Callable) for one in args):
+            return None
+        machine = codegen.magic_tuple()  # kind of processor and its instructions
+        return args, machine, _shape(self._function.__code__, self._function.__doc__), repr(cells)
+
     def _key_and_path(self, sig, codegen):
         """What tells one compiled form from all others, and its file, if there is a place for it."""
-        folder = self._folder()
-        cells = [cell.cell_contents for cell in self._function.__closure__ or ()]
-        args = getattr(sig, "args", sig)
-        # What is in a closure or handed over can be a function, whose source the state need not contain.
-        if folder is None or not all(map(_is_plain, cells)) or any(isinstance(one, Callable) for one in args):
+        folder, args = self._folder(), getattr(sig, "args", sig)
+        key = self._key(args, codegen)
+        if folder is None or key is None:
             return None, None
-        classes = [getattr(one, "instance_class", None) for one in args]
-        machine = codegen.magic_tuple()  # kind of processor and its instructions
-        key = (args, machine, _shape(self._function.__code__, self._function.__doc__), repr(cells))
-        named = hashlib.sha256(repr((key, classes)).encode()).hexdigest()[:20]
+        named = hashlib.sha256(repr((key, _classes(args))).encode()).hexdigest()[:20]
         return key, folder / f"{self._name()}-{named}.code"
+
+
+def _classes(args) -> list:
+    return [getattr(one, "instance_class", None) for one in args]
 
 
 def _is_plain(value) -> bool:

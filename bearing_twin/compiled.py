@@ -5,23 +5,29 @@ kernels are made of, so that loops over many balls become vector instructions.
 """
 
 import numba
-from numba import njit
 
 from bearing_twin.code_cache import CodeCache
+from bearing_twin.code_linking import dispatcher
 
 # No fast mathematics: a kernel gives the same bits whatever it is compiled into, so a log verifies to zero.
 OPTIONS = {"error_model": "numpy"}
+INLINED = {"forceinline": True, **OPTIONS}
+
+
+def kept(function, alone=True, **options):
+    """Compiles `function` and keeps the result on disk; of one that is not for itself `alone`, what Python calls."""
+    compiled = dispatcher(function, {**OPTIONS, **options})
+    if not numba.config.DISABLE_JIT:
+        # In the place of Numba's own cache, which `cache=True` would put here.
+        compiled._cache = CodeCache(function, alone)
+    return compiled
 
 
 def kernel(function):
     """Compiles `function`, releasing the GIL while it runs, and keeps the result on disk."""
-    compiled = njit(nogil=True, **OPTIONS)(function)
-    if not numba.config.DISABLE_JIT:
-        # In the place of Numba's own cache, which `cache=True` would put here.
-        compiled._cache = CodeCache(function)
-    return compiled
+    return kept(function, nogil=True)
 
 
 def inlined(function):
     """Compiles `function` into its callers."""
-    return njit(forceinline=True, **OPTIONS)(function)
+    return kept(function, alone=False, **INLINED)

@@ -5,6 +5,8 @@ A block of YAML or Python whose first line is `# NAME.yaml` or `# NAME.py` is a 
 
 import re
 import shlex
+import shutil
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,6 +38,17 @@ def blocks(page: Path) -> list[Block]:
         for language, text in _BLOCK.findall(page.read_text(encoding="utf-8"))
         if text.strip()
     ]
+
+
+def copied_sources(folder: Path) -> Path:
+    """A copy of the checkout in a new folder, without what builds and set-ups leave in its top folder."""
+    left = {"build", "install", "log", "demo"}
+    copytree = partial(shutil.copytree, ignore=shutil.ignore_patterns("__pycache__"))
+    folder.mkdir(parents=True)
+    for one in ROOT.iterdir():
+        if one.name not in left and not one.name.startswith(".") and one.suffix != ".egg-info":
+            (copytree if one.is_dir() else shutil.copy)(one, folder / one.name)
+    return folder
 
 
 def without_code(page: Path) -> str:

@@ -16,6 +16,8 @@ PACKAGE = ROOT / "bearing_twin"
 GROUND = (
     *(
         "source_state",
+        "code_linking",
+        "code_linking",
         "code_cache",
         "compiled",
         "errors",

@@ -15,8 +15,8 @@ import time
 from pathlib import Path
 
 import pytest
+from pages import ROOT, copied_sources
 
-ROOT = Path(__file__).resolve().parent.parent
 NODE = [sys.executable, "-m", "bearing_twin.nodes.entry"]
 BUSY_LOOPS = 3
 
@@ -111,12 +111,12 @@ def test_the_package_runs_with_another_python(minor, tmp_path):
     own = tmp_path / "venv" / "bin" / "python"
     there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     there["XDG_CACHE_HOME"] = str(tmp_path / "cache")
-    shutil.copytree(ROOT, tmp_path / "source", ignore=shutil.ignore_patterns(".*", "build", "install", "log", "demo"))
+    copied_sources(tmp_path / "source")
     subprocess.run(
         [own, "-m", "pip", "install", "--quiet", "--retries", "20", "--timeout", "60", tmp_path / "source"],
         env=there,
         check=True,
     )
-    words = [own, "-m", "bearing_twin", "simulate", "two_spheres", "--json"]
+    words = [own, "-m", "bearing_twin", "simulate", "two_spheres", "--json", "--out", "run.mcap"]
     done = subprocess.run(words, env=there, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
     assert json.loads(done.stdout)["status"] == "done"

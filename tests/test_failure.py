@@ -1,5 +1,6 @@
 """Runs that fail: what no motion can have is found in the outputs; the file that is left says where, and goes on."""
 
+import contextlib
 import json
 
 import numpy as np
@@ -7,12 +8,15 @@ import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.run.failure import read_failure, write_failure
+from bearing_twin.run.health import Health
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.sample import Block
 
 PINNED = ("run.duration=0.4", "solver.stepper=rodas4", "contact.normal=hertz")
 BALLS = load_scene("bearing_6203", PINNED)
@@ -20,6 +24,7 @@ SPOILT_FROM = 0.25  # s, in the chunk that ends at 0.299 s; its state before is 
 SPOILS = {
     "not finite": ("normal_load", (40, 3, 1), np.nan, "ball 3", "outer race"),
     "not a rotation": ("orientation", (40, 5, 0), 0.9, "ball 5", ""),
+    "not a rotation, too short": ("orientation", (40, 5), 0.4, "ball 5", ""),
     "out of bounds": ("velocity", (40, 2, 1), 2e5, "ball 2", ""),
     "energy": ("kinetic_energy", (40,), 1e3, "", ""),
 }
@@ -60,6 +65,7 @@ def test_a_number_that_no_motion_has_stops_the_run_and_is_named(reason, spoilt, 
     name, index, value, body, contact = SPOILS[reason]
     spoilt(name, index, value)
     error = failed(BALLS)
+    reason = reason.partition(",")[0]
     assert (error.reason, error.body, error.seconds) == (reason, body, pytest.approx(0.24))
     assert error.contact == contact or not contact
     found = read_failure(write_failure(error, tmp_path))
@@ -210,3 +216,15 @@ def test_a_kind_without_a_state_begins_again(monkeypatch, tmp_path):
         np.concatenate([block.matrix() for block in simulate(scene, failure=found).blocks()]).tobytes()
         == whole.tobytes()
     )
+
+
+@pytest.mark.parametrize(("before", "fails"), [(50.0, True), (0.0, False)])
+def test_work_done_before_a_run_is_continued_pays_for_nothing(before, fails):
+    """Four joules appear: with 50 J brought meanwhile that may be, with 50 J brought before it may not."""
+    values = {one.name: np.zeros((3, *one.shape)) for one in BALLS.channels}
+    values["orientation"][..., 3] = 1.0
+    values["kinetic_energy"][:] = 1.0, 1.0, 5.0
+    values["gross_work"][:] = before, 50.0, 50.0
+    health = Health(KINDS["bearing"], BALLS.channels)
+    with pytest.raises(IntegrationError, match="more than at the start") if fails else contextlib.nullcontext():
+        health.check(Block(BALLS.channels, 0, np.arange(3) * 10**6, values))

@@ -37,6 +37,7 @@ SHORTER = {  # s: until something has happened
     "ellipsoid_on_plane": 0.6,
     "ellipsoid_rocking": 0.2,
     "ellipsoid_tumbling": 0.3,
+    "two_bodies_ellipsoid": 0.05,
     "two_bodies_groove": 0.03,
     "two_bodies_superellipsoid": 0.05,
 }
@@ -122,6 +123,16 @@ def test_the_figures_of_every_kind_are_listed_with_units(capsys):
     assert not listed
     assert main(["scenes", "--figures"]) == DONE
     assert "mean over the second half of the run" in " ".join("".join(capsys.readouterr()).split())
+
+
+@pytest.mark.parametrize("off", [0.2, -0.2])
+def test_balls_too_far_apart_or_too_near_are_told(off):
+    scene = made_up_scene(balls=2)
+    block = made_up_block(scene, 10)
+    block.values["orbit_angle"][:] = 0.0, np.pi + off
+    figures = BearingFigures(scene.parameters, a_choice())
+    figures.add(block)
+    assert any("their spacing leaves even by 11 degrees" in flag for flag in figures.flags())
 
 
 def test_the_second_half_begins_after_the_middle():

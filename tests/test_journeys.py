@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 
 import pytest
-from pages import NODE, ROOT, TUTORIALS, blocks
+from pages import NODE, ROOT, TUTORIALS, blocks, copied_sources
 from shell import LASTING, PATIENCE, Shell
 
 pytestmark = pytest.mark.environment
@@ -126,8 +126,7 @@ def python_of(run) -> str:
 
 
 def test_what_needs_no_ros_runs_line_by_line_in_a_fresh_environment(stranger):
-    left_out = shutil.ignore_patterns(".*", "build", "install", "log", "demo", "*.egg-info", "__pycache__")
-    shutil.copytree(ROOT, stranger.home / "source", ignore=left_out)
+    copied_sources(stranger.home / "source")
     if os.geteuid() == 0:
         for one in (stranger.home / "source").rglob("*"):
             os.chown(one, NOBODY, NOBODY)
@@ -169,12 +168,7 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
         assert result.returncode == 0, f"{line}\n{result.stdout[-3000:]}{result.stderr[-3000:]}"
         return result.stdout
 
-    source.mkdir(parents=True)
-    left_out = {"build", "install", "log", "demo"}  # of the top folder: what a build leaves there
-    kept = [one for one in ROOT.iterdir() if one.name not in left_out and not one.name.startswith(".")]
-    for one in kept:
-        copy = shutil.copytree if one.is_dir() else shutil.copy
-        copy(one, source / one.name)
+    copied_sources(source)
     requirements = source / "requirements"
     done(f"{sys.executable} -m venv {system}", PATH=os.environ["PATH"])
     pip = f"{system}/bin/pip install -q --retries 20 --timeout 60"

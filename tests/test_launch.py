@@ -18,6 +18,7 @@ from bearing_twin.paths import share_path
 
 assert rclpy
 TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES}
+TWO = {"scene", "scene_right", "overrides", "distance", "frame_prefix"}
 LAUNCH = ("simulate", "replay", "study", "two_bearings")
 
 
@@ -82,7 +83,7 @@ def test_the_launch_files_are_these():
 
 def test_arguments_in_the_documentation_are_taken():
     takes = {name: {one.name for one in (*SHARED, *arguments_of(table))} for name, table in TABLES.items()}
-    takes["two_bearings"] = {one.name for one in SHARED} | {"scene", "scene_right", "overrides", "distance"}
+    takes["two_bearings"] = {one.name for one in SHARED} | TWO
     text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     found = re.findall(r"^ros2 launch bearing_twin (\w+)\.launch\.py(.*)$", text, flags=re.MULTILINE)
     assert {name for name, _ in found} >= {"simulate", "two_bearings"}
@@ -118,8 +119,8 @@ def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path):
     if name == "replay":
         words |= {"rviz": "false", "foxglove": "false", "log": "run.mcap"}
     actions, context = started(name, **words)
-    shared = {argument.name for argument in SHARED} - ({"namespace"} if name == "two_bearings" else set())
-    own = {"scene", "scene_right", "overrides", "distance"} if name == "two_bearings" else set()
+    shared = {argument.name for argument in SHARED}
+    own = TWO if name == "two_bearings" else set()
     own |= {parameter.name for parameter in TABLES.get(name, ())}
     assert set(context.launch_configurations) == shared | own
     nodes = {"simulate": ["sim_node"], "replay": ["replay_node"], "study": ["uq_node"]}
@@ -128,6 +129,14 @@ def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path):
     assert found == ["recorder_node", *nodes.get(name, two)]
     said = [action for action in actions if type(action).__name__ == "LogInfo"]
     assert len(said) + len(executables(actions)) - len(found) == (0 if name == "replay" else 3)
+
+
+def test_two_bearings_stand_in_a_namespace_of_the_users():
+    actions, context = started("two_bearings", namespace="/cell", frame_prefix="cell/", record="two.mcap")
+    nodes = [action for action in actions if getattr(action, "node_executable", "") == "sim_node"]
+    for node in nodes:
+        node._perform_substitutions(context)
+    assert [node.node_name.rpartition("/")[0] for node in nodes] == ["/cell/left", "/cell/right"]
 
 
 def test_a_bad_word_ends_the_launch_with_its_sentence():

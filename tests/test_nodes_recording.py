@@ -7,7 +7,7 @@ import os
 from types import SimpleNamespace
 
 import pytest
-from made_up_run import made_up_block, made_up_run, made_up_scene
+from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.errors import LogError
@@ -19,10 +19,11 @@ from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
-from bearing_twin.log.stream import samples_message, topics
+from bearing_twin.log.stream import MessageStream, samples_message, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
+from bearing_twin.nodes.retelling import Retelling
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
@@ -266,6 +267,8 @@ def test_a_loop_starts_again_at_once(log):
     out = played(log, loop=True, until=2 * len(messages) + 5)
     assert [(t, d) for _, t, d in out] == [*messages, *messages, *messages][: len(out)]
     assert out[len(messages)][0] == out[len(messages) - 1][0]
+    first, second = ([wall for wall, _, _ in out[start : start + len(messages)]] for start in (0, len(messages)))
+    assert [wall - second[0] for wall in second] == first
 
 
 def test_a_replay_goes_by_the_times_of_arrival_and_counts_its_rounds(tmp_path):
@@ -358,3 +361,37 @@ def test_a_damaged_log_is_refused_with_advice(log):
 )
 def test_quality_of_service_is_read_in_words_and_numbers(text, qos):
     assert offered_qos(text) == qos
+
+
+def told(stream):
+    """Topic, type and bytes of everything that a stream says of made up outputs."""
+    parts = [*stream.messages(BLOCK), *stream.flush()]
+    return [(topic.full_name, topic.ros_type, whole(data)) for topic, _, data in parts]
+
+
+def whole(data):
+    """Bytes filled up to words of four, as they are on the wire."""
+    return data + bytes(-len(data) % 4)
+
+
+def test_a_log_is_told_in_another_namespace_and_with_other_frames_as_a_node_would_say_it():
+    plain, prefixed = (told(MessageStream(SCENE, choice=a_choice(), frame_prefix=one)) for one in ("", "left/"))
+    retelling = Retelling([name for name, _, _ in plain], "/left", "left/")
+    found = [(retelling.topic(name), whole(retelling.data(name, kind, data))) for name, kind, data in plain]
+    assert found == [(retelling.topic(name), data) for name, _, data in prefixed]
+    names = {name for name, _ in found}
+    assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= names
+    assert not any(name.startswith("/bearing") for name in names)
+    assert [one.data("/bearing/state", cdr.STATE, b"x") for one in (Retelling([]), Retelling([], "a"))] == [b"x"] * 2
+    with pytest.raises(LogError, match="cannot be decoded"):
+        Retelling([], "", "left/").data("/bearing/state", cdr.STATE, b"x")
+    both = Retelling(["/left/samples", "/right/samples", "/left/state"], "cell")
+    assert both.topic("/left/state") == "/cell/left/state"
+
+
+def test_replay_moves_topics_and_frames_of_a_log(log):
+    found = played(log, namespace="left", frame_prefix="left/")
+    logged = {message.topic.name for message in raw_messages(log)}
+    assert {topic for _, topic, _ in found} == {one.replace("/bearing/", "/left/") for one in logged}
+    state = next(cdr.deserialise(cdr.STATE, data) for _, topic, data in found if topic == "/left/state")
+    assert state.header.frame_id == "left/bearing_link"

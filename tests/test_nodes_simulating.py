@@ -199,7 +199,7 @@ def test_after_odd_steps_what_is_computed_last_is_published_again():
     loop, delivered, clock = made_up_loop()
     drive(loop, clock, 20 * MS)
     loop.pause(clock[0], True)
-    loop.step(clock[0], 0.007)
+    loop.step(clock[0], 0.033)  # beyond what was computed ahead
     loop.pause(clock[0], False)
     drive(loop, clock, 100 * MS)
     loop.close()

@@ -248,6 +248,8 @@ def test_a_study_that_was_called_off_and_takes_long_to_end_is_answered_before(tm
         assert request.answer is None
         studies.look(LONGEST_END_NS)
         begun.append(studies.status()[0])
+        called_off.clear()  # as ROS does with what has ended
+        assert cancelled()
         return run_study(study, progress, cancelled, keep=keep)
 
     studies = Studies(str(tmp_path), run=run)

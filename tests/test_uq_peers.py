@@ -73,12 +73,12 @@ def expanded():
     """Mean, deviation, and first-order and total indices of each quantity, by their expansion."""
     joint, found = chaospy.J(*THEIRS.values()), {}
     nodes, weights = chaospy.generate_quadrature(6, joint, rule="gaussian")
-    basis = chaospy.generate_expansion(4, joint)
+    basis = chaospy.generate_expansion(4, joint, normed=True)
     for name, values in zip(QUANTITIES, contact(*nodes), strict=True):
         scale = float(np.mean(values))
-        theirs = chaospy.fit_quadrature(basis, nodes, weights, values / scale)
+        theirs, shares = chaospy.fit_quadrature(basis, nodes, weights, values / scale, retall=1)
         moments = scale * float(chaospy.E(theirs, joint)), scale * float(chaospy.Std(theirs, joint))
-        found[name] = *moments, chaospy.Sens_m(theirs, joint), chaospy.Sens_t(theirs, joint)
+        found[name] = *moments, chaospy.FirstOrderSobol(basis, shares), chaospy.TotalOrderSobol(basis, shares)
     return found
 
 

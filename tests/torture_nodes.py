@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from ros import ActionClient, Float64, GoalStatus, RunStudy, plain_node, ros_executor
+from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, plain_node, ros_executor
 from torture_rows import Found, Row, part_of, until
 
 from bearing_twin.errors import LogError
@@ -24,6 +24,8 @@ from bearing_twin.run.simulation import Simulation
 
 QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
 ENDLESS = QUICK | {"samples": 12_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
+WITH_HISTORIES = ENDLESS | {"overrides": ["sweep=", "modality=no", "batch=1000000"], "samples": 500_000}
+BY_WORKERS = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20000.0"]}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 12.0  # s
 SOAK = 1800.0  # s
@@ -136,9 +138,11 @@ def hostile(share: float, folder: Path) -> Found:
 
 
 def goals(share: float, folder: Path) -> Found:
-    """A thousand goals at once: every one is answered, and counted by the node."""
+    """A thousand goals at once, twice: each is answered, or counted by the node; then of a client as by default."""
     many = part_of(1000, share, 100)
     with asking(folder, log_folder="") as (executor, client, node):
+        watcher, seen = plain_node(executor, "watcher"), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         began = time.monotonic()
         sent = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(many)]
         spun(executor, lambda: all(one.done() for one in sent), 120.0)
@@ -148,21 +152,41 @@ def goals(share: float, folder: Path) -> Found:
         results = [one.get_result_async() for one in accepted]
         spun(executor, lambda: all(one.done() for one in results), 60.0)
         ended = sum(one.done() for one in results)
+        client.destroy()
+        other = ActionClient(plain_node(executor, "other"), RunStudy, "/bearing/run_study")
+        spun(executor, other.server_is_ready, 60.0)
+        heard = [other.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(many)]
+        wanted = 1 + 2 * many
+        spun(executor, lambda: _account(seen) == wanted, 120.0)
+        account = _account(seen)
+        spun(executor, lambda: all(one.done() for one in heard), 1.0)
         dead = int(node.poll() is not None)
     lost = many - len(answered) + len(accepted) - ended
-    return Found(many, many - lost, lost, dead, f"{len(accepted)} accepted, {took:.1f} s for all")
+    said = f"{len(accepted)} accepted, {took:.1f} s for all; a client that keeps 10 answers, as by default, heard "
+    said += f"{sum(one.done() for one in heard)} of {many}"
+    return Found(2 * many, 2 * many - lost - abs(wanted - account), lost + abs(wanted - account), dead, said)
+
+
+def _account(seen: list) -> int:
+    """The goals that uq_node has answered, or counted as never come, by its last word on /diagnostics."""
+    told = [{pair.key: pair.value for pair in status.values} for status in seen if "uq_node" in status.name]
+    counts = ("succeeded", "aborted", "cancelled", "refused", "goals_never_come")
+    return sum(int(told[-1][key]) for key in counts if told[-1][key].isdigit()) if told else 0
 
 
 def cancels(share: float, folder: Path) -> Found:
-    """Studies that run are cancelled: acknowledged within 100 ms, ended within 500 ms."""
-    tried, survived, silent = part_of(100, share, 3), 0, 0
+    """Studies of three kinds are cancelled at random: acknowledged within 100 ms, ended within 500 ms."""
+    tried, survived, silent, chance = part_of(100, share, 3), 0, 0, random.Random(8)
     times = []
     with asking(folder, log_folder="") as (executor, client, node):
-        for _ in range(tried):
-            heard = []
-            sent = client.send_goal_async(RunStudy.Goal(**ENDLESS), heard.append)
-            if not spun(executor, lambda sent=sent, heard=heard: sent.done() and heard, 60.0):
+        for k in range(tried):
+            heard, goal = [], (ENDLESS, WITH_HISTORIES, BY_WORKERS)[k % 3]
+            sent = client.send_goal_async(RunStudy.Goal(**goal), heard.append)
+            if not spun(executor, sent.done, 60.0) or not sent.result().accepted:
                 continue
+            if goal is not BY_WORKERS:  # whose first realisation takes minutes
+                spun(executor, lambda heard=heard: bool(heard), 30.0)
+            spun(executor, lambda: False, chance.uniform(0.0, 1.0))
             began = time.monotonic()
             told, ended = sent.result().cancel_goal_async(), sent.result().get_result_async()
             if not spun(executor, told.done, 10.0):
@@ -251,10 +275,11 @@ def soak(share: float, folder: Path) -> Found:
     for name, found in seen.items():
         times, sizes = np.array([one for one in found if one[0] > WARM_UP * seconds]).T
         slopes[name] = np.polyfit(times / 3600.0, sizes, 1)[0]
-    whole = sum(1 for _ in read_log(folder / "sim.mcap")) > 0
+    far = max((1e-9 * sample.time_ns for sample in read_log(folder / "sim.mcap")), default=0.0)
+    whole = far > 0.0
     good = sum(slope < SLOPE for slope in slopes.values())
     said = ", ".join(f"{name} {slope:+.1f} MB/h ({seen[name][-1][1]:.0f} MB)" for name, slope in slopes.items())
-    return Found(len(nodes), good, int(not whole), dead, f"{seconds / 60.0:.1f} min: {said}")
+    return Found(len(nodes), good, int(not whole), dead, f"{seconds / 60.0:.1f} min, {far:.0f} s simulated: {said}")
 
 
 def restarts(share: float, folder: Path) -> Found:

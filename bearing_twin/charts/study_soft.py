@@ -165,7 +165,7 @@ def _correlations(found, narrow):
     parts = [part._replace(x=np.asarray(part.x)[keep], y=np.asarray(part.y)[keep])
              for part in parts for keep in [np.isfinite(part.y)]]  # fmt: skip
     title = "Correlation of the force with the inputs"
-    return Panel("correlation", title, TIME, Axis("correlation", "1", limits=(-1.05, 1.05)), parts, "lower left")
+    return Panel("correlation", title, TIME, Axis("correlation", "1", limits=(-1.05, 1.75)), parts, "upper right")
 
 
 def _modes(kept, instants, seed):

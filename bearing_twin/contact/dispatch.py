@@ -1,27 +1,14 @@
 """From a table of functions to one compiled function that chooses among them by a row's place."""
 
-from bearing_twin.compiled import inlined
+from bearing_twin.code_linking import dispatcher
+from bearing_twin.compiled import INLINED
 
 
 def chosen(functions):
     """One compiled function of (place in the table, *arguments) that calls the function there."""
-
-    def link(place, function, others):
-        """`function` at `place`, the others elsewhere."""
-
-        @inlined
-        def either(number, *arguments):
-            if number == place:
-                return function(*arguments)
-            return others(number, *arguments)
-
-        return either
-
-    @inlined
-    def last(number, *arguments):
-        return final(*arguments)
-
-    final, chosen = functions[-1], last
-    for place in range(len(functions) - 2, -1, -1):
-        chosen = link(place, functions[place], chosen)
-    return chosen
+    names = {f"function_{place}": function for place, function in enumerate(functions)}
+    lines = [f"    if number == {place}:\n        return {name}(*arguments)\n" for place, name in enumerate(names)]
+    # Written out, as Numba calls no function that it takes from a list; the last stands for all numbers that are none.
+    text = f"def choose(number, *arguments):\n{''.join(lines[:-1])}    return {list(names)[-1]}(*arguments)\n"
+    exec(compile(text, __file__, "exec"), names)
+    return dispatcher(names["choose"], INLINED)

@@ -8,7 +8,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import SLOW_RATE, Channelled, topics
-from bearing_twin.run.scene import Scene
+from bearing_twin.run.scene import Scene, load_scene, scene_names
 
 RATES = {
     PUBLISH: "run.publish_rate",
@@ -35,12 +35,16 @@ side. `robot_description` is the same tree as URDF, for programs that draw from 
 
 **Launch files.** `simulate`, `replay` and `study` take every parameter of their node as an argument of its name, and
 `namespace`, `params_file`, `record` (the recorder follows the namespace), `log_level`, `rviz` and `foxglove`, which
-open what is installed with a layout for that scene and say what is not. `two_bearings` runs two in one tree of frames:
+open what is installed with a layout for that scene and say what is not. `scene`, `overrides` and `frame_prefix` are
+among the parameters of `sim_node`; a log has its scene, and each goal of a study names its own. `replay` moves the
+topics of a log to its `namespace` and puts its `frame_prefix` before the frames, for which it writes every message
+anew. `two_bearings` runs two in one tree of frames, `left` and `right` below the `namespace` and `frame_prefix` given:
 
 ```bash
 ros2 launch bearing_twin simulate.launch.py namespace:=/a frame_prefix:=a/ scene:=bearing_6205 record:=a.mcap
 ros2 launch bearing_twin two_bearings.launch.py scene_right:=bearing_6205 distance:=0.2 rviz:=true record:=two.mcap
 ros2 launch bearing_twin replay.launch.py log:=a.mcap rate:=0.5 foxglove:=true
+ros2 launch bearing_twin replay.launch.py log:=a.mcap namespace:=/b frame_prefix:=b/    # beside a running /a
 ```
 
 **Loads add up.** In `contacts`, the forces and torques on a body, taken about the origin of its frame, are its wrench;
@@ -83,12 +87,22 @@ def scene_rows(scene: Scene) -> list[TopicRow]:
 
 
 def kind_rows(kind: str) -> list[TopicRow]:
-    """The topics of a kind of scene; those that differ in a number alone, as of several balls, are one row."""
-    found = {}
-    for topic in topics(Scene(kind, kind, "", KINDS[kind].parameters())):
-        row = TopicRow(*(_numberless(text) for text in _row(topic, topic.name, RATES)))
-        found[row.topic] = row
+    """The topics of a kind by default and those that other shipped scenes of it have.
+
+    Those that differ in a number alone, as of several balls, are one row.
+    """
+    default = Scene(kind, kind, "", KINDS[kind].parameters())
+    others = (scene for scene in map(load_scene, scene_names()) if scene.kind == kind)
+    tables = [_numberless_rows(scene) for scene in (default, *others)]
+    found = dict(max(tables, key=len))
+    for table in tables[::-1]:
+        found |= table  # the text is that of the first
     return list(found.values())
+
+
+def _numberless_rows(scene: Scene) -> dict[str, TopicRow]:
+    rows = (TopicRow(*map(_numberless, _row(topic, topic.name, RATES))) for topic in topics(scene))
+    return {row.topic: row for row in rows}
 
 
 class CommandRow(NamedTuple):

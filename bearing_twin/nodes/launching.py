@@ -13,6 +13,7 @@ from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutd
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import foxglove, rviz
 from bearing_twin.log.panels import Panels, panels, panels_of_log
 from bearing_twin.log.run_log import read_log
@@ -34,6 +35,7 @@ SIDE_ARGUMENTS = (
     Argument("scene", "bearing_6203", "scene of the left bearing"),
     Argument("scene_right", "", "scene of the right bearing; empty = the same"),
     Argument("overrides", "", "changes to both scenes, such as ['contact.normal=volumetric']"),
+    Argument("frame_prefix", "", "stands before left/ and right/, in the name of every frame but world"),
     *arguments_of([DISTANCE]),
 )
 
@@ -54,7 +56,7 @@ def replay() -> LaunchDescription:
     def actions(words):
         given = values_given(REPLAY, words) | ({"discovery": DISCOVERY} if _waits(words) else {})
         node = _node("replay_node", words, given, on_exit=[Shutdown()])
-        return [*_recorder(words), node, *_shown(words, lambda: [panels_of_log(read_log(words["log"]))])]
+        return [*_recorder(words), node, *_shown(words, lambda: [_panels_of_log(words)])]
 
     return _described(arguments_of(REPLAY), actions)
 
@@ -70,25 +72,29 @@ def study() -> LaunchDescription:
 
 
 def two_bearings() -> LaunchDescription:
-    """Two bearings in one tree of frames: namespaces /left and /right, frames left/ and right/, both below `world`."""
+    """Two bearings in one tree of frames: namespaces /left and /right, frames left/ and right/, both below `world`.
+
+    With `namespace` and `frame_prefix` those stand in front.
+    """
 
     def actions(words):
         distance = values_given([DISTANCE], words).get("distance", DISTANCE.default)
         both = {side: _told(words, side) for side in SIDES}
-        found = _recorder(words, topics=[*(f"/{side}/*" for side in SIDES), *FRAMES])
+        found = _recorder(words, topics=[*(f"{both[side]['namespace']}/*" for side in SIDES), *FRAMES])
         for side, place in zip(SIDES, (0.0, distance), strict=True):
             found.append(_simulation(both[side]))
             found.append(_standing(_panels(both[side]).frame, place))
         return [*found, *_shown(words, lambda: [_panels(one)._replace(frame="world") for one in both.values()])]
 
-    shared = [one for one in SHARED if one.name != "namespace"]
-    return _launched([*shared, *SIDE_ARGUMENTS], actions)
+    return _launched([*SHARED, *SIDE_ARGUMENTS], actions)
 
 
 def _told(words: Mapping[str, str], side: str) -> dict[str, str]:
     """The words for one of two bearings."""
     scene = words["scene_right"] if side == "right" and words["scene_right"] else words["scene"]
-    return {**words, "scene": scene, "namespace": f"/{side}", "frame_prefix": f"{side}/"}
+    place = words["namespace"].strip("/")
+    prefix = f"{words['frame_prefix']}{side}/"
+    return {**words, "scene": scene, "namespace": f"/{place}/{side}" if place else f"/{side}", "frame_prefix": prefix}
 
 
 def _panels(words: Mapping[str, str]) -> Panels:
@@ -96,6 +102,16 @@ def _panels(words: Mapping[str, str]) -> Panels:
     default = next(one.default for one in SIMULATION if one.name == "scene")
     scene = load_scene(given.get("scene", default), [one for one in given.get("overrides", ()) if one])
     return panels(scene, words["namespace"], given.get("frame_prefix", ""))
+
+
+def _panels_of_log(words: Mapping[str, str]) -> Panels:
+    """The panels of the run in a log, its topics and frames named as replay_node will name them."""
+    log = read_log(words["log"])
+    logged = panels_of_log(log)
+    if not (words["namespace"] or words["frame_prefix"]):
+        return logged
+    prefix = f"{words['frame_prefix']}{log.frame.removesuffix(KINDS[log.scene.kind].frame)}"
+    return panels(log.scene, words["namespace"] or log.namespace, prefix)
 
 
 def _described(arguments: Sequence[Argument], actions) -> LaunchDescription:

@@ -24,12 +24,16 @@ PARAMETERS = (
     NodeParameter("start_paused", False, "wait until ~/pause is called with false"),
     NodeParameter("discovery", 3.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish the time of the log on /clock"),
+    NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/; costs time"),
 )
 COMMAND_TIMEOUT = 5.0  # s
 
 
 class ReplayNode(Node):
-    """Publishes a log on the topics it was logged from; raises BearingTwinError for a log it cannot play."""
+    """Publishes a log on the topics it was logged from, or in its own namespace where it has one.
+
+    Raises BearingTwinError for a log it cannot play.
+    """
 
     def __init__(self, **options):
         super().__init__("replay_node", **options)
@@ -40,7 +44,13 @@ class ReplayNode(Node):
             raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
         self._discovery = values["discovery"]
         self.loop = ReplayLoop(
-            values["log"], self._deliver, values["rate"], round(values["start"] * 1e9), values["loop"]
+            values["log"],
+            self._deliver,
+            values["rate"],
+            round(values["start"] * 1e9),
+            values["loop"],
+            self.get_namespace().strip("/"),
+            values["frame_prefix"],
         )
         self.loop.paced.tick = self._tick
         self.loop.paced.paused = values["start_paused"]

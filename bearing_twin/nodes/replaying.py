@@ -13,6 +13,7 @@ from bearing_twin.log.mcap_read import DamagedLog, McapReader
 from bearing_twin.log.raw_log import log_files, raw_messages
 from bearing_twin.log.recover import advice
 from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
+from bearing_twin.nodes.retelling import Retelling
 
 BATCH = 200  # messages read ahead
 PUT_BACK_NS = 1_000_000_000  # between two messages: more than their order in a file can be
@@ -33,13 +34,25 @@ class ReplayTopic(NamedTuple):
 class ReplayLoop:
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
-    Topics of a type that has changed since are left out; `left_out` says which. Every method runs in the worker's
-    thread; `deliver(timed)` sends one message. Raises LogError, also part way.
+    Topics of a type that has changed since are left out; `left_out` says which. With `namespace` and `frame_prefix`
+    topics and frames have other names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
+    one message. Raises LogError, also part way.
     """
 
-    def __init__(self, path, deliver: Callable[[Timed], None], rate: float, start_ns: int = 0, loop: bool = False):
+    def __init__(
+        self,
+        path,
+        deliver: Callable[[Timed], None],
+        rate: float,
+        start_ns: int = 0,
+        loop: bool = False,
+        namespace: str = "",
+        frame_prefix: str = "",
+    ):
         logged = logged_topics(path)
-        self.topics = {name: topic for name, topic in logged.items() if not topic.changed}
+        self._played = {name: topic for name, topic in logged.items() if not topic.changed}
+        self._retelling = Retelling(self._played, namespace, frame_prefix)
+        self.topics = {self._retelling.topic(name): topic for name, topic in self._played.items()}
         self.left_out = [
             f"{name} is not played: {topic.ros_type} has other fields now than when it was logged; play it with the "
             "bearing_twin that wrote it"
@@ -65,8 +78,9 @@ class ReplayLoop:
         for topic, log_time, publish_time, data in raw_messages(self._path, self._start_ns):
             ahead += max(0, last - log_time) if last - log_time > PUT_BACK_NS else 0
             last = log_time
-            if topic.name in self.topics:
-                yield Timed(log_time + ahead, topic.name, publish_time, data)
+            if topic.name in self._played:
+                told = self._retelling.data(topic.name, topic.ros_type, data)
+                yield Timed(log_time + ahead, self._retelling.topic(topic.name), publish_time, told)
 
     def _next_batch(self) -> list[Timed] | None:
         batch = list(islice(self._messages, BATCH))

@@ -186,7 +186,8 @@ class Studies:
         limit = self._clock() + round(seconds * 1e9) if seconds else math.inf
 
         def ends() -> bool:
-            return self._closing or request.called_off() or self._clock() > limit
+            # Once it has its answer, ROS holds a cancelled request for ended and no longer for called off.
+            return self._closing or request.answer is not None or request.called_off() or self._clock() > limit
 
         result, (log, path, no_log) = None, self._new_log(request.study)
         self._path = path
@@ -218,7 +219,7 @@ class Studies:
         summary = result.as_dict()
         because = summary["stopped_because"]
         state = SUCCEEDED
-        if request.called_off():
+        if request.answer is not None or request.called_off():
             state, because = CANCELLED, CANCELLED
         elif self._closing:
             state, because = ABORTED, "the node was ended"

@@ -46,6 +46,7 @@ LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that ha
 RESULT_TIMEOUT = 30  # s for which a result can be asked for again
 LATCHED = Qos(depth=1, durability="transient_local")
 ASKED = qos_profile(Qos(depth=4000))  # requests that may wait: the default of 10 loses most of a thousand in silence
+SWITCH = 0.0005  # s for which a study may keep Python to itself while a callback waits; 5 ms add up in answering one
 CLOSE_TIMEOUT = 30.0  # s, for the statistics and the log of a study that is ended
 
 
@@ -207,4 +208,5 @@ class UqNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """The executable: exit code 0 when a signal ended it, 2 with one sentence for parameters it cannot use."""
+    sys.setswitchinterval(SWITCH)
     return run("uq_node", UqNode, args)

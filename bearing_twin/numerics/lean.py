@@ -5,25 +5,14 @@ each. Counting took half the time of a step of balls with a border, whose arrays
 makes no arrays and returns none needs no count: its caller keeps what it is given.
 """
 
-import numba
-from numba import njit
-
-from bearing_twin.code_cache import CodeCache
-from bearing_twin.compiled import OPTIONS
-
-
-def _kept(function, counts):
-    compiled = njit(nogil=True, _nrt=counts, **OPTIONS)(function)
-    if not numba.config.DISABLE_JIT:
-        compiled._cache = CodeCache(function)
-    return compiled
+from bearing_twin.compiled import kept
 
 
 def lean_kernel(function):
     """As `compiled.kernel`, for a function that makes no arrays and returns none; so are the kernels that it calls."""
-    return _kept(function, False)
+    return kept(function, nogil=True, _nrt=False)
 
 
 def owning_kernel(function):
     """As `compiled.kernel`, for a function that makes arrays and is called by lean ones."""
-    return _kept(function, True)
+    return kept(function, nogil=True, _nrt=True)

@@ -34,9 +34,29 @@ def scaled(values, unit) -> tuple[float, str]:
     return prefixed(float(np.nanmax(np.abs(values))) if np.size(values) else 0.0, unit)
 
 
-def heading(axis, text: str) -> None:
+def heading(axis, text: str, pad: float = 6.0) -> None:
     """The title of a panel, above its left edge."""
-    axis.set_title(text, loc="left", fontsize=13.5, color=STYLE["ink"])
+    axis.set_title(text, loc="left", fontsize=13.5, color=STYLE["ink"], pad=pad)
+
+
+def key_above(axis, size: float = 10.5) -> None:
+    """The legend of a panel between its title and its curves, in as many rows as it needs; call it last."""
+    handles, labels = axis.get_legend_handles_labels()
+    if not labels:
+        return
+    box = axis.get_position()
+    inches = box.width * axis.figure.get_figwidth()
+    each = 0.55 + max(map(len, labels)) * size * 0.0072  # inches that an entry takes: a sign and its words
+    columns = max(1, min(len(labels), int(inches / each)))
+    rows = -(-len(labels) // columns)
+    columns = -(-len(labels) // rows)
+    axis.legend(
+        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns, frameon=False, fontsize=size,
+        borderaxespad=0.25, borderpad=0.0, columnspacing=1.4, handlelength=1.8, labelspacing=0.3,
+    )  # fmt: skip
+    axis.set_title(
+        axis.get_title(loc="left"), loc="left", fontsize=13.5, color=STYLE["ink"], pad=6 + rows * size * 1.55
+    )
 
 
 def frame(axis) -> None:

@@ -207,6 +207,8 @@ def _bulge(inside, before, after, share):
         full, empty = np.where(out > 0.0, foot, far)[fit], np.where(out > 0.0, far, foot)[fit]
         found[fit] = _crossing(inside, full, empty)
         open_ &= ~fit
+        if not open_.any():
+            break
     length = np.maximum(np.linalg.norm(chord, axis=1), np.finfo(float).tiny)
     return found, np.einsum("ij,ij->i", found - foot, normal) / length
 

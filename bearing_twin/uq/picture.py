@@ -1,6 +1,7 @@
 """The picture of a study: what is known of each quantity, how the sampling converged, and bands of the histories."""
 
 import contextlib
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.errors import StatisticError, StudyError
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading, scaled
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading, key_above, scaled
 from bearing_twin.units import inverse, labelled
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.interpolation import through
@@ -17,30 +18,33 @@ from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.statistics import histogram, natural_density
 
 MOST_QUANTITIES = 4
-BELOW_LEGEND = 0.78  # of a panel's height, which distributions and quantiles take
+ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 FAR = 0.001  # probability left out on either side of a distribution
 
 
 def plot_study(result: StudyResult, png_path) -> Path:
     """Write the picture of a result; returns the path. Raises BearingTwinError where that is impossible."""
-    study, names = result.study, result.study.quantities[:MOST_QUANTITIES]
-    panels = len(names) + bool(result.summary["convergence"]["samples"]) + bool(study.histories)
-    columns = 2 if panels <= 4 else 3
-    rows = -(-panels // columns)
-    figure = Figure(figsize=(16.0, 1.6 + 4.4 * rows), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
-    tall = 1.6 + 4.4 * rows
-    grid = figure.add_gridspec(
-        rows, columns, left=0.06, right=0.98, top=1.0 - 1.15 / tall, bottom=0.95 / tall, hspace=0.38, wspace=0.2
-    )
-    axes = [figure.add_subplot(grid[place // columns, place % columns]) for place in range(panels)]
+    study, names, summary = result.study, result.study.quantities[:MOST_QUANTITIES], result.summary
     exact = exact_of(result)
-    for axis, name in zip(axes, names, strict=False):
-        _draw_quantity(axis, result, name, exact.get(name))
-    if result.summary["convergence"]["samples"]:
-        _draw_convergence(axes[len(names)], result)
+    drawn = [partial(_draw_quantity, result=result, name=name, exact=exact.get(name)) for name in names]
+    if summary["convergence"]["samples"]:
+        drawn.append(partial(_draw_convergence, result=result))
     if study.histories:
-        _draw_history(axes[-1], result, study.histories[0])
+        drawn.append(partial(_draw_history, result=result, channel=study.histories[0]))
+    shares = {name: shares_of(summary["quantities"][name]) for name in names}
+    drawn += [partial(_draw_shares, name=name, shares=found) for name, found in shares.items() if found]
+    columns = 2 if len(drawn) <= 4 else 3
+    rows = -(-len(drawn) // columns)
+    tall = 1.6 + 4.9 * rows
+    figure = Figure(figsize=(16.0, tall), dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(
+        rows, columns, left=0.06, right=0.98, top=1.0 - 1.65 / tall, bottom=0.95 / tall, hspace=0.5, wspace=0.22
+    )
+    for place, draw in enumerate(drawn):
+        axis = figure.add_subplot(grid[place // columns, place % columns])
+        draw(axis)
+        key_above(axis)
     title = study.description or study.name
     return finish(figure, title[:1].upper() + title[1:], _footer(result), png_path, size=16)
 
@@ -57,6 +61,34 @@ def exact_of(result: StudyResult) -> dict:
         return exact_distributions(study, task_of(study), "auto")
     except StudyError:
         return {}
+
+
+def shares_of(quantity) -> dict[str, dict]:
+    """Sobol's indices of a quantity by key: `first` and `total` with value, low and high; empty without any."""
+    return {key: one for key, one in quantity.get("sobol", {}).items() if key != "refused"}
+
+
+def _draw_shares(axis, name, shares):
+    """Sobol's indices as bars with their intervals, the greatest on top."""
+    keys = sorted(shares, key=lambda key: shares[key]["total"]["value"])
+    frame(axis)
+    for place, (order, words) in enumerate(ORDERS.items()):
+        values = np.array([shares[key][order]["value"] for key in keys])
+        height, at = 0.28, np.arange(len(keys)) + (0.14 if place == 0 else -0.16)
+        axis.barh(at, 100.0 * values, height, color=BALL_COLOURS[place], label=words)
+        ends = [[shares[key][order][end] for key in keys] for end in ("low", "high")]
+        lengths = [
+            [100.0 * abs(end - value) if end is not None else 0.0 for end, value in zip(row, values, strict=True)]
+            for row in ends
+        ]
+        axis.errorbar(100.0 * values, at, xerr=lengths, fmt="none", ecolor=STYLE["ink"], elinewidth=1.3, capsize=2.5)
+    for at, key in enumerate(keys):
+        axis.text(0.6, at + 0.3, key, fontsize=10.5, color=STYLE["ink"], va="bottom")
+    axis.set_yticks([])
+    axis.set_ylim(-0.5, len(keys) - 0.3)
+    axis.set_xlim(0.0, max(100.0, axis.get_xlim()[1]))
+    axis.set_xlabel("share of the variance [%]")
+    heading(axis, f"{name.replace('_', ' ').capitalize()}: shares of its variance")
 
 
 def _draw_quantity(axis, result, name, exact):
@@ -88,21 +120,19 @@ def _draw_quantity(axis, result, name, exact):
     for probability in ("0.05", "0.50", "0.95"):
         if probability in found["quantiles"]:
             quantile = found["quantiles"][probability]
-            axis.axvline(quantile["value"] * factor, ymax=BELOW_LEGEND, color=BALL_COLOURS[5], linewidth=1.3)
+            axis.axvline(quantile["value"] * factor, color=BALL_COLOURS[5], linewidth=1.3)
             if quantile["low"] is not None and quantile["high"] is not None:
                 axis.axvspan(
-                    quantile["low"] * factor, quantile["high"] * factor, ymax=BELOW_LEGEND, color=BALL_COLOURS[5],
-                    alpha=0.18, linewidth=0,
-                )  # fmt: skip
+                    quantile["low"] * factor, quantile["high"] * factor, color=BALL_COLOURS[5], alpha=0.18, linewidth=0
+                )
     words = {"ensemble": " with intervals", "chaos": " of the expansion"}.get(found["method"], "")
     label = f"5, 50, 95 %{words}"
     axis.plot([], [], color=BALL_COLOURS[5], linewidth=1.3, label=label)
     margin = 0.08 * (high - low)
     axis.set_xlim((low - margin) * factor, (high + margin) * factor)
-    axis.set_ylim(0.0, axis.get_ylim()[1] / BELOW_LEGEND)
+    axis.set_ylim(bottom=0.0)
     words = name.replace("_", " ")
     axis.set_xlabel(labelled(words, unit))
-    axis.legend(frameon=False, fontsize=10.5, loc="upper center", ncols=2)
     if not drawn and exact is None:
         axis.set_yticks([])
         return
@@ -128,7 +158,6 @@ def _draw_convergence(axis, result):
             axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
     axis.set_xlabel("samples")
     axis.set_ylabel(labelled(what, unit))
-    axis.legend(frameon=False, fontsize=10.5)
     heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}")
 
 
@@ -156,7 +185,6 @@ def _draw_history(axis, result, channel):
     axis.set_xlabel(f"time [{unit_time}]")
     axis.set_ylabel(labelled(channel.replace("_", " "), unit))
     axis.margins(x=0.0)
-    axis.legend(frameon=False, fontsize=10.5)
     heading(axis, f"{channel.replace('_', ' ').capitalize()} over time")
 
 

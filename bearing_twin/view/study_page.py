@@ -8,7 +8,7 @@ import numpy as np
 
 from bearing_twin.pictures.style import BALL_COLOURS
 from bearing_twin.units import inverse, labelled, prefixed
-from bearing_twin.uq.picture import FAR, exact_of
+from bearing_twin.uq.picture import FAR, ORDERS, exact_of, shares_of
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.statistics import histogram, natural_density
@@ -20,7 +20,6 @@ POINTS = 480  # of a curve
 MOST_QUANTITIES = 12
 SHOWN_QUANTILES = ("0.05", "0.50", "0.95")
 STATISTICS = ("mean", "std", "skewness")
-ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 
 
 def document_of_study(result: StudyResult) -> dict[str, Any]:
@@ -174,7 +173,7 @@ def _swept(result, name, sweep) -> dict[str, Any]:
 def _shares(names, summary) -> Iterable[dict[str, Any]]:
     """Sobol's indices as bars."""
     for name in names:
-        sources = {key: one for key, one in summary["quantities"][name].get("sobol", {}).items() if key != "refused"}
+        sources = shares_of(summary["quantities"][name])
         if sources:
             rows = [{"words": key, "shares": [one[order] for order in ORDERS]} for key, one in sources.items()]
             yield {"title": f"{_words(name)}: share of its variance", "orders": list(ORDERS.values()), "rows": rows}

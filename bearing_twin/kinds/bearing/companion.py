@@ -279,7 +279,7 @@ def _room(length: int, balls: int, carried: np.ndarray, border: np.ndarray) -> R
         np.empty((length, balls, 4)),
         np.zeros(4, np.int64),
         np.zeros(2),
-        np.zeros(1, np.int64),
+        np.zeros(1, np.uint8),
         carried,
         np.tile(border, (length, 1)).reshape(length, BORDER),
         border,

@@ -44,11 +44,19 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             "joint_states", "sensor_msgs/msg/JointState", PUBLISH, joints, "angles of inner ring and orbits", FRAME,
             together=True,
         ),
+        *_cage_topics(parameters),
         Topic(
             "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME,
             together=True,
         ),
     )  # fmt: skip
+
+
+def _cage_topics(parameters: BearingScene) -> tuple[Topic, ...]:
+    if parameters.cage.kind == "none":
+        return ()
+    text = "of a cage, where there is one: angle [rad], speed [rad/s]; effort: torque of the balls on it [N m]"
+    return (Topic("cage/state", "sensor_msgs/msg/JointState", PUBLISH, cage, text, FRAME, together=True),)
 
 
 def commands() -> tuple[Command, ...]:
@@ -103,6 +111,24 @@ def joints(output: Output) -> dict:
         "name": ["inner_ring_joint", *(f"ball_{k}_orbit_joint" for k in range(balls))],
         "position": np.concatenate([sample["inner_ring_angle"][..., None], sample["orbit_angle"]], axis=-1),
         "velocity": np.concatenate([sample["inner_ring_speed"][..., None], orbit_rates(sample)], axis=-1),
+    }
+
+
+def cage(output: Output) -> dict:
+    """sensor_msgs/JointState of the cage: angle [rad], speed [rad/s], and torque of the balls on it about +z [N m].
+
+    The angle is 0 where ball 0 is in the middle of its pocket. The torque is that of the forces along the orbits; what
+    friction of the pockets adds, at most cage.friction times ball diameter over pitch diameter of it, is left out.
+    Equilibria know none: it is 0 there.
+    """
+    sample = output.sample
+    x, y, _ = np.moveaxis(sample["position"], -1, 0)
+    torque = -(sample["pocket_force"] * np.hypot(x, y)).sum(axis=-1)
+    return {
+        "name": ["cage_joint"],
+        "position": sample["cage_angle"][..., None],
+        "velocity": sample["cage_speed"][..., None],
+        "effort": torque[..., None],
     }
 
 

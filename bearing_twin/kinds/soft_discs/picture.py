@@ -50,12 +50,13 @@ class SoftDiscPicture(PairPicture):
         shapes = _Shapes(self._parameters, values, rows)
         figure = Figure(figsize=(8.0, 8.0), dpi=60, facecolor="white")
         FigureCanvasAgg(figure)
-        axis = figure.add_axes((0.12, 0.1, 0.74, 0.8))
+        axis = figure.add_axes((0.14, 0.1, 0.72, 0.8))
         bars = []
 
         def draw(row):
             axis.clear()
             drawn = shapes.draw(axis, row)
+            axis.set_ylabel(shapes.height)
             heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N")
             if not bars:
                 bars.append(shapes.bar(figure, drawn, axis))
@@ -71,7 +72,7 @@ class SoftDiscPicture(PairPicture):
             drawn = shapes.draw(axis, row)
             heading(axis, f"{text}, {time[row]:.3g} {unit}")
         shapes.bar(figure, drawn, axes)
-        axes[0].set_ylabel(f"above the {shapes.ground} [{shapes.length_unit}]")
+        axes[0].set_ylabel(shapes.height)
 
 
 class _Shapes:
@@ -81,7 +82,6 @@ class _Shapes:
         mesh = parameters.mesh
         self._mesh = half_disc(mesh.divisions, mesh.order, mesh.integration)
         self._against = parameters.against
-        self.ground = "wall" if parameters.against == "wall" else "place of first touch"
         names, signs = ("shape", "other_shape"), ((1.0, 1.0), (1.0, -1.0))
         parts = list(zip(bodies_of(parameters).values(), names, signs, strict=False))
         self._discs = {
@@ -93,7 +93,9 @@ class _Shapes:
         }
         every = [disc for discs in self._discs.values() for disc in discs]
         self._factor, self._unit = scaled(np.concatenate([density for _, density in every]), "Pa")
-        self._length, self.length_unit = scaled(np.concatenate([shape.ravel() for shape, _ in every]), "m")
+        self._length, self._length_unit = scaled(np.concatenate([shape.ravel() for shape, _ in every]), "m")
+        ground = "wall" if self._against == "wall" else "place of first touch"
+        self.height = f"above the {ground} [{self._length_unit}]"
         self._greatest = self._factor * max(density.max() for _, density in every)
         places = self._length * np.concatenate([shape for shape, _ in every])
         self._widest = 1.05 * np.abs(places[:, 0]).max()
@@ -119,7 +121,7 @@ class _Shapes:
         axis.set_aspect("equal")
         axis.set_xlim(-self._widest, self._widest)
         axis.set_ylim(self._low, self._high)
-        axis.set_xlabel(f"across the line of flight [{self.length_unit}]")
+        axis.set_xlabel(f"across the line of flight [{self._length_unit}]")
         axis.xaxis.set_major_locator(MaxNLocator(5))
         return drawn
 

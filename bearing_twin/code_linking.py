@@ -1,0 +1,157 @@
+"""Kernels that are compiled once and called, not compiled anew into every kernel above them.
+
+Numba links the code of a function into each of its callers and optimises it there once more: a kernel four calls deep
+was optimised and translated four times. Here a kernel has a name that says what it is compiled from, its callers keep
+only that name, and the two are joined when they are loaded. A small kernel is still put into its callers.
+
+Numba also makes, for each function, what Python calls it by, which unpacks every array of every named tuple: of kernels
+with many arguments more code than their own. It is made only for what Python calls.
+"""
+
+import importlib
+import threading
+from typing import NamedTuple
+
+import llvmlite.binding as llvm
+import numba
+from numba.core import sigutils
+from numba.core.compiler import Compiler, Flags
+from numba.core.registry import CPUDispatcher
+
+SMALL = 120  # instructions up to which a kernel is put into its callers: there LLVM would put it by itself
+
+_within = threading.local()
+
+
+class Needed(NamedTuple):
+    """A kernel that others call by its `symbol`: where it is found, and for which types."""
+
+    module: str
+    function: str
+    args: tuple
+    symbol: str
+
+
+class _Within:
+    """While this is entered, what is compiled or loaded is wanted by other compiled code and not by Python."""
+
+    def __enter__(self):
+        _within.depth = getattr(_within, "depth", 0) + 1
+
+    def __exit__(self, *error):
+        _within.depth -= 1
+
+
+def wanted_by_python() -> bool:
+    """Whether what is compiled or loaded now is wanted by Python."""
+    return getattr(_within, "depth", 0) == 0
+
+
+class _Flags(Flags):
+    """Numba's options of one compilation, which are no part of a kernel's name: some follow from who calls it first."""
+
+    __slots__ = ()
+
+    def get_mangle_string(self):
+        return "kernel"
+
+
+class _NamedCompiler(Compiler):
+    """Numba's compiler, which names kernels by a digest, not by a number that counts on, and spares ways in."""
+
+    def _compile_bytecode(self):
+        identity = self.state.func_id
+        keep = getattr(identity.func, "code_cache", None)
+        digest = keep and keep.digest(self.state.args, self.state.targetctx.codegen())
+        if digest is not None:
+            identity.unique_id = digest
+            identity.unique_name = f"{identity.func_qualname}${digest}"
+            self.state.flags = _Flags(self.state.flags)
+        flags = self.state.flags
+        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = not wanted_by_python()
+        with _Within():
+            return super()._compile_bytecode()
+
+
+class _Dispatcher(CPUDispatcher):
+    """Numba's table of a function's compiled forms, where a form that only compiled code calls has no way in."""
+
+    def compile(self, sig):
+        """The way into the form for these types, compiled with one where Python wants it and there is none."""
+        form = self.overloads.get(tuple(sigutils.normalize_signature(sig)[0]))
+        if form is not None and wanted_by_python() and not has_way_in(form):
+            del self.overloads[tuple(form.signature.args)]
+        return super().compile(sig)
+
+    def add_overload(self, cres):
+        """Keeps a form; Python finds it if it can call it."""
+        if has_way_in(cres):
+            super().add_overload(cres)
+        else:
+            self.overloads[tuple(cres.signature.args)] = cres
+
+
+def dispatcher(function, options):
+    """What stands for `function`, compiled without Python's objects for the types it is called with."""
+    if numba.config.DISABLE_JIT:
+        return function
+    options = {"nopython": True, "boundscheck": None, **options}
+    return _Dispatcher(py_func=function, targetoptions=options, pipeline_class=_NamedCompiler)
+
+
+def has_way_in(form) -> bool:
+    """Whether Python can call a compiled form."""
+    return form.library.get_pointer_to_function(form.fndesc.llvm_cpython_wrapper_name) != 0
+
+
+def called_by_name(form, function, args):
+    """What callers of a form just compiled need to know to call it; None for a small one."""
+    symbol = form.fndesc.llvm_func_name
+    size = sum(1 for block in form.library.get_function(symbol).blocks for _ in block.instructions)
+    return Needed(function.__module__, function.__qualname__, tuple(args), symbol) if size > SMALL else None
+
+
+def needs_of(library) -> list:
+    """The kernels that the code of a library calls by name."""
+    found, seen, wanted = {}, set(), list(library._linking_libraries)
+    while wanted:
+        one = wanted.pop()
+        if id(one) in seen:
+            continue
+        seen.add(id(one))
+        needed = getattr(one, "needed", None)
+        if needed is None:
+            wanted += one._linking_libraries
+        else:
+            found[needed.symbol] = needed
+    return list(found.values())
+
+
+def keep_names(library) -> None:
+    """Keeps of a library, for the cache and for callers, no more than the names of what it defines."""
+    module = library._final_module
+    names = [one.name for one in module.functions if not one.is_declaration]
+    library._shared_module = llvm.parse_assembly("\n".join(f'define void @"{one}"() {{ ret void }}' for one in names))
+
+
+def link_by_name(library, needed, kept=()) -> None:
+    """Lets callers of a library call it as `needed` says; `kept` stays in memory as long as it does."""
+    library.needed, library.kept = needed, kept
+    if needed is not None:
+        library._shared_module = llvm.parse_assembly(str(library.codegen._create_empty_module(library.name)))
+    elif kept:
+        library._linking_libraries = list(kept)
+
+
+def load(needed) -> list:
+    """Loads or compiles the kernels that another calls; raises LookupError where one is not what it was."""
+    libraries = []
+    for one in needed:
+        found = getattr(importlib.import_module(one.module), one.function)
+        with _Within():
+            found.compile(one.args)
+        form = found.overloads[one.args]
+        if form.fndesc.llvm_func_name != one.symbol:
+            raise LookupError(one.symbol)
+        libraries.append(form.library)
+    return libraries

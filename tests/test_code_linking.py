@@ -1,0 +1,125 @@
+"""A kernel is compiled once for all that call it, joined to them at every start, and callable by Python on demand."""
+
+import pickle
+import re
+import sys
+
+import pytest
+from test_compiled import cache, edited, files, numba_is_ready, started  # noqa: F401 - fixtures
+
+from bearing_twin import code_cache, code_linking
+
+STEPS = "\n".join(f"    x = x * 1.0{n} + {n}.0 / (x * x + {n}.5)" for n in range(1, 30))
+SOURCES = {
+    "__init__": "",
+    "long": f"from bearing_twin.compiled import kernel\n\n\n@kernel\ndef long(x):\n{STEPS}\n    return x\n",
+    "short": (
+        "from bearing_twin.compiled import inlined, kernel\nfrom tiny.long import long\n\n\n"
+        "@kernel\ndef short(x):\n    return long(x) + 1.0\n\n\n@inlined\ndef half(x):\n    return 0.5 * short(x)\n"
+    ),
+    "upper": (
+        "from bearing_twin.compiled import kernel\nfrom tiny.short import half, short\n\n\n"
+        "@kernel\ndef upper(x):\n    return half(x) + short(2.0 * x)\n"
+    ),
+}
+UPPER, LONG, SHORT = ("upper.upper", 3.0), ("long.long", 3.0), ("short.short", 3.0)
+
+
+@pytest.fixture
+def root(tmp_path):
+    (tmp_path / "checkout" / "tiny").mkdir(parents=True)
+    for name, text in SOURCES.items():
+        (tmp_path / "checkout" / "tiny" / f"{name}.py").write_text(text)
+    return tmp_path / "checkout"
+
+
+def long(x):
+    for n in range(1, 30):
+        x = x * float(f"1.0{n}") + n / (x * x + n + 0.5)
+    return x
+
+
+TRUTH = 0.5 * (long(3.0) + 1.0) + long(6.0) + 1.0
+
+
+def file_of(cache, name):  # noqa: F811
+    return next(path for path in files(cache) if path.name.startswith(f"{name}-"))
+
+
+def content_of(root, path):
+    """What a file holds: key, compiled form, how it is called by name, and what it calls by name."""
+    sys.path.insert(0, str(root))
+    try:
+        return pickle.loads(code_cache._read(path))
+    finally:
+        sys.path.remove(str(root))
+        for name in [name for name in sys.modules if name.partition(".")[0] == "tiny"]:
+            del sys.modules[name]
+
+
+def test_a_long_kernel_is_called_and_a_short_one_is_put_into_its_callers(root, cache):  # noqa: F811
+    assert started(root, [UPPER])[0] == [TRUTH]
+    upper, short, long_one = (content_of(root, file_of(cache, name)) for name in ("upper", "short", "long"))
+    assert upper[2] is None
+    assert short[2] is None
+    assert [one.function for one in upper[3]] == ["long"]
+    assert long_one[2] == upper[3][0] == short[3][0]
+    assert long_one[2].symbol in dict.fromkeys(re.findall(r"[\w.$]+", long_one[1][0][2][0].decode("latin-1")))
+
+
+def test_a_start_joins_what_was_kept(root):
+    assert started(root, [UPPER]) == ([TRUTH], ["half", "long", "short", "upper"], "")
+    assert started(root, [UPPER]) == ([TRUTH], [], "")
+
+
+def test_a_called_kernel_that_is_lost_is_compiled_again_and_no_other(root, cache):  # noqa: F811
+    started(root, [UPPER])
+    file_of(cache, "long").unlink()
+    assert started(root, [UPPER]) == ([TRUTH], ["long"], "")
+    assert started(root, [UPPER]) == ([TRUTH], [], "")
+
+
+def test_an_edit_of_a_called_kernel_is_seen(root):
+    started(root, [UPPER])
+    edited(root, "long", "    return x", "    return x + 4.0")
+    assert started(root, [UPPER])[0] == [pytest.approx(TRUTH + 0.5 * 4.0 + 4.0, rel=1e-15)]
+
+
+def test_python_calls_what_kernels_called_first(root):
+    """Its way in is made when it is wanted, once, before or after the kernel that needs none."""
+    values = [TRUTH, pytest.approx(long(3.0), rel=1e-15)]
+    assert started(root, [UPPER]) == (values[:1], ["half", "long", "short", "upper"], "")
+    assert started(root, [UPPER, LONG]) == (values, ["long"], "")
+    assert started(root, [UPPER, LONG]) == (values, [], "")
+    assert started(root, [LONG, UPPER]) == (values[::-1], [], "")
+
+
+def test_what_python_calls_of_inlined_functions_is_kept(root):
+    half = ("short.half", 3.0)
+    value = [pytest.approx(0.5 * (long(3.0) + 1.0), rel=1e-15)]
+    assert started(root, [half])[:2] == (value, ["half", "long", "short"])
+    assert started(root, [half]) == (value, [], "")
+    assert started(root, [UPPER, half])[1] == ["half", "upper"], "its compiled form is in its caller, where half is"
+
+
+def test_a_kernel_that_is_not_what_it_was_is_not_called(root, cache, monkeypatch):  # noqa: F811
+    started(root, [UPPER])
+    path = file_of(cache, "upper")
+    key, form, own, needed = content_of(root, path)
+    code_cache._write(path, pickle.dumps((key, form, own, [one._replace(symbol="another") for one in needed])))
+    assert started(root, [UPPER]) == ([TRUTH], ["half", "upper"], "")
+
+
+def test_names_of_kernels_say_what_they_are_compiled_from():
+    """Two of one name that say different things are two symbols; the same thing said twice is one."""
+    symbols = []
+    for number in (1.5, 2.5, 1.5):
+        scope = {"__name__": __name__}
+        exec(f"def one(x):\n{STEPS}\n    return x + {number}", scope)
+        function = code_linking.dispatcher(scope["one"], {"error_model": "numpy"})
+        function._cache = code_cache.CodeCache(scope["one"])
+        function._cache.disable()
+        function(1.0)
+        symbols.append(next(iter(function.overloads.values())).fndesc.llvm_func_name)
+        assert function(1.0) == long(1.0) + number
+    assert symbols[0] == symbols[2] != symbols[1]
