@@ -191,7 +191,7 @@ def stress_after(height: int, theory: str, damping: float):
     times = last + period * np.linspace(0.0, PERIODS, 1000 * PERIODS, endpoint=False)
     square = watch.at_points(times)[1][:, 0].reshape(PERIODS, -1) ** 2
     sizes = np.sqrt(square.mean(axis=1))
-    return sizes / sizes[0], float(sizes[0] / watch.greatest()[1])
+    return sizes / sizes[0], float(sizes[0] / watch.greatest()[1].value)
 
 
 def _up() -> Axis:

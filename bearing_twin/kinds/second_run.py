@@ -90,10 +90,10 @@ class WithSecondRun:
     every output of the `watch`. After `short` steps and SHARE of the run's the finer motion is left behind.
     """
 
-    def __init__(self, motions, channels, figures, watch: Watch, wanted: Callable, tolerance: float, short=SHORT):
+    def __init__(self, motions, channels, figures, watch: Watch, wanted: Callable, parameters, short=SHORT):
         self._motion, self._finer = motions
         self._channels, self._new_figures = channels, figures
-        self._watch, self._wanted, self._tolerance, self._short = watch, wanted, tolerance, short
+        self._watch, self._wanted, self._parameters, self._short = watch, wanted, parameters, short
         if hasattr(self._motion, "snapshot"):
             self.snapshot = self._motion.snapshot
         self._begin()
@@ -148,7 +148,7 @@ class WithSecondRun:
             else:
                 self._add(1, times, finer, self._finer.take_records())
         until = self._now + float(times[-1])
-        if until >= OFTEN * self._told:
+        if until >= min(OFTEN * self._told, self._parameters.run.duration - duration / len(times)):
             if self._following:
                 self._compare(until)
             if self._row is not None:
@@ -183,7 +183,7 @@ class WithSecondRun:
         own, finer = self._figures
         wanted = self._wanted(own, finer)
         worst = max(wanted.values(), default=0.0)
-        if worst <= self._tolerance:
+        if worst <= self._parameters.wanted.tolerance:
             self._kept = until
         self._first = self._first or worst
         self._followed = until

@@ -109,7 +109,7 @@ def motion(parameters: EllipsoidOnPlaneScene, choice: Choice):
     def figures():
         return EllipsoidFigures(parameters, choice)
 
-    return WithSecondRun((own, finer), channels(parameters), figures, WATCH, wanted_errors, parameters.wanted.tolerance)
+    return WithSecondRun((own, finer), channels(parameters), figures, WATCH, wanted_errors, parameters)
 
 
 class EllipsoidMotion:

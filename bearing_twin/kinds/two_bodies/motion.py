@@ -106,9 +106,8 @@ def motion(parameters: TwoBodiesScene, choice: Choice):
     def figures():
         return PairFigures(parameters, choice)
 
-    tolerance = parameters.wanted.tolerance
     short = 0 if own.pair.over_lens else SHORT
-    return WithSecondRun((own, finer), channels(parameters), figures, WATCH, wanted_errors, tolerance, short)
+    return WithSecondRun((own, finer), channels(parameters), figures, WATCH, wanted_errors, parameters, short)
 
 
 class TwoBodiesMotion:
