@@ -51,7 +51,7 @@ class CodeCache(_Cache):
     def __init__(self, function, alone=True):
         note_imported(function.__module__)
         self._function = function
-        self._alone = alone
+        self.alone = alone
         self._enabled = True
         function.code_cache = self  # where the compiler finds it
 
@@ -77,7 +77,7 @@ class CodeCache(_Cache):
 
     def load_overload(self, sig, target_context):
         """The compiled form for these types, or None if it must be compiled."""
-        if not self._alone and not code_linking.wanted_by_python():
+        if not self.alone and not code_linking.wanted_by_python():
             return None
         target_context.refresh()
         key, path = self._key_and_path(sig, target_context.codegen())
@@ -97,13 +97,13 @@ class CodeCache(_Cache):
 
     def save_overload(self, sig, data):
         """Keeps a compiled form for these types; prints one warning a process if that is not possible."""
-        if not self._alone and not code_linking.wanted_by_python():
+        if not self.alone and not code_linking.wanted_by_python():
             return
         if data.library.has_dynamic_globals or any(not one.can_cache for one in data.lifted):
             return
         key, path = self._key_and_path(sig, data.codegen)
         own, needed = None, code_linking.needs_of(data.library)
-        if self.digest(getattr(sig, "args", sig), data.codegen) is not None:
+        if self.alone and self.digest(getattr(sig, "args", sig), data.codegen) is not None:
             own = code_linking.called_by_name(data, self._function, getattr(sig, "args", sig))
         try:
             if own is not None:
@@ -129,7 +129,7 @@ class CodeCache(_Cache):
 
     def digest(self, args, codegen) -> str | None:
         """What names the form for these types; None where the source does not say what is compiled."""
-        key = self._key(args, codegen) if self._alone else None
+        key = self._key(args, codegen)
         return key and hashlib.sha256(repr((key, _classes(args), self._function.__module__)).encode()).hexdigest()[:20]
 
     def _key(self, args, codegen) -> tuple | None:

@@ -64,6 +64,8 @@ class _NamedCompiler(Compiler):
         keep = getattr(identity.func, "code_cache", None)
         digest = keep and keep.digest(self.state.args, self.state.targetctx.codegen())
         if digest is not None:
+            # Of a function that is put into its callers, what Python calls is another form beside those in them.
+            digest += "p" if wanted_by_python() and not keep.alone else ""
             identity.unique_id = digest
             identity.unique_name = f"{identity.func_qualname}${digest}"
             self.state.flags = _Flags(self.state.flags)
