@@ -2,9 +2,9 @@
 
 import pytest
 from ros import rclpy  # noqa: F401 - skips where there is no ROS
-from torture_nodes import cancels, ends, frozen, goals, hostile, restarts
+from torture_nodes import cancels, ends, frozen, goals, hostile, restarts, soak
 
-SLOW = (goals, 0.1), (cancels, 0.03), (ends, 0.1), (restarts, 0.1)
+SLOW = (goals, 0.1), (cancels, 0.03), (ends, 0.1), (restarts, 0.1), (soak, 0.01)
 
 
 @pytest.mark.parametrize(
