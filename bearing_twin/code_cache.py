@@ -31,7 +31,7 @@ from numba.core.types import Callable
 from bearing_twin import code_linking
 from bearing_twin.source_state import note_imported, state_of
 
-FORMAT = 2  # of the files
+FORMAT = 3  # of the files
 MOST_STATES = 3  # of one module that are kept
 DAY = 86400.0
 GREATEST_MEMORY = 2000  # texts whose parsing is remembered
@@ -84,12 +84,13 @@ class CodeCache(_Cache):
         if path is None or (content := _read(path)) is None:
             return None
         try:
-            kept_key, form, own, needed = pickle.loads(content)
+            kept_key, form, own, needed, constants = pickle.loads(content)
             if kept_key != key:
                 return None
             libraries = code_linking.load(needed)
             found = CompileResult._rebuild(target_context, *form)
             code_linking.link_by_name(found.library, own, libraries)
+            code_linking.complete(found.environment, constants)
         except Exception:  # whatever unpickling raises: what cannot be rebuilt is compiled afresh
             _remove(path)
             return None
@@ -111,7 +112,7 @@ class CodeCache(_Cache):
             if path is None:
                 return
             fresh = not path.parent.is_dir()
-            _write(path, dumps((key, data._reduce(), own, needed)))
+            _write(path, dumps((key, data._reduce(), own, needed, list(data.environment.consts))))
             if fresh:
                 _remove_old_states(path.parent)
         except OSError as error:

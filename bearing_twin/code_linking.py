@@ -145,6 +145,16 @@ def link_by_name(library, needed, kept=()) -> None:
         library._linking_libraries = list(kept)
 
 
+def complete(environment, constants) -> None:
+    """Gives a form just loaded the constants of its way in.
+
+    Numba finds them by the form's name. A caller loaded before can have brought those of a form without a way in, which
+    are the first of these.
+    """
+    if len(constants) > len(environment.consts):
+        environment.consts[:] = constants
+
+
 def load(needed) -> list:
     """Loads or compiles the kernels that another calls; raises LookupError where one is not what it was."""
     libraries = []

@@ -94,6 +94,18 @@ def test_python_calls_what_kernels_called_first(root):
     assert started(root, [LONG, UPPER]) == (values[::-1], [], "")
 
 
+def test_what_python_gets_of_a_callee_is_whole(root):
+    """An array that it returns needs constants, which its callers keep without those of its way in."""
+    made = "import numpy as np\nfrom bearing_twin.compiled import kernel\n\n\n@kernel\ndef room(n):\n"
+    (root / "tiny" / "made.py").write_text(f"{made}    return np.full(n, 1.5)\n")
+    caller = "from bearing_twin.compiled import kernel\nfrom tiny.made import room\n\n\n@kernel\ndef last(n):\n"
+    (root / "tiny" / "caller.py").write_text(f"{caller}    return room(n)[-1] + room(n + 1)[-2]\n")
+    for calls in ([("caller.last", 1)], [("made.room", 1)], [("caller.last", 1), ("made.room", 1)]):
+        values = started(root, calls)[0]
+    assert (values[0], list(values[1])) == (3.0, [1.5])
+    assert started(root, calls)[1:] == ([], "")
+
+
 def test_what_python_calls_of_inlined_functions_is_kept(root):
     half = ("short.half", 3.0)
     value = [pytest.approx(0.5 * (long(3.0) + 1.0), rel=1e-15)]
@@ -105,8 +117,10 @@ def test_what_python_calls_of_inlined_functions_is_kept(root):
 def test_a_kernel_that_is_not_what_it_was_is_not_called(root, cache, monkeypatch):  # noqa: F811
     started(root, [UPPER])
     path = file_of(cache, "upper")
-    key, form, own, needed = content_of(root, path)
-    code_cache._write(path, pickle.dumps((key, form, own, [one._replace(symbol="another") for one in needed])))
+    key, form, own, needed, constants = content_of(root, path)
+    code_cache._write(
+        path, pickle.dumps((key, form, own, [one._replace(symbol="another") for one in needed], constants))
+    )
     assert started(root, [UPPER]) == ([TRUTH], ["half", "upper"], "")
 
 
