@@ -138,7 +138,7 @@ def test_a_data_set_holds_every_number_with_units_and_named_axes(which, tmp_path
             assert dataset[one.name].attrs == {"units": one.unit, "long_name": one.meaning}
             assert dataset[one.name].dims[0] == "time"
     assert read.time.attrs["units"] == "s"
-    assert json.loads(read.attrs["report"])["status"] == "done"
+    assert json.loads(read.attrs["report"])["status"] == read_log(path).report["status"]
 
 
 def test_axes_are_called_by_what_stands_along_them(log):

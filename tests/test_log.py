@@ -79,7 +79,7 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
     log = SimpleNamespace(kept_rate=0.0, scene=run.scene, channels=kept, blocks=lambda: iter(blocks))
     found = verify(log)
     assert found.greatest == 0.0
-    assert set(found.deviations) == {channel.name for channel in kept} | {"contact"}
+    assert set(found.deviations) == {channel.name for channel in kept} | {"contact", "companion"}
     blocks[0].values["approach"][3] += 1e-9
     assert verify(log).deviations["approach"] == pytest.approx(1e-9)
     log.channels = (*kept, run.channels[0]._replace(name="temperature"))

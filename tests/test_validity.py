@@ -33,7 +33,10 @@ DOUBTFUL = [
 ]
 
 
-OF_ERRORS = ("the error is over", "loads are off", "friction are off")  # estimated errors, not doubts of theory
+OF_ERRORS = (
+    "the error is over",
+    *(f"{one} are off" for one in ("loads", "friction", "peaks", "forces")),
+)  # estimated errors, not doubts of theory
 
 
 def flags_of(name, *overrides):

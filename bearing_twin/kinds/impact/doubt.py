@@ -14,6 +14,7 @@ from bearing_twin.kinds.doubt import LAW
 from bearing_twin.kinds.impact.collision import FIXED_STEP, Collision, collide, spring_loads
 from bearing_twin.kinds.impact.derived import contact_time_by
 from bearing_twin.kinds.impact.figures import FIGURES, OUTPUTS, WATCH
+from bearing_twin.kinds.impact.models import off_elements
 from bearing_twin.kinds.second_run import SecondRunDoubt, difference, row_of
 
 FINER, COARSEST, FINEST = 1e-2, 1e-9, 1e-13  # tolerance of the second solution over the first one's; at most, at least
@@ -135,7 +136,7 @@ class DiscDoubt(PairDoubt):
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """By contact times: a longer contact is softer by as much, and deeper."""
-        return self.scaled(figures, self.choice.law_error)
+        return self.scaled(figures, off_elements(self.parameters)[0] + self._beside)
 
     def law_of(self, output: str) -> tuple[float, str]:
         """What a better law of line contact would mend; what is left no law of line contact does without."""
@@ -144,8 +145,8 @@ class DiscDoubt(PairDoubt):
     def notes(self) -> dict[str, str]:
         """What is not in the errors."""
         return {
-            LAW: f"laws of line contact are {100.0 * (self.choice.law_error - self._beside):.2g} % off finite "
-            "elasticity at this speed and thickness, whatever the tolerance: that stands beside figures, and does not "
+            LAW: f"laws of line contact are {100.0 * off_elements(self.parameters)[0]:.2g} % off finite elasticity at "
+            " this speed and thickness, whatever the tolerance: that stands beside figures, and does not "
             "make a run doubtful; kind: soft_discs has no such law",
             "vibration": "discs are rigid outside their contact: what goes into waves is not computed",
         }

@@ -50,7 +50,7 @@ def choose_discs(parameters) -> Choice:
     """Two discs: Johnson's law unless another is asked for, by quadrature when only peaks are wanted."""
     pinned, solver = parameters.contact.normal, parameters.solver
     law = "johnson" if pinned == "auto" else pinned
-    error, warnings = _off_elements(parameters)
+    error, warnings = off_elements(parameters)
     if pinned == "auto":
         told = f"johnson, because discs follow its two-dimensional solution to {100.0 * error:.2g} % here"
         reasons = [told]
@@ -75,7 +75,7 @@ def choose_discs(parameters) -> Choice:
     return Choice(law, stepper, error, "; ".join(reasons), (*warnings, *_step_warnings(parameters, stepper)))
 
 
-def _off_elements(parameters) -> tuple[float, list[str]]:
+def off_elements(parameters) -> tuple[float, list[str]]:
     """About the error of line contact against finite elasticity, and where that is much, the kind that knows better.
 
     It grows with the speed as a share of that of waves, as the strain does; thin discs are not in plane strain, which
