@@ -33,10 +33,8 @@ DOUBTFUL = [
 ]
 
 
-OF_ERRORS = (
-    "the error is over",
-    *(f"{one} are off" for one in ("loads", "friction", "peaks", "forces")),
-)  # estimated errors, not doubts of theory
+# Estimated errors are no doubts of theory.
+OF_ERRORS = ("the error is over", *(f"{one} are off" for one in ("loads", "friction", "peaks", "forces")))
 
 
 def flags_of(name, *overrides):
