@@ -216,9 +216,14 @@ def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
         unit[:] = 0.0
         unit[j] = 1.0
         _slips(bearing, inner_speed, centre, position, unit, one)
-        matrix[:, j] = (one - none) * scale[j]
-    least_squares(matrix, -none, 1e-9, found)
-    return scale * found
+        for i in range(len(none)):  # written out: Numba's assignment of arrays takes 3 s to compile
+            matrix[i, j] = (one[i] - none[i]) * scale[j]
+    for i in range(len(none)):
+        none[i] = -none[i]
+    least_squares(matrix, none, 1e-9, found)
+    for j in range(4):
+        found[j] *= scale[j]
+    return found
 
 
 @kernel
@@ -235,7 +240,8 @@ def _place_balls(bearing, inner_speed, rolls, state):
         if rolls:
             motion = rolling(bearing, inner_speed, angle, distance, height)
             state[k, TANGENTIAL_VELOCITY] = motion[0]
-            state[k, SPIN : SPIN + 3] = motion[1:]
+            for i in range(3):
+                state[k, SPIN + i] = motion[1 + i]
         state[k, AXIS_DISTANCE], state[k, ORBIT_ANGLE], state[k, HEIGHT] = distance, angle, height
     return True
 
