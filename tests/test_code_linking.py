@@ -7,7 +7,7 @@ import sys
 import pytest
 from test_compiled import cache, edited, files, numba_is_ready, started  # noqa: F401 - fixtures
 
-from bearing_twin import code_cache, code_linking
+from bearing_twin import code_cache, code_linking, source_state
 
 STEPS = "\n".join(f"    x = x * 1.0{n} + {n}.0 / (x * x + {n}.5)" for n in range(1, 30))
 SOURCES = {
@@ -55,6 +55,7 @@ def content_of(root, path):
         sys.path.remove(str(root))
         for name in [name for name in sys.modules if name.partition(".")[0] == "tiny"]:
             del sys.modules[name]
+            source_state._imported.pop(name, None)
 
 
 def test_a_long_kernel_is_called_and_a_short_one_is_put_into_its_callers(root, cache):  # noqa: F811
