@@ -104,7 +104,7 @@ class CodeCache(_Cache):
             return
         key, path = self._key_and_path(sig, data.codegen)
         own, needed = None, code_linking.needs_of(data.library)
-        if self.alone and self.digest(getattr(sig, "args", sig), data.codegen) is not None:
+        if self.alone and key is not None:
             own = code_linking.called_by_name(data, self._function, getattr(sig, "args", sig))
         try:
             if own is not None:
@@ -131,7 +131,7 @@ class CodeCache(_Cache):
     def digest(self, args, codegen) -> str | None:
         """What names the form for these types; None where the source does not say what is compiled."""
         key = self._key(args, codegen)
-        return key and hashlib.sha256(repr((key, _classes(args), self._function.__module__)).encode()).hexdigest()[:20]
+        return key and self._digest(key, args)
 
     def _key(self, args, codegen) -> tuple | None:
         """What tells one compiled form from all others of its module's state."""
@@ -143,17 +143,16 @@ class CodeCache(_Cache):
         return args, machine, _shape(self._function.__code__, self._function.__doc__), repr(cells)
 
     def _key_and_path(self, sig, codegen):
-        """What tells one compiled form from all others, and its file, if there is a place for it."""
+        """What tells one compiled form from all others, if anything does, and its file, if there is a place for it."""
         folder, args = self._folder(), getattr(sig, "args", sig)
         key = self._key(args, codegen)
         if folder is None or key is None:
-            return None, None
-        named = hashlib.sha256(repr((key, _classes(args))).encode()).hexdigest()[:20]
-        return key, folder / f"{self._name()}-{named}.code"
+            return key, None
+        return key, folder / f"{self._name()}-{self._digest(key, args)}.code"
 
-
-def _classes(args) -> list:
-    return [getattr(one, "instance_class", None) for one in args]
+    def _digest(self, key, args) -> str:
+        classes = [getattr(one, "instance_class", None) for one in args]
+        return hashlib.sha256(repr((key, classes, self._function.__module__)).encode()).hexdigest()[:20]
 
 
 def _is_plain(value) -> bool:

@@ -15,6 +15,11 @@ LAW_TOLERANCE = 0.005
 """Relative error of a law's load that paper 1, section 4, claims for the volumetric law: more is named."""
 
 
+def spot_radius(load: float, radius: float, modulus: float) -> float:
+    """Radius [m] of the round spot between bodies of this relative radius [m] and effective modulus [Pa] (Hertz)."""
+    return (0.75 * load * radius / modulus) ** (1.0 / 3.0)
+
+
 def pressure_doubt(peak_pressure: float, yield_pressure: float | None) -> str | None:
     """Doubt about a peak pressure [Pa]: beyond the `yield_pressure` of the two bodies (None: not known)."""
     if yield_pressure is None or peak_pressure <= yield_pressure:

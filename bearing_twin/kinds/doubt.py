@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bearing_twin.report import Choice
     from bearing_twin.sample import Block
 
+HERTZ_MENDS = "contact.normal: hertz is exact at no more cost"
 METHOD, LAW, FRICTION_MODEL, LEFT_OUT = "method", "law", "friction_model", "left_out"
 SOURCES = {
     METHOD: "of the integration method, by a companion with a tighter tolerance, a bound, or a closed form",

@@ -49,6 +49,10 @@ class Watch(NamedTuple):
         meaning = "by how much the run so far differs from a second, more exact computation of it"
         return Table(COMPANION, (*HEAD, *wanted, *rest), meaning, needed=False)
 
+    def no_row(self) -> np.ndarray:
+        """The rows (0, columns) of a run that was not compared."""
+        return np.empty((0, len(HEAD) + len(self.outputs) + len(self.figures)))
+
     def row(self, head: tuple[float, ...], wanted: Mapping[str, float], errors: Mapping[str, float]) -> np.ndarray:
         """A row of the table."""
         return np.array([*head, *(wanted[name] for name in self.outputs), *(errors[key] for key in self.figures)])
@@ -71,11 +75,6 @@ def difference(value: float | None, finer: float | None) -> float:
     if isinstance(value, int) and isinstance(finer, int):
         return float(abs(value - finer))
     return max(abs(value - finer), ROUNDING * abs(finer))
-
-
-def errors_of(watch: Watch, figures: Mapping[str, Any], finer: Mapping[str, Any]) -> dict[str, float]:
-    """The errors of the figures that are watched."""
-    return {key: difference(figures[key], finer[key]) for key in watch.figures}
 
 
 def row_of(watch: Watch, seconds: float, kept: bool, steps: int, wanted, errors) -> np.ndarray:
@@ -190,7 +189,8 @@ class WithSecondRun:
         grown = worst / self._first if self._first > 0.0 else 1.0
         steps = self._finer.costs()["steps"]
         self._left_with = own.figures()
-        errors = errors_of(self._watch, self._left_with, finer.figures())
+        exact = finer.figures()
+        errors = {key: difference(self._left_with[key], exact[key]) for key in self._watch.figures}
         self._row = self._watch.row((until, until, self._kept, grown, float(steps)), wanted, errors)
         self._following = steps <= max(self._short, SHARE * self._motion.costs()["steps"])
 
@@ -247,10 +247,9 @@ class SecondRunDoubt:
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The errors of these figures so far."""
         found: dict[str, dict[str, Any]] = {}
-        for key, error in self._method().items():
-            found.setdefault(key, {})[METHOD] = error
-        by_source = LAW, self.law(figures), FRICTION_MODEL, self.friction(figures), LEFT_OUT, self.left_out(figures)
-        for source, errors in zip(by_source[::2], by_source[1::2], strict=True):
+        by_source = {METHOD: self._method(), LAW: self.law(figures), FRICTION_MODEL: self.friction(figures)}
+        by_source[LEFT_OUT] = self.left_out(figures)
+        for source, errors in by_source.items():
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
         return Errors(found, self._promises(), self._method_notes() | self.notes())

@@ -132,10 +132,8 @@ class StudyLog:
 
         They come many at once: they are spread over the time since those before came, so that each has its own.
         """
-        before, now = (
-            (self._arrived, self._now()) if self._dated else (1_000_000 * (self._written - count), self._now())
-        )
-        self._arrived = now = max(now, before + count)
+        before = self._arrived if self._dated else 1_000_000 * (self._written - count)
+        self._arrived = now = max(self._now(), before + count)
         return before + (now - before) * np.arange(1, count + 1) // count
 
     def _describe(self, reasons, doubts, **more) -> None:

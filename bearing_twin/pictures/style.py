@@ -54,9 +54,7 @@ def key_above(axis, size: float = 10.5) -> None:
         handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns, frameon=False, fontsize=size,
         borderaxespad=0.25, borderpad=0.0, columnspacing=1.4, handlelength=1.8, labelspacing=0.3,
     )  # fmt: skip
-    axis.set_title(
-        axis.get_title(loc="left"), loc="left", fontsize=13.5, color=STYLE["ink"], pad=6 + rows * size * 1.55
-    )
+    heading(axis, axis.get_title(loc="left"), 6 + rows * size * 1.55)
 
 
 def frame(axis) -> None:

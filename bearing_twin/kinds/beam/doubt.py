@@ -8,8 +8,9 @@ import numpy as np
 
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.validity import spot_radius
 from bearing_twin.kinds.beam.derived import touch_speed
-from bearing_twin.kinds.beam.figures import FIGURES, MEANINGS, OF_BEAM, WATCH
+from bearing_twin.kinds.beam.figures import FIGURES, OF_BEAM, WATCH
 from bearing_twin.kinds.beam.impact import BeamImpact
 from bearing_twin.kinds.beam.parameters import EULER
 from bearing_twin.kinds.beam.theory import theory_of, trial
@@ -59,7 +60,7 @@ def companion_row(parameters, found: BeamImpact, second, tops: Sequence[Top]) ->
     run's greatest deflection and stress, or none.
     """
     if second is None:
-        return np.empty((0, len(WATCH.table(MEANINGS).columns)))
+        return WATCH.no_row()
     finer, watch = second
     own, exact = figures_of(parameters, found), figures_of(parameters, finer)
     tail, bends = parameters.solver.static_tail == "contact", math.isinf(found.beam.shear_rigidity)
@@ -117,7 +118,7 @@ class BeamDoubt(SecondRunDoubt):
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""
         sphere, beam, peak = self.parameters.sphere, self.parameters.beam, figures["peak_force_n"]
         modulus = effective_modulus(sphere.material, beam.material)
-        width = (0.75 * peak * sphere.radius / modulus) ** (1.0 / 3.0)
+        width = spot_radius(peak, sphere.radius, modulus)
         share = (width / min(sphere.radius, beam.height)) ** 2 / 2.5
         return {key: share * abs(figures[key]) for key in FIGURES[:3]}
 

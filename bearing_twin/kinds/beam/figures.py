@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
+from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.fineness import modes_for
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
@@ -97,7 +97,7 @@ class BeamFigures(ImpactFigures):
         parameters, peak = self.parameters, self.peak_force
         sphere, beam = parameters.sphere, parameters.beam
         modulus = effective_modulus(sphere.material, beam.material)
-        half_width = (0.75 * peak * sphere.radius / modulus) ** (1.0 / 3.0)
+        half_width = spot_radius(peak, sphere.radius, modulus)
         pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
         body, size = min((("radius", sphere.radius), ("height", beam.height)), key=lambda pair: pair[1])
         transit = max(

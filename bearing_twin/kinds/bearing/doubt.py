@@ -17,7 +17,7 @@ from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STA
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.windows import ALL, PLACE, WINDOW
-from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
@@ -25,7 +25,6 @@ UNSEEN = 30.0  # times what windows see of balls that bump into each other or a 
 CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
 FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
 SIDES = ("inner", "outer")
-LAW_MEND = "contact.normal: hertz is exact at no more cost"
 
 
 class BearingDoubt:
@@ -73,7 +72,7 @@ class BearingDoubt:
             found.setdefault(key, {})[LEFT_OUT] = error
         for key, error in self._friction(figures).items():
             found.setdefault(key, {})[FRICTION_MODEL] = error
-        mends = {LAW: LAW_MEND, METHOD: self._mend()}
+        mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
         if not FRICTIONS[self.parameters.contact.friction].over_spot:
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
         return Errors(found, self._promises(law), self._notes(), mends)
@@ -211,7 +210,7 @@ class BearingDoubt:
         off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
         method = self._seen("load") / greatest if self._known and greatest else None
         whole = None if method is None else method + off
-        mend = self._mend() if method is not None and method >= off else LAW_MEND
+        mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
         norm = "over the greatest load"
         loads = Promise("loads", norm, whole, wanted.tolerance, self._where("load"), mend)
         if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:

@@ -6,7 +6,7 @@ from typing import Any
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
-from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW
+from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass
 from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
 from bearing_twin.kinds.second_run import SecondRunDoubt
@@ -75,7 +75,7 @@ class EllipsoidDoubt(SecondRunDoubt):
 
     def law_of(self, output: str) -> tuple[float, str]:
         """Peak loads go with this share of the coefficient's error."""
-        return self._share, "contact.normal: hertz is exact at no more cost"
+        return self._share, HERTZ_MENDS
 
     def friction(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """What a quadrature over the spot may be off by; of friction at a point nothing is known."""

@@ -9,8 +9,9 @@ import numpy as np
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.validity import spot_radius
 from bearing_twin.contact.waves import bar_speed, restitution_lost_between_spheres
-from bearing_twin.kinds.doubt import LAW
+from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW
 from bearing_twin.kinds.impact.collision import FIXED_STEP, Collision, collide, spring_loads
 from bearing_twin.kinds.impact.derived import contact_time_by
 from bearing_twin.kinds.impact.figures import FIGURES, OUTPUTS, WATCH
@@ -103,7 +104,7 @@ class SphereDoubt(PairDoubt):
 
     def law_of(self, output: str) -> tuple[float, str]:
         """As much as of its peaks."""
-        return self._share, "contact.normal: hertz is exact at no more cost"
+        return self._share, HERTZ_MENDS
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of a sphere's shape, (a / R)^2 of the load, and what vibration takes."""
@@ -112,7 +113,7 @@ class SphereDoubt(PairDoubt):
             return {}
         radius = first.radius * second.radius / (first.radius + second.radius)
         modulus = effective_modulus(first.material, second.material)
-        width = (0.75 * figures["peak_force_n"] * radius / modulus) ** (1.0 / 3.0)
+        width = spot_radius(figures["peak_force_n"], radius, modulus)
         found = self.scaled(figures, (width / min(first.radius, second.radius)) ** 2 / 2.5)
         waves = min(bar_speed(one.material.young_modulus, one.material.density) for one in (first, second))
         return found | {"restitution": restitution_lost_between_spheres(self.parameters.motion.speed, waves)}
@@ -146,7 +147,7 @@ class DiscDoubt(PairDoubt):
         """What is not in the errors."""
         return {
             LAW: f"laws of line contact are {100.0 * off_elements(self.parameters)[0]:.2g} % off finite elasticity at "
-            " this speed and thickness, whatever the tolerance: that stands beside figures, and does not "
+            "this speed and thickness, whatever the tolerance: that stands beside figures, and does not "
             "make a run doubtful; kind: soft_discs has no such law",
             "vibration": "discs are rigid outside their contact: what goes into waves is not computed",
         }

@@ -21,7 +21,7 @@ from bearing_twin.contact.damping import damping_for_restitution, restitution_of
 from bearing_twin.contact.elastic import HERTZIAN, elastic
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
+from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact.collision import NO_LINE, ContactPeriod, Spring
 from bearing_twin.kinds.impact.derived import (
@@ -132,7 +132,7 @@ def _flags(parameters, peak_force, duration):
     radius = first.radius * second.radius / (first.radius + second.radius)
     modulus = effective_modulus(first.material, second.material)
     smaller = min(first.radius, second.radius)
-    half_width = (0.75 * peak_force * radius / modulus) ** (1.0 / 3.0)
+    half_width = spot_radius(peak_force, radius, modulus)
     pressure = 1.5 * peak_force / (math.pi * half_width**2)
     transits = []
     for sphere in (first, second):

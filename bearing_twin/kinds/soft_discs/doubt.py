@@ -11,7 +11,7 @@ from bearing_twin.kinds.doubt import METHOD
 from bearing_twin.kinds.impact.doubt import relative
 from bearing_twin.kinds.second_run import SecondRunDoubt, difference, is_watched, row_of
 from bearing_twin.kinds.soft_discs.derived import ERRORS, nodes_of
-from bearing_twin.kinds.soft_discs.figures import FIGURES, MEANINGS, WATCH
+from bearing_twin.kinds.soft_discs.figures import FIGURES, WATCH
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.solve import Solved, solve
 
@@ -29,9 +29,7 @@ def second_divisions(divisions: int, order: int) -> int:
 
 def share_of_difference(divisions: int, other: int, rate: float) -> float:
     """The run's error over the difference of both, where errors fall as divisions^-rate."""
-    return (
-        1.0 / abs((divisions / other) ** rate - 1.0) if other < divisions else 1.0 / (1.0 - (divisions / other) ** rate)
-    )
+    return 1.0 / abs((divisions / other) ** rate - 1.0)
 
 
 def companion_row(parameters: SoftDiscsScene, found: Solved, figures: Mapping[str, float], figures_of) -> np.ndarray:
@@ -39,7 +37,6 @@ def companion_row(parameters: SoftDiscsScene, found: Solved, figures: Mapping[st
 
     `figures_of(solved)` gives FIGURES of a run; `figures` are those of this one.
     """
-    none = np.empty((0, len(WATCH.table(MEANINGS).columns)))
     own, order = parameters.mesh.divisions, parameters.mesh.order
     divisions = second_divisions(own, order)
     scale, rough = (share_of_difference(own, divisions, rate) for rate in (ERRORS[order][1], 1.0))
@@ -47,7 +44,7 @@ def companion_row(parameters: SoftDiscsScene, found: Solved, figures: Mapping[st
     try:
         other = solve(dataclasses.replace(parameters, mesh=mesh), 2)
     except IntegrationError:
-        return none
+        return WATCH.no_row()
     exact = figures_of(other)
     times = np.linspace(0.0, max(figures["contact_duration_s"], exact["contact_duration_s"]), INSTANTS)
     force = found.at("force", times)

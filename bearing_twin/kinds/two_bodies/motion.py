@@ -10,7 +10,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import IntegrationError, Stopped
-from bearing_twin.kinds.ellipsoid.doubt import finer_tolerance, wanted_errors
+from bearing_twin.kinds.ellipsoid.doubt import FINEST, finer_tolerance, wanted_errors
 from bearing_twin.kinds.second_run import SHORT, WithSecondRun, is_watched
 from bearing_twin.kinds.two_bodies import march, steps
 from bearing_twin.kinds.two_bodies.derived import (
@@ -32,7 +32,7 @@ from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
 FLOOR = 1e-4  # of the shortest contact
-SETTING, FINEST = 1e-2, 1e-12  # tolerance of a step over that of contacts; the least there is
+SETTING = 1e-2  # tolerance of a step over that of contacts
 RECORDS = 256  # completed in one call of the kernel
 FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
