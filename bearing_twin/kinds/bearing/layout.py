@@ -107,6 +107,18 @@ def put(lanes, row, k, value):
 
 
 @inlined
+def get_from(lanes, row, i):
+    """`get` of a row that is known only when the kernel runs: an unsigned index is not looked at for its sign."""
+    return lanes[np.uint64(row * LANES + i)]
+
+
+@inlined
+def put_from(lanes, row, i, value):
+    """`put` into a row that is known only when the kernel runs."""
+    lanes[np.uint64(row * LANES + i)] = value
+
+
+@inlined
 def increase(lanes, row, k, value):
     """Adds to the number in `row` of lane k."""
     lanes[row * LANES + k] += value
