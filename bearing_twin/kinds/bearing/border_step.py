@@ -63,6 +63,13 @@ def border_finish(dense, numbers):
     numbers[at.ERROR] = math.sqrt(total / max(count, 1.0))
 
 
+@inlined
+def border_at(numbers, first, out):
+    """The state (BORDER,) of ring and cage that begins at `first`."""
+    for i in range(BORDER):
+        out[i] = numbers[first + i]
+
+
 @lean_kernel
 def border_inside(numbers, fraction, out):
     """The state (BORDER,) of ring and cage at `fraction` of the step."""

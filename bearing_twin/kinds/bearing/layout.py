@@ -136,14 +136,14 @@ def sum_of(lanes, row):
 def multiply_rows(lanes, first, after, factor):
     """Multiplies the numbers in the rows from `first` on, those from `after` on not."""
     for i in range(first * LANES, after * LANES):
-        lanes[i] *= factor
+        lanes[np.uint64(i)] *= factor
 
 
 @inlined
 def clear_rows(lanes, first, after):
     """Puts zeros into the rows from `first` on, those from `after` on not."""
     for i in range(first * LANES, after * LANES):
-        lanes[i] = 0.0
+        lanes[np.uint64(i)] = 0.0
 
 
 @inlined

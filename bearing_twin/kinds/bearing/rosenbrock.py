@@ -14,12 +14,11 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import bearing_at, follow_cage, put_pockets
-from bearing_twin.kinds.bearing.border_step import border_inside, copy_state
+from bearing_twin.kinds.bearing.border_step import border_at, border_inside, copy_state
 from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
-    BORDER,
     BORDERED_ROWS,
     CARRIED_INNER,
     COLUMNS,
@@ -177,8 +176,7 @@ def _bearing_now(ring, coupling, bearing):
 def _end_border(coupling, results):
     """Hands the state of ring and cage at the end of the chunk on."""
     if len(coupling) > 0:
-        for i in range(BORDER):
-            results.last_border[i] = coupling.border.numbers[at.BEGIN + i]
+        border_at(coupling.border.numbers, at.BEGIN, results.last_border)
 
 
 @lean_kernel
@@ -298,6 +296,5 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
     `coupling` is empty for balls alone, else a `linear_system.Coupling`.
     """
     blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
-    places = LANES * len(blocks)
-    ball, cursor = np.full(places, IDLE), np.zeros(places, np.int64)
-    return _advance(task, coupling, balls, state, orientation, steps, results, ball, cursor, dense, blocks)
+    ball = np.full(LANES * len(blocks), IDLE)
+    return _advance(task, coupling, balls, state, orientation, steps, results, ball, np.zeros_like(ball), dense, blocks)
