@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, plain_node, ros_executor
-from torture_rows import Found, Row, part_of, until
+from torture_rows import Found, Row, memory_of, part_of, until
 
 from bearing_twin.errors import LogError
 from bearing_twin.log.mcap_log import raw_messages, read_log, recover
@@ -283,11 +283,6 @@ def frozen(share: float, folder: Path) -> Found:
     return Found(1, int(unaccounted == 0), 0, abs(unaccounted), figures)
 
 
-def _memory(process: int) -> float:
-    """Resident memory of a process [MB]."""
-    return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
 def soak(share: float, folder: Path) -> Found:
     """sim_node, recorder_node and uq_node at real time, with a study now and then: their memory does not grow."""
     seconds, began = max(20.0, SOAK * share), time.monotonic()
@@ -306,7 +301,7 @@ def soak(share: float, folder: Path) -> Found:
             answer(executor, client, QUICK)
             for name, node in nodes.items():
                 if node.poll() is None:
-                    seen.setdefault(name, []).append((time.monotonic() - began, _memory(node.pid)))
+                    seen.setdefault(name, []).append((time.monotonic() - began, 1e-6 * memory_of(node.pid)))
             time.sleep(min(2.0, seconds / 20.0))
         dead = sum(node.poll() is not None for node in nodes.values())
     slopes = {}
