@@ -243,7 +243,7 @@ class SimNode(Node):
     def _on_parameters(self, parameters):
         for parameter in parameters:
             if parameter.name == "real_time_factor":
-                self._post("set_factor", float(parameter.value))
+                self._post("set_factor", parameter.value)
 
     @guarded
     def _on_clock(self):
