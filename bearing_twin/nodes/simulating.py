@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.commanding import Commands
 from bearing_twin.nodes.pacing import FASTEST, Pace, PacedStream, Pacer, Timed
@@ -209,7 +209,10 @@ class SimulationLoop:
         if not fresh:
             run.set_load(None, None)
             self.commands.let_go()
-        block = run.advance(min(outputs, fresh) if fresh else outputs)
+        try:
+            block = run.advance(min(outputs, fresh) if fresh else outputs)
+        except Interrupted:  # by a command, which is obeyed between turns
+            return []
         if run.time_ns >= self._judge_at:
             self._judge_at = run.time_ns + JUDGED_NS
             self._worth = worth(run.report())
