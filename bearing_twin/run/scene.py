@@ -17,6 +17,10 @@ from bearing_twin.parameters import echo, names_at, plain, raise_problems, read,
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 
+DUMPER = getattr(
+    yaml, "CSafeDumper", yaml.SafeDumper
+)  # the text of a scene took longer than 0.3 s of a settled bearing
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -45,7 +49,7 @@ class Scene:
     @functools.cached_property
     def text(self) -> str:
         """`resolved` as YAML."""
-        return yaml.safe_dump(self.resolved(), sort_keys=False)
+        return yaml.dump(self.resolved(), Dumper=DUMPER, sort_keys=False)
 
     def resolved(self) -> dict:
         """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""
