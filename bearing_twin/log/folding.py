@@ -1,4 +1,4 @@
-"""The compiled half of `checksum`: products of polynomials with coefficients of one bit, four pairs of words at once."""
+"""The compiled half of `checksum`: products of polynomials with coefficients of one bit, four pairs at once."""
 
 import platform
 
