@@ -26,6 +26,7 @@ from bearing_twin.sample import Block, Channel, Sample, Table
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
 RELIABLE = Qos(depth=10)
+KEPT_SECONDS = 0.1  # of messages, that a publisher keeps for a subscriber who is late: RELIABLE's depth at 100 Hz
 LATCHED = Qos(depth=1, durability="transient_local")
 
 
@@ -64,11 +65,13 @@ def topics(scene) -> tuple[Channelled, ...]:
         ),
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
+    rate = 0.0 if kind.brief else scene.parameters.run.publish_rate  # what is brief is played slowly
+    kept = {ONCE: LATCHED, PUBLISH: RELIABLE._replace(depth=max(RELIABLE.depth, math.ceil(KEPT_SECONDS * rate)))}
     return tuple(
         Channelled(
             row,
             row.name if row.name.startswith("/") else f"{kind.namespace}/{row.name}",
-            LATCHED if row.rate == ONCE else RELIABLE,
+            kept.get(row.rate, RELIABLE),
         )
         for row in rows
     )
