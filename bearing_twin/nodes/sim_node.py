@@ -137,6 +137,7 @@ class SimNode(Node):
             run, make_stream, deliver, factor, duration_ns, self._open_log, repeat_ns, wanted, commands
         )
         loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
+        loop.tells_time = self._outlet.has_clock
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice.reason}
         self.loop = loop
         self._doing = "computing"
