@@ -23,6 +23,10 @@ RIG = "bearing_6203_rig_1000N"
 ROLLING = 0.5 * 157.0796 * (1.0 - 6.75 / 28.55)
 STILL = ("gravity=[0,0,0]", "contact.friction_coefficient=0.0", "drive.speed=0")
 POCKETS = ("cage.kind=pockets", "cage.pocket_clearance=2e-4")
+WORKS = (
+    "kinetic_energy", "elastic_energy", "potential_energy", "dissipated", "gross_work", "inner_ring_load_work",
+    "inner_ring_angle",
+)  # fmt: skip
 
 
 def advanced(moving, period, count):
@@ -103,6 +107,30 @@ def test_a_start_is_settled(rig):
     _, out = rig
     swing = np.ptp(out.inner_ring_force[:10, 1])
     assert swing < 0.5  # of 1005 N
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides"), [(RIG, ()), (RIG, ("cage.kind=pockets",)), ("bearing_6203_unbalance", ())]
+)
+def test_the_torque_of_the_drive_is_what_is_lost_and_stored_less_the_work_of_the_loads(scene, overrides):
+    """Over the outputs from 50 on of 101: work over angle, which the noise of single outputs leaves alone."""
+    done = simulate(load_scene(scene, ("run.duration=0.05", "run.output_rate=2000", *overrides)))
+    values = {name: np.concatenate([block.values[name] for block in done.blocks()]) for name in WORKS}
+    late = {name: array[-1] - array[49] for name, array in values.items()}
+    stored = late["kinetic_energy"] + late["elastic_energy"] + late["potential_energy"]
+    turning = late["dissipated"] + stored - late["inner_ring_load_work"]
+    torque = done.report.figures["drive_torque_nm"]
+    off = 1e-6 * (values["gross_work"][-1] - values["gross_work"][0])
+    assert torque * late["inner_ring_angle"] == pytest.approx(turning, abs=off)
+    assert abs(late["inner_ring_load_work"]) > 1e-7
+
+
+def test_the_error_of_the_torque_is_told_and_is_no_more_than_it_is():
+    found = [simulate(load_scene(RIG, ("run.duration=0.05", f"wanted.tolerance={t}"))) for t in (1e-3, 1e-5)]
+    rough, fine = (done.report for done in found if sum(map(len, done.blocks())))
+    off = abs(rough.figures["drive_torque_nm"] - fine.figures["drive_torque_nm"])
+    assert off <= rough.errors["drive_torque_nm_error"] < 0.1 * abs(rough.figures["drive_torque_nm"])
+    assert fine.errors["drive_torque_nm_error"] < 0.1 * rough.errors["drive_torque_nm_error"]
 
 
 def test_pockets_keep_balls_within_their_clearance():

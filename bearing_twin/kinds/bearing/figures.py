@@ -44,9 +44,9 @@ MEANINGS = {
     "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
     "roll_rate_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
     "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved",
-    "drive_work_j": "work of the drive since the start, at the end",
+    "drive_work_j": "work of the drive and of the loads on a ring with mass since the start, at the end",
     "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
-    "drive_torque_nm": f"that turns the inner ring, {LATE}; work over angle if it is held; none from equilibria",
+    "drive_torque_nm": f"that turns the inner ring, {LATE}: work over angle, less that of loads; none from equilibria",
     "ring_displacement_m": f"of the inner ring's centre, {LATE}",
     "misalignment_rad": f"of the inner ring about x and y, {LATE}",
     "ring_force_n": f"on the inner ring by the balls, {LATE}",
@@ -132,11 +132,15 @@ class BearingFigures:
             before = {"time": times[first - 1], "orbit_angle": angles[first - 1], "turned": turned[first - 1]}
         return self._sums.from_row(first), before
 
-    def _held(self, late: dict) -> bool:
-        """Whether the ring was held without a shift over this part of the run, so that all work is that of turning."""
+    def _work_known(self, late: dict, before: dict) -> bool:
+        """Whether the work of turning the ring is known over this part of the run: apart from loads, without a shift.
+
+        A shift of a ring that is held is work of the drive. Logs of earlier versions hold no work of loads.
+        """
         change = self.parameters.drive.change
-        shifted = change.time and any(change.offset) and late["time"] >= change.time
-        return dimension_of(self.parameters) == PRESCRIBED and not shifted
+        shifted = change.time and any(change.offset) and before["time"] <= change.time <= late["time"]
+        apart = "inner_ring_load_work" in self._layout.places or dimension_of(self.parameters) == PRESCRIBED
+        return apart and not shifted
 
     @property
     def energy_closure(self) -> float:
@@ -273,7 +277,7 @@ class BearingFigures:
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": None if self.still else self.last["dissipated"],
-            "drive_torque_nm": None if self.still else mean_torque(late, before, self._held(late)),
+            "drive_torque_nm": None if self.still else mean_torque(late, before, self._work_known(late, before)),
             "ring_displacement_m": place.tolist(),
             "misalignment_rad": tilt.tolist(),
             "ring_force_n": force.tolist(),
