@@ -155,7 +155,7 @@ class BearingDoubt:
             0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
             for key, arm in (("ring_force_n", 1.0), ("ring_moment_nm", pitch))
         )
-        moved = 2.0 / 3.0 * greatest * math.hypot(*figures["ring_displacement_m"]) if given else 0.0
+        moved = 2.0 / 3.0 * greatest * math.hypot(*figures.get("ring_displacement_m", ())) if given else 0.0
         return {
             **found,
             **self._of_loads(figures, share),
