@@ -8,7 +8,7 @@ import pytest
 from bearings import motion, stored_energy
 from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 
-from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.cage import bump
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
@@ -123,6 +123,25 @@ def test_the_torque_of_the_drive_is_what_is_lost_and_stored_less_the_work_of_the
     off = 1e-6 * (values["gross_work"][-1] - values["gross_work"][0])
     assert torque * late["inner_ring_angle"] == pytest.approx(turning, abs=off)
     assert abs(late["inner_ring_load_work"]) > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("table", "[[0,0,0,0,0,0],[0.001,0,0,0,0,0],[0.0011,0,-1e9,0,0,0]]"),
+        ("change", "{time: 0.001, load: [0,-1e6,0]}"),
+    ],
+)
+def test_a_load_beyond_what_the_bearing_carries_ends_with_time_load_and_limit(key, value):
+    """The limit is that of `bearing_twin bearing`, 2.44e4 N on the rig."""
+    moving = motion(f"rings.inner.{key}={value}", scene=RIG)
+    with pytest.raises(
+        IntegrationError, match=r"^at 0.001\d* s a load of \(0, -.*\) N pushes the ring through"
+    ) as caught:
+        advanced(moving, 1e-4, 40)
+    assert (caught.value.reason, caught.value.body) == ("overload", "inner ring")
+    limit = float(str(caught.value).rsplit("(", 1)[1].split(",")[1])
+    assert limit == pytest.approx(-2.44e4, rel=5e-3)
 
 
 def test_the_error_of_the_torque_is_told_and_is_no_more_than_it_is():
