@@ -78,11 +78,12 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
             row[shared] += 0.5 * partners.free[i] * partners.mass[i] * speed * speed
             row[shared + 1] += 0.5 * partners.free[i] * partners.stiffness[i] * off * off
             row[shared + 2] -= partners.free[i] * partners.weight[i] * border[i]
+        row[places.ring + 15] = border[WORK_DONE]
         row[shared + 3] += border[WORK_DONE]
         row[shared + 4] += border[LOST]
         row[shared + 5] += abs(border[WORK_DONE])
         if partners.free[CAGE] > 0.0:
-            cage, pocket = places.ring + 15, places.ring + 18
+            cage, pocket = places.ring + 16, places.ring + 19
             speed = rolling * (drive.speed + drive.acceleration * time)
             row[cage], row[cage + 1] = border[CAGE], border[CAGE_SPEED]
             row[cage + 2] = 1.0 - border[CAGE_SPEED] / speed if speed != 0.0 else 0.0
