@@ -112,6 +112,8 @@ class BearingDoubt:
             "drive_work_j": turned * self._seconds,
             "dissipated_j": balls * seen["loss"] * self._seconds,
             "ring_displacement_m": [seen["ring_displacement"] if free else 0.0] * 3,
+            # A tilt is integrated as exactly as the displacement that it makes at the balls.
+            "misalignment_rad": [seen["ring_displacement"] / (0.5 * pitch) if free else 0.0] * 2,
             "ring_force_n": [ring] * 3,
             "ring_moment_nm": [0.5 * ring * pitch] * 2,
             "friction_torque_nm": [seen["torque"]] * balls,
@@ -154,13 +156,17 @@ class BearingDoubt:
             0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
             for key, arm in (("ring_force_n", 1.0), ("ring_moment_nm", pitch))
         )
-        moved = 2.0 / 3.0 * greatest * math.hypot(*figures["ring_displacement_m"]) if given else 0.0
+        moved, tilted = (
+            2.0 / 3.0 * greatest * math.hypot(*figures[key]) if given else 0.0
+            for key in ("ring_displacement_m", "misalignment_rad")
+        )
         return {
             **found,
             **self._of_loads(figures, share),
             "ring_force_n": [force] * 3,
             "ring_moment_nm": [moment] * 2,
             "ring_displacement_m": [moved] * 3,
+            "misalignment_rad": [tilted] * 2,
         }
 
     @staticmethod
