@@ -8,6 +8,7 @@ import sys
 import time
 
 import pytest
+from domains import own_domain
 from hypothesis import settings
 
 from bearing_twin.processors import one_processor
@@ -24,6 +25,14 @@ UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
 LEFT_OUT: list[str] = []
 BEGAN: list[float] = []
+
+
+@pytest.fixture(scope="session", autouse=True)
+def domain():
+    """What this process and those it starts say by ROS is heard by no other run of tests."""
+    with own_domain() as number:
+        os.environ["ROS_DOMAIN_ID"] = str(number)
+        yield
 
 
 @pytest.fixture
@@ -116,7 +125,7 @@ def pytest_runtest_logreport(report):
 
 
 def pytest_sessionfinish(session):
-    if TIMES and hasattr(session.config, "cache"):
+    if TIMES and hasattr(session.config, "cache") and not hasattr(session.config, "workerinput"):
         session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
 
 

@@ -3,9 +3,9 @@
 import os
 import time
 from contextlib import contextmanager
-from itertools import cycle
 
 import pytest
+from domains import own_domain
 
 if os.environ.get("BEARING_TWIN_REQUIRE_ROS"):  # a missing ROS is an error there, not a skipped test
     import bearing_twin_msgs  # noqa: F401
@@ -47,27 +47,27 @@ __all__ = [
 PATIENCE = 300.0  # s: what does not come about at all ends a test, slowness does not
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-_domains = cycle(range(2 + os.getpid() % 50, 102))
 
 
 @contextmanager
 def ros_executor(threads=1):
     """An executor in a context of its own; its nodes are closed and destroyed at the end."""
     context = rclpy.Context()
-    rclpy.init(context=context, domain_id=next(_domains))
-    if threads == 1:
-        executor = SingleThreadedExecutor(context=context)
-    else:
-        executor = MultiThreadedExecutor(threads, context=context)
-    try:
-        yield executor
-    finally:
-        for node in executor.get_nodes():
-            if hasattr(node, "close"):
-                node.close()
-            node.destroy_node()
-        executor.shutdown()
-        rclpy.try_shutdown(context=context)
+    with own_domain() as domain:
+        rclpy.init(context=context, domain_id=domain)
+        if threads == 1:
+            executor = SingleThreadedExecutor(context=context)
+        else:
+            executor = MultiThreadedExecutor(threads, context=context)
+        try:
+            yield executor
+        finally:
+            for node in executor.get_nodes():
+                if hasattr(node, "close"):
+                    node.close()
+                node.destroy_node()
+            executor.shutdown()
+            rclpy.try_shutdown(context=context)
 
 
 def started(executor, node_class, **parameters):

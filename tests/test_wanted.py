@@ -1,6 +1,7 @@
 """Which tests a change wants: by imports, in the order of their distance, and what is left out is said."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -56,7 +57,8 @@ def test_the_core_exists():
     [("within=0.4", 3, 1), ("until=0", 2, 2), ("until=1e9", 4, 0)],
 )
 def test_what_does_not_fit_is_left_out_and_said(tmp_path, limit, passed, left_out):
-    (tmp_path / "conftest.py").write_text((Path(__file__).parent / "conftest.py").read_text(encoding="utf-8"))
+    for name in ("conftest.py", "domains.py"):
+        shutil.copy(Path(__file__).parent / name, tmp_path)
     for name in ("always", "other"):
         (tmp_path / f"test_{name}.py").write_text("def test_a():\n    pass\n\n\ndef test_b():\n    pass\n")
     words = ["-m", "pytest", f"--{limit}", "--always=test_always", str(tmp_path)]
