@@ -14,6 +14,8 @@ from hypothesis import settings
 from bearing_twin.processors import one_processor
 
 one_processor()
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background of a shell; what tests start would inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The first example compiles a kernel; how long examples take says nothing about right or wrong.
 settings.register_profile("bearing_twin", deadline=None)
