@@ -113,6 +113,8 @@ class BearingDoubt:
             "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
             "dissipated_j": balls * seen["loss"] * self._seconds,
             "ring_displacement_m": [moved] * 3,
+            # A tilt is integrated as exactly as the displacement that it makes at the balls.
+            "misalignment_rad": [moved / (0.5 * pitch)] * 2,
             "ring_force_n": [ring] * 3,
             "ring_moment_nm": [0.5 * ring * pitch] * 2,
             "friction_torque_nm": [seen["torque"]] * balls,
@@ -155,13 +157,17 @@ class BearingDoubt:
             0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
             for key, arm in (("ring_force_n", 1.0), ("ring_moment_nm", pitch))
         )
-        moved = 2.0 / 3.0 * greatest * math.hypot(*figures.get("ring_displacement_m", ())) if given else 0.0
+        moved, tilted = (
+            2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
+            for key in ("ring_displacement_m", "misalignment_rad")
+        )
         return {
             **found,
             **self._of_loads(figures, share),
             "ring_force_n": [force] * 3,
             "ring_moment_nm": [moment] * 2,
             "ring_displacement_m": [moved] * 3,
+            "misalignment_rad": [tilted] * 2,
         }
 
     @staticmethod
