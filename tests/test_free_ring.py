@@ -358,3 +358,26 @@ def test_a_bearing_at_rest_in_a_cage_gains_no_energy():
     list(run.blocks())
     assert "energy" not in run.report.status
     assert abs(run.report.figures["energy_closure"]) < 5e-3
+
+
+def test_a_ring_free_to_tilt_settles_where_load_and_moment_balance():
+    """Mean tilt and displacement over a ball's passing, against equilibria with the balls on their way.
+
+    Without friction, which equilibria leave out: balls whose contact angle changes on their way slip along the axis.
+    """
+    keys = (
+        "gravity=[0,0,0]", "contact.friction_coefficient=0",
+        "rings.inner.free=all", "rings.inner.load=[0,-400,150]", "rings.inner.moment=[0.8,0.3]",
+        "rings.inner.support={damping: [300,300,300], tilt_damping: 0.05}",
+    )  # fmt: skip
+    moving, count = motion(*keys, scene=RIG), 48
+    advanced(moving, 5e-3, 8)
+    passing = 2.0 * math.pi / 8.0 / ROLLING
+    out = advanced(moving, 2.0 * passing / count, count)
+    parameters = load_scene(RIG, keys).parameters
+    at = [solver_of(parameters, "hertz", float(angle)).solve(support_of(parameters)).coordinates
+          for angle in out.orbit_angle[:, 0]]  # fmt: skip
+    still = np.mean(at, axis=0)
+    assert np.abs(still[3:]).min() > 1e-5
+    assert out.inner_ring_tilt.mean(axis=0) == pytest.approx(still[3:], rel=1e-3)
+    assert out.inner_ring_offset.mean(axis=0) == pytest.approx(still[:3], abs=5e-4 * np.abs(still[:3]).max())

@@ -145,3 +145,16 @@ def test_a_shaft_on_a_preloaded_bearing_rings_where_it_should(polar, speed, want
     lines = np.sort(found.imag[(found.imag > 2.0 * np.pi * 100.0) & (found.imag < 2.0 * np.pi * 3000.0)]) / (2 * np.pi)
     for line in wanted:
         assert np.abs(lines / line - 1.0).min() < 5e-3, (line, lines)
+
+
+def test_a_ball_rings_across_the_grooves_and_along_the_load():
+    """3778 Hz and 42.9 kHz of a ball between rings that are held, 10 um of axial preload, without friction."""
+    moving = motion(
+        *FREE, "rings.inner.inertia=[1.0e-4,0]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
+        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
+    )  # fmt: skip
+    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
+    system.drive = RingDrive(0.0, 0.0, 0.0)
+    found = np.linalg.eigvals(whole(system)[:MOTION, :MOTION])
+    frequencies = np.sort(np.abs(found[found.imag > 1e3])) / (2.0 * np.pi)
+    assert frequencies == pytest.approx([3778.0, 42.9e3], rel=2e-3)
