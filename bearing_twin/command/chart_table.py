@@ -18,7 +18,9 @@ class Chart(NamedTuple):
 
 CHARTS = {
     "steppers": Chart("work_precision", "error in load and friction against cost", 240, "problems"),
-    "tolerance": Chart("tolerance", "the error asked for against the error got, and what runs say of it", 240, "share"),
+    "tolerance": Chart(
+        "tolerance", "the error asked for against the error got, and what runs say of it", 40, "contest"
+    ),
     "fidelity": Chart(
         "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 100, "share"
     ),

@@ -68,7 +68,10 @@ class ViscoelasticDamping(Damping):
     """As Damping, with the viscous term of a viscoelastic half-space."""
 
     relaxation_time: float = quantity(
-        0.0, "s", "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate", at_least=0.0
+        0.0,
+        "s",
+        "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate; defaults have no source",
+        at_least=0.0,
     )
 
 
@@ -90,9 +93,11 @@ class Friction:
         friction_names,
         "point = by the slip at the contact point; others = over the spot that slides and spins",
     )
-    friction_coefficient: float = quantity(0.0, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
+    friction_coefficient: float = quantity(
+        0.0, "1", "Coulomb friction coefficient; defaults have no source", at_least=0.0, at_most=10.0
+    )
     friction_regularisation: float = quantity(
-        1e-3, "m/s", "slip speed at which friction reaches 71 % of its limit", above=0.0
+        1e-3, "m/s", "slip speed at which friction reaches 71 % of its limit; no source, a choice", above=0.0
     )
 
 

@@ -107,6 +107,7 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
         friction,
         float(torque.max()),
         float((np.abs(off("contact_angle")) * (load > 0.0)).max()),
+        float(np.abs((mine - theirs)[-1, :, ORBIT_ANGLE]).max()),
         float(np.abs(orbit[0] - orbit[1]).max()),
         float(np.abs(off("roll_rate")).max()),
         float(integrals[DRIVE_WORK]) / (speed * seconds) if speed > 0.0 else 0.0,

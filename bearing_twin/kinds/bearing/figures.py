@@ -11,13 +11,12 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import (
-    WIDEST_IN_GROOVE,
     gathered,
+    groove_doubt,
     law_doubt,
     pressure_doubt,
     wave_doubt,
     wave_transit,
-    width_doubt,
 )
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
@@ -190,15 +189,16 @@ class BearingFigures:
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
         peaks = self._peaks()
-        pressure, width = peaks["peak_pressure"].max(), peaks["semi_major"].max()
+        pressure, widths = peaks["peak_pressure"].max(), peaks["semi_major"].max(axis=0)
         materials = self.parameters.materials
-        ball, diameter = materials.ball, self.parameters.geometry.ball_diameter
+        ball, geometry = materials.ball, self.parameters.geometry
+        diameter, conformities = geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)
         return gathered(
             pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
             f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
             if pressure > PERMANENT_PRESSURE
             else None,
-            width_doubt(width, 0.5 * diameter, WIDEST_IN_GROOVE),
+            groove_doubt(widths, 0.5 * diameter, conformities),
             self._law_doubt(),
             self._cage_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),

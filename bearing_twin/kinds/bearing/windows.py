@@ -22,6 +22,7 @@ WINDOW = Table(
         Channel("friction", "1", (), "error of friction, over what it could be: mu N of a contact, mu N R of a ball"),
         Channel("torque", "N m", (), "error of the raceways' torque on a ball"),
         Channel("contact_angle", "rad", (), "error of a contact angle"),
+        Channel("orbit_angle", "rad", (), "how far a ball is off its way round at the end"),
         Channel("orbit_speed", "rad/s", (), "error of a ball's speed about the axis"),
         Channel("roll_rate", "rad/s", (), "error of a ball's roll rate"),
         Channel("drive_torque", "N m", (), "error of the drive's work on a ball (mean of all), over the angle turned"),
