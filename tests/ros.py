@@ -1,9 +1,12 @@
 """ROS for tests: a context and a domain of its own for each test, one executor, and waiting with a limit."""
 
+import fcntl
 import os
+import tempfile
 import time
 from contextlib import contextmanager
-from itertools import cycle
+from itertools import cycle, islice
+from pathlib import Path
 
 import pytest
 
@@ -47,27 +50,53 @@ __all__ = [
 PATIENCE = 300.0  # s: what does not come about at all ends a test, slowness does not
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-_domains = cycle(range(2 + os.getpid() % 50, 102))
+DOMAINS = range(2, 102)  # whose ports the system gives to nobody else
+PORTS, FIRST_PORT = 250, 7400  # UDP ports of a domain, and the first of domain 0
+
+
+_next = cycle((*DOMAINS[os.getpid() % 50 :], *DOMAINS[: os.getpid() % 50]))
+
+
+@contextmanager
+def own_domain():
+    """A domain in which nobody else on this machine is, and that no other test takes meanwhile; another each time."""
+    for domain in islice(_next, len(DOMAINS)):
+        with (Path(tempfile.gettempdir()) / f"bearing_twin_domain_{domain}_{os.getuid()}").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                continue
+            if domain not in {(port - FIRST_PORT) // PORTS for port in _bound_ports()}:
+                yield domain
+                return
+    raise RuntimeError(f"all {len(DOMAINS)} ROS domains of this machine are in use: end what runs in some")
+
+
+def _bound_ports() -> list[int]:
+    tables = (Path("/proc/net") / name for name in ("udp", "udp6"))
+    rows = [row.split() for table in tables if table.exists() for row in table.read_text().splitlines()[1:]]
+    return [int(row[1].rpartition(":")[2], 16) for row in rows]
 
 
 @contextmanager
 def ros_executor(threads=1):
     """An executor in a context of its own; its nodes are closed and destroyed at the end."""
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=next(_domains))
-    if threads == 1:
-        executor = SingleThreadedExecutor(context=context)
-    else:
-        executor = MultiThreadedExecutor(threads, context=context)
-    try:
-        yield executor
-    finally:
-        for node in executor.get_nodes():
-            if hasattr(node, "close"):
-                node.close()
-            node.destroy_node()
-        executor.shutdown()
-        rclpy.try_shutdown(context=context)
+    with own_domain() as domain:
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=domain)
+        if threads == 1:
+            executor = SingleThreadedExecutor(context=context)
+        else:
+            executor = MultiThreadedExecutor(threads, context=context)
+        try:
+            yield executor
+        finally:
+            for node in executor.get_nodes():
+                if hasattr(node, "close"):
+                    node.close()
+                node.destroy_node()
+            executor.shutdown()
+            rclpy.try_shutdown(context=context)
 
 
 def started(executor, node_class, **parameters):

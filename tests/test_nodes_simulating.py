@@ -77,10 +77,10 @@ def outputs_in(delivered):
     return [number for first, count in ranges for number in range(first, first + count)]
 
 
-@pytest.mark.parametrize("factor", [0.0, 1.0, 7.0, 1e-7])
+@pytest.mark.parametrize("factor", ["fastest", 1.0, 7.0, 1e-7])
 def test_every_message_of_a_run_is_delivered_whatever_the_pace(factor):
     loop, delivered, clock = made_up_loop(factor=factor, duration_ns=234 * MS)
-    drive(loop, clock, round(1_000 * MS / min(factor or 1.0, 1.0)))
+    drive(loop, clock, round(1_000 * MS / min(1.0 if factor == "fastest" else factor, 1.0)))
     assert loop.paced.finished
     assert loop.over
     assert delivered == expected(235)

@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.commanding import Commands
-from bearing_twin.nodes.pacing import Pace, PacedStream, Pacer, Timed
+from bearing_twin.nodes.pacing import FASTEST, Pace, PacedStream, Pacer, Timed
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
@@ -32,7 +32,7 @@ class SimulationLoop:
         simulation,
         make_stream: Callable,
         deliver: Callable[[Timed], None],
-        factor: float = 1.0,
+        factor: float | str = 1.0,
         duration_ns: int = 0,
         open_log: Callable[[int], object] = lambda run: None,
         repeat_ns: int = 0,
@@ -90,7 +90,7 @@ class SimulationLoop:
         """The writer of the run's log, or None."""
         return self._log
 
-    def look(self) -> tuple[bool, str, dict[str, float]]:
+    def look(self) -> tuple[bool, str, dict[str, float | str]]:
         """Whether it cannot keep up, what it does, and its numbers since the last look."""
         pace, wanted = self.paced.pacer.pace(), float(self.paced.pacer.factor)
         factor, earlier = pace.real_time_factor(self._earlier), self._earlier
@@ -106,7 +106,7 @@ class SimulationLoop:
             message = "running" if wanted else "running as fast as possible"
         numbers = {
             "real_time_factor": factor,
-            "wanted_real_time_factor": wanted,
+            "wanted_real_time_factor": wanted or FASTEST,
             "lag_s": pace.lag_ns * 1e-9,
             "given_up_s": pace.slipped_ns * 1e-9,
             "simulation_time_s": self.time_ns * 1e-9,
@@ -122,8 +122,8 @@ class SimulationLoop:
         self.paced.pause(now, paused)
         return f"{'paused' if paused else 'running'} at {self.time_ns * 1e-9:.6f} s"
 
-    def set_factor(self, now: int, factor: float) -> None:
-        """Changes the pace, a multiple of real time; 0 = as fast as possible."""
+    def set_factor(self, now: int, factor: float | str) -> None:
+        """Changes the pace, a multiple of real time or FASTEST."""
         self.paced.set_factor(now, factor)
 
     def obey(self, now: int, command: Command, message) -> None:
@@ -212,7 +212,10 @@ class SimulationLoop:
         if not fresh:
             run.set_load(None, None)
             self.commands.let_go()
-        block = run.advance(min(outputs, fresh) if fresh else outputs)
+        try:
+            block = run.advance(min(outputs, fresh) if fresh else outputs)
+        except Interrupted:  # by a command, which is obeyed between turns
+            return []
         if run.time_ns >= self._judge_at:
             self._judge_at = run.time_ns + JUDGED_NS
             self._worth = worth(run.report())
