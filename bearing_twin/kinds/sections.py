@@ -161,7 +161,7 @@ def resolved_run(run: RunSettings, whole: float = 0.0, outputs: int = 0) -> RunS
     )
 
 
-def check_run(run: RunSettings, most: float = GREATEST_OUTPUT_COUNT) -> list[str]:
+def check_run(run: RunSettings) -> list[str]:
     """What is impossible about a run's rates and length."""
     problems = []
     if run.output_rate and run.publish_rate:
@@ -177,9 +177,10 @@ def check_run(run: RunSettings, most: float = GREATEST_OUTPUT_COUNT) -> list[str
                 f"run.publish_rate = {run.publish_rate:g} Hz does not divide run.output_rate = {run.output_rate:g} Hz; "
                 f"use {near[0]:g} or {near[1]:g} Hz"
             )
-    if run.duration * run.output_rate > most:
+    if run.duration * run.output_rate > GREATEST_OUTPUT_COUNT:
         problems.append(
-            f"run.duration * run.output_rate = {run.duration * run.output_rate:g} outputs is too many; at most {most:g}"
+            f"run.duration * run.output_rate = {run.duration * run.output_rate:g} outputs is too many; at most "
+            f"{GREATEST_OUTPUT_COUNT:g}"
         )
     return problems
 

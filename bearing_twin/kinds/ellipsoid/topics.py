@@ -7,6 +7,7 @@ import numpy as np
 
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
+from bearing_twin.kinds.ellipsoid.row import ELLIPSOID_ON_PLANE
 from bearing_twin.kinds.markers import (
     BLUE,
     CUBE,
@@ -26,7 +27,7 @@ from bearing_twin.kinds.urdf import Solid, box, sphere
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.sample import Sample, Wrench
 
-FRAME = "ellipsoid_on_plane_link"
+FRAME = ELLIPSOID_ON_PLANE.frame
 BODY, PLANE = "body", "plane"
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque")
 

@@ -21,11 +21,12 @@ from bearing_twin.kinds.markers import (
 )
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.two_bodies.parameters import Shaped, TwoBodiesScene
+from bearing_twin.kinds.two_bodies.row import TWO_BODIES
 from bearing_twin.kinds.two_bodies.wire import lines_of
 from bearing_twin.kinds.urdf import Solid, sphere
 from bearing_twin.sample import Sample, Wrench
 
-FRAME = "two_bodies_link"
+FRAME = TWO_BODIES.frame
 FIRST, SECOND = "first", "second"
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque", "spin_rate")
 
