@@ -125,6 +125,7 @@ bench: setup
 	@.venv/bin/python bench/view.py
 ifndef MISSING
 	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/watch_cost.py
+	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/node_cost.py
 endif
 
 torture: setup

@@ -138,8 +138,7 @@ class SimNode(Node):
         loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
         loop.tells_time = self._outlet.has_clock
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice.reason}
-        self.loop = loop
-        self._doing = "computing"
+        self.loop, self._doing = loop, "computing"
         self.ready.set()
         self.get_logger().info(f"{scene.name} by {run.law} and {run.stepper}, ready after {self._seconds():.1f} s")
 
