@@ -42,6 +42,10 @@ class Stopped(BearingTwinError):
     """A computation ended because somebody wanted it to stop; what was given out before is whole."""
 
 
+class Interrupted(Stopped):
+    """A computation ended for a word in between, and begins again from where it had begun: nothing is lost but time."""
+
+
 class MissingInterfacesError(BearingTwinError):
     """ROS 2 or the interface package bearing_twin_msgs cannot be imported."""
 

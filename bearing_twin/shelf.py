@@ -16,7 +16,8 @@ from bearing_twin.paths import own_folder, share_path
 from bearing_twin.permission import ROOM
 from bearing_twin.spelling import nearest, unknown
 
-GREATEST_FILE = 128_000  # bytes: about a second to read, whatever is in it
+GREATEST_FILE = 128_000  # bytes
+MOST_VALUES = 20_000  # of a file, groups counted too: half a second to read
 GREATEST_DEPTH = 20
 LONGEST_NAME = 100
 LONGEST_DESCRIPTION = 10_000
@@ -109,6 +110,8 @@ class Shelf(NamedTuple):
 
     def load(self, text: str, origin: str):
         """The plain data in a YAML text; raises `error` with line and column."""
+        if len(text) > GREATEST_FILE:
+            raise self.error(f"{origin} is longer than {GREATEST_FILE} characters, so it is no {self.noun}")
         try:
             return yaml.load(text, Loader=_StrictLoader)
         except yaml.YAMLError as error:
@@ -131,14 +134,19 @@ class _StrictLoader(yaml.SafeLoader):
     """YAML without what surprises: no aliases, merges, duplicate keys, deep nesting, 010 = 8, 1:30 = 90, yes = true."""
 
     yaml_implicit_resolvers: ClassVar[dict] = {}
-    depth = 0
+    depth = values = 0
 
     def compose_node(self, parent, index):
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.composer.ComposerError(None, None, "aliases are not allowed", self.peek_event().start_mark)
         self.depth += 1
-        if self.depth > GREATEST_DEPTH:
+        self.values += 1
+        problem = ""
+        if self.check_event(yaml.AliasEvent):
+            problem = "aliases are not allowed"
+        elif self.depth > GREATEST_DEPTH:
             problem = f"it is nested deeper than {GREATEST_DEPTH} levels"
+        elif self.values > MOST_VALUES:
+            problem = f"it holds more than {MOST_VALUES} values; a long table belongs into a CSV file"
+        if problem:
             raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
         node = super().compose_node(parent, index)
         self.depth -= 1

@@ -10,9 +10,15 @@ import mmap
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
+
+from bearing_twin.errors import Interrupted, Stopped
+
+INTERRUPTED, ENDED = 255, 254  # no numbers of signals
+LOST, SHARE = 1.0, 0.2  # s of computing that interruptions may cost before it is earned, and what it earns a second
 
 
 def _shared() -> tuple[int, np.ndarray]:
@@ -41,6 +47,58 @@ def heeding_signals() -> Iterator[None]:
         signal.set_wakeup_fd(previous)
         os.lseek(_FILE, 0, os.SEEK_SET)
         SIGNALLED[:] = 0
+
+
+class Halt:
+    """Stops a computation, for good by `end`, or by `interrupt` for a word in between; from any thread.
+
+    `flag` (1,) is that at which compiled loops look. What is interrupted is computed again, so that a flood of words
+    would hold up all computing: they may cost a share of its time, and wait when they have cost that.
+    """
+
+    def __init__(self, flag: np.ndarray | None = None):
+        self.flag = np.zeros(1, np.uint8) if flag is None else flag
+        self._lock, self._open, self._credit = threading.Lock(), False, LOST
+
+    def end(self) -> None:
+        """Whatever computes stops soon, now and later."""
+        with self._lock:
+            self.flag[:] = ENDED
+
+    def interrupt(self) -> None:
+        """What computes within `interruptible` stops soon, if anything does."""
+        with self._lock:
+            if self._open and not self.flag[0]:
+                self.flag[:] = INTERRUPTED
+
+    @contextlib.contextmanager
+    def interruptible(self, motion) -> Iterator[None]:
+        """Within it Stopped becomes Interrupted where that was wanted, after `motion.take_back()` to where it began.
+
+        A motion without that cannot be interrupted.
+        """
+        began = time.perf_counter()
+        with self._lock:
+            self._open = self._credit > 0.0 and hasattr(motion, "take_back")
+        try:
+            yield
+        except Stopped as error:
+            if not self._closed(began, -1.0):
+                raise
+            motion.take_back()
+            raise Interrupted("interrupted, to be computed again") from error
+        finally:
+            self._closed(began, SHARE)
+
+    def _closed(self, began: float, earned: float) -> bool:
+        """Whether there was an interruption; `earned` by each second, once."""
+        with self._lock:
+            came, self._open = self._open and self.flag[0] == INTERRUPTED, False
+            if came:
+                self.flag[:] = 0
+            if came or earned > 0.0:
+                self._credit = min(self._credit + earned * (time.perf_counter() - began), LOST)
+        return bool(came)
 
 
 class Unbroken:

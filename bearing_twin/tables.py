@@ -9,6 +9,7 @@ from bearing_twin.parameters import echo, read_number
 from bearing_twin.permission import ROOM
 
 GREATEST_FILE = 16_000_000  # bytes
+MOST_ROWS = 50_000  # under a second to read
 
 
 def table(columns, help):
@@ -34,6 +35,8 @@ def read_table(given, columns) -> tuple[tuple, str]:
             return (), f" = {echo(name)} {legal}: it holds no row"
     if not isinstance(given, (list, tuple)):
         return (), f" = {echo(given)} {legal}"
+    if len(given) > MOST_ROWS:
+        return (), f" has {len(given)} rows, more than {MOST_ROWS}; leave some out, for it is straight between them"
     rows = []
     for number, row in enumerate(given):
         if not isinstance(row, (list, tuple)) or len(row) != len(columns):

@@ -47,7 +47,7 @@ def recorded(scene="bearing_6203_rig_400N", overrides=(STILL,), load_timeout_ns=
     simulation.advance = lambda outputs: blocks.append(advance(outputs)) or blocks[-1]
     commands = Commands(load_timeout_ns, frame_prefix)
     loop = SimulationLoop(
-        simulation, lambda: MessageStream(scene, choice=a_choice()), lambda message: None, 0.0, commands=commands
+        simulation, lambda: MessageStream(scene, choice=a_choice()), lambda message: None, "fastest", commands=commands
     )
     loop.paced.paused = True
     return SimpleNamespace(

@@ -136,7 +136,7 @@ def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
 
 def test_an_impact_repeats_at_a_pace_and_on_request():
     with ros_executor() as executor:
-        node, scene = sim_node(executor, "two_spheres", repeat=0.4, real_time_factor=0.0)
+        node, scene = sim_node(executor, "two_spheres", repeat=0.4, real_time_factor="fastest")
         watcher = plain_node(executor)
         lists = heard(watcher, names_of(scene))
         spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 3, "three runs")
@@ -152,7 +152,7 @@ def test_an_impact_repeats_at_a_pace_and_on_request():
 
 def test_an_impact_can_wait_for_a_request():
     with ros_executor() as executor:
-        node, scene = sim_node(executor, "two_spheres", repeat=-1.0, real_time_factor=0.0)
+        node, scene = sim_node(executor, "two_spheres", repeat=-1.0, real_time_factor="fastest")
         watcher = plain_node(executor)
         spin_until(executor, lambda: node.loop is not None and node.loop.paced.finished, "end of the first run")
         lists = heard(watcher, names_of(scene))
@@ -238,7 +238,7 @@ def test_a_parameter_file_may_name_the_node_as_it_will_be(address, tmp_path):
 def test_without_tf2_msgs_the_rest_is_published_with_one_warning(monkeypatch, capfd):
     monkeypatch.setitem(sys.modules, "tf2_msgs.msg", None)
     with ros_executor() as executor:
-        node, scene = sim_node(executor, "two_spheres", repeat=0.2, real_time_factor=0.0)
+        node, scene = sim_node(executor, "two_spheres", repeat=0.2, real_time_factor="fastest")
         lists = heard(plain_node(executor), [(name, kind) for name, kind in names_of(scene) if name != "/tf"])
         spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 2, "two runs")
         assert node.count_publishers("/tf") == 0

@@ -17,7 +17,7 @@ from bearing_twin.nodes.node_parameters import (
 TABLE = (
     NodeParameter("scene", "bearing_6203", "scene to run"),
     NodeParameter("overrides", [], "changes"),
-    NodeParameter("rate", 1.0, "pace", "1", 0.0, 10.0, least=1e-9),
+    NodeParameter("rate", 1.0, "pace", "1", 1e-9, 10.0, words=("fastest",)),
     NodeParameter("depth", 5, "messages", "", 1, 100),
     NodeParameter("loop", False, "again"),
 )
@@ -29,6 +29,7 @@ def test_defaults_and_given_values():
     assert values["rate"] == 5.0
     assert isinstance(values["rate"], float)
     assert values["overrides"] == ["a=1"]
+    assert checked(TABLE, {"rate": "fastest"})["rate"] == "fastest"
 
 
 @pytest.mark.parametrize(
@@ -36,8 +37,9 @@ def test_defaults_and_given_values():
     [
         ({"scen": "x"}, "there is no parameter 'scen'; did you mean scene?"),
         ({"rate": math.nan}, "rate = nan must be finite"),
-        ({"rate": -0.5}, "rate = -0.5 must lie between 0 and 10"),
-        ({"rate": 1e-10}, "rate = 1e-10 must be 0 or at least 1e-09"),
+        ({"rate": -0.5}, "rate = -0.5 must lie between 1e-09 and 10, or fastest"),
+        ({"rate": 0}, "rate = 0.0 must lie between 1e-09 and 10, or fastest"),
+        ({"rate": "faster"}, "rate = 'faster' must be a number, or fastest"),
         ({"rate": "fast"}, "rate = 'fast' must be a number"),
         ({"depth": 0}, "depth = 0 must lie between 1 and 100"),
         ({"depth": 2.5}, "depth = 2.5 must be a whole number"),

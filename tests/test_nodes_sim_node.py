@@ -330,7 +330,12 @@ def test_the_clock_is_that_of_the_simulation():
     [
         ({"sceen": "x"}, ParameterError, "did you mean scene?"),
         ({"duration": math.nan}, ParameterError, "duration = nan must be finite"),
-        ({"real_time_factor": -1.0}, ParameterError, "real_time_factor = -1.0 must lie between 0 and 1000"),
+        (
+            {"real_time_factor": -1.0},
+            ParameterError,
+            "real_time_factor = -1.0 must lie between 1e-09",
+        ),
+        ({"real_time_factor": 0}, ParameterError, "real_time_factor = 0.0 must lie between 1e-09 and 1000, or fastest"),
         ({"repeat": -2.0}, ParameterError, "repeat = -2.0 must lie between -1 and 86400 s"),
         ({"frame_prefix": 3}, ParameterError, "frame_prefix = 3 must be text"),
         ({"scene": "bearing_6204"}, SceneError, "there is no scene 'bearing_6204'"),
@@ -355,11 +360,14 @@ def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only():
             [
                 rclpy.parameter.Parameter("duration", value=1.0),
                 rclpy.parameter.Parameter("real_time_factor", value=math.nan),
+                rclpy.parameter.Parameter("real_time_factor", value=0.0),
+                rclpy.parameter.Parameter("real_time_factor", value="fastest"),
                 rclpy.parameter.Parameter("real_time_factor", value=3.0),
                 rclpy.parameter.Parameter("real_time_factor", value=2),
             ]
         )
-        assert [result.successful for result in results] == [False, False, True, True]
+        assert [result.successful for result in results] == [False, False, False, True, True, True]
+        assert "or fastest" in results[2].reason
         assert node.get_parameter("real_time_factor").value == 2.0
         spin_until(executor, node.ready.is_set, "compilation")
         spin_until(executor, lambda: float(node.loop.paced.pacer.factor) == 2.0, "the new pace")

@@ -15,7 +15,7 @@ from bearing_twin.contact.materials import MATERIALS
 from bearing_twin.errors import SceneError
 from bearing_twin.parameters import describe
 from bearing_twin.paths import share_path
-from bearing_twin.run.scene import KINDS, load_scene, parse_scene, scene_names
+from bearing_twin.run.scene import KINDS, load_scene, parse_scene, read_logged, scene_names
 from bearing_twin.shelf import GREATEST_FILE
 
 
@@ -268,6 +268,17 @@ def test_unusable_paths_are_refused_in_one_sentence_each(tmp_path):
         message = refusal(load_scene, path)
         assert words in message
         assert len(message.splitlines()) == 1
+
+
+def test_a_long_table_is_kept_in_a_log_as_json_and_bounded(tmp_path):
+    rows = [[float(k), 1.0, 0.0, 0.0, 0.0, 0.0] for k in range(4000)]
+    ring = {"table": rows, "mass": 0.1, "inertia": [1e-4, 1e-4]}
+    scene = parse_scene({"kind": "bearing", "model": {"dimension": "free"}, "rings": {"inner": ring}}, "long")
+    assert scene.text.startswith("{")
+    assert read_logged(scene.text, "a log") == scene
+    assert "more than 50000" in refusal(parse_scene, {"kind": "bearing", "rings": {"inner": {"table": rows * 13}}}, "x")
+    assert "or 360000 values" in refusal(read_logged, '{"kind": "bearing", "a": [' + "[]," * 400_000 + "0]}", "a log")
+    assert "more than 20000 values" in refusal(parse_scene, "a: [" + "1, " * 20_000 + "]", "a list")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")

@@ -6,26 +6,27 @@ import sys
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from bearing_twin.errors import Stopped
+from bearing_twin.errors import Interrupted, Stopped
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import raw_messages, read_log
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
-from bearing_twin.stopping import SIGNALLED, heeding_signals
+from bearing_twin.stopping import LOST, SIGNALLED, Halt, heeding_signals
 
 ENDLESS = ("solver.stepper=rk4", "solver.step=1e-11")  # a day for the first chunk
 PATIENCE = 300.0  # s: what does not end at all fails
 
 
 def test_another_thread_ends_a_chunk():
-    stop, ended = np.zeros(1, np.uint8), []
-    simulation = Simulation(load_scene("bearing_6203", ENDLESS), stop)
+    halt, ended = Halt(), []
+    simulation = Simulation(load_scene("bearing_6203", ENDLESS), halt)
     simulation.advance(1)
 
     def run():
@@ -36,7 +37,7 @@ def test_another_thread_ends_a_chunk():
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
     time.sleep(0.2)
-    stop[:] = 1
+    halt.end()
     thread.join(PATIENCE)
     assert ended == [0]
     assert not SIGNALLED[0]
@@ -52,12 +53,13 @@ def test_another_thread_ends_a_chunk():
     ids=["rodas4", "rk4", "imex", "ellipsoid", "two bodies"],
 )
 def test_every_loop_looks_before_each_step(name, changes):
-    stop = np.ones(1, np.uint8)
-    simulation = Simulation(load_scene(name, changes), stop)
+    halt = Halt()
+    halt.end()
+    simulation = Simulation(load_scene(name, changes), halt)
     simulation.advance(1)
     with pytest.raises(Stopped):
         simulation.advance(1)
-    stop[:] = 0
+    halt.flag[:] = 0
     simulation.reset()
     simulation.advance(2)
     same = next(iter(simulate(load_scene(name, changes)).blocks()))
@@ -131,3 +133,54 @@ def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
         signal.signal(signal.SIGTERM, previous)
     assert come == [signal.SIGTERM]
     assert [message.log_time for message in raw_messages(tmp_path / "run.mcap")] == [1, 2]
+
+
+@pytest.mark.parametrize("name", ["bearing_6203", "bearing_6203_loose", "bearing_6203_rig_400N"])
+def test_an_interrupted_run_gives_the_same_to_the_bit(name):
+    scene, halt = load_scene(name), Halt()
+    plain, interrupted, times = Simulation(scene), Simulation(scene, halt), 0
+    move = interrupted._motion.advance
+
+    def disturbed(*arguments):
+        halt.interrupt()
+        return move(*arguments)
+
+    interrupted._motion.advance = disturbed
+    outputs, wanted = [], 450
+    while len(outputs) < wanted:
+        halt._credit = LOST if times % 2 == 0 else 0.0
+        times += 1
+        try:
+            block = interrupted.advance(min(40, wanted - len(outputs)))
+        except Interrupted:
+            assert times % 2
+            assert not halt.flag[0]
+            continue
+        outputs += [row.tobytes() for row in block.matrix()]
+    assert times > 2
+    assert outputs == [row.tobytes() for row in plain.advance(wanted).matrix()]
+    costs = plain.report().as_dict().keys() & {"ball_steps", "equilibria"}
+    assert all(plain.report().as_dict()[key] == interrupted.report().as_dict()[key] for key in costs)
+
+
+def test_interruptions_wait_when_they_have_cost_their_share_and_never_undo_an_end():
+    halt, motion = Halt(), SimpleNamespace(take_back=list)
+
+    def interrupted():
+        with halt.interruptible(motion):
+            halt.interrupt()
+            if halt.flag[0]:
+                raise Stopped("stopped")
+
+    halt.interrupt()
+    assert not halt.flag[0]  # nothing computes
+    with pytest.raises(Interrupted):
+        interrupted()
+    halt._credit = -1e-9
+    interrupted()  # there is nothing left to lose
+    assert halt._credit > -1e-9
+    halt.end()
+    with pytest.raises(Stopped) as ended:
+        interrupted()
+    assert type(ended.value) is Stopped
+    assert halt.flag[0]

@@ -121,7 +121,7 @@ def _case(chance: random.Random) -> Callable[[], object]:
     return chance.choice((scene, scene, override, study, study_override, parameter, goal, command))()
 
 
-PARAMETERS = (*LOG_SAFETY, NodeParameter("real_time_factor", 1.0, "pace", "1", 0.0, 1000.0, least=1e-9))
+PARAMETERS = (*LOG_SAFETY, NodeParameter("real_time_factor", 1.0, "pace", "1", 1e-9, 1000.0, words=("fastest",)))
 VALUES = (
     0, 1, -1, 2**63 - 1, 0.0, 1e-310, 1e308, float("nan"), float("inf"), "", "x", True, [], ["a"], [1, "a"], b"a", None,
 )  # fmt: skip

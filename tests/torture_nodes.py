@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, plain_node, ros_executor
-from torture_rows import Found, Row, part_of, until
+from scipy.stats import theilslopes
+from torture_rows import Found, Row, memory_of, part_of, until
 
 from bearing_twin.errors import LogError
 from bearing_twin.log.mcap_log import raw_messages, read_log, recover
@@ -30,7 +31,7 @@ ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 12.0  # s
 SOAK = 1800.0  # s
 SLOPE = 5.0  # MB/h
-WARM_UP = 0.25  # of a soak
+WARM_UP = 0.25  # of a soak: pools of threads, buffers and compiled code are filled by then
 SCENE = ("bearing_6203", ["solver.stepper=rodas4", "contact.normal=hertz"])
 
 
@@ -283,11 +284,6 @@ def frozen(share: float, folder: Path) -> Found:
     return Found(1, int(unaccounted == 0), 0, abs(unaccounted), figures)
 
 
-def _memory(process: int) -> float:
-    """Resident memory of a process [MB]."""
-    return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
 def soak(share: float, folder: Path) -> Found:
     """sim_node, recorder_node and uq_node at real time, with a study now and then: their memory does not grow."""
     seconds, began = max(20.0, SOAK * share), time.monotonic()
@@ -306,13 +302,14 @@ def soak(share: float, folder: Path) -> Found:
             answer(executor, client, QUICK)
             for name, node in nodes.items():
                 if node.poll() is None:
-                    seen.setdefault(name, []).append((time.monotonic() - began, _memory(node.pid)))
+                    seen.setdefault(name, []).append((time.monotonic() - began, 1e-6 * memory_of(node.pid)))
             time.sleep(min(2.0, seconds / 20.0))
         dead = sum(node.poll() is not None for node in nodes.values())
     slopes = {}
     for name, found in seen.items():
         times, sizes = np.array([one for one in found if one[0] > WARM_UP * seconds]).T
-        slopes[name] = np.polyfit(times / 3600.0, sizes, 1)[0]
+        # The median of all slopes between two looks: one step, as of a buffer that grew once, is no slope.
+        slopes[name] = theilslopes(sizes, times / 3600.0)[0]
     far = max((1e-9 * sample.time_ns for sample in read_log(folder / "sim.mcap")), default=0.0)
     whole = far > 0.0
     good = sum(slope < SLOPE for slope in slopes.values())

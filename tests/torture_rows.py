@@ -1,5 +1,6 @@
 """What a row of `make torture` hands back, and what several rows need."""
 
+import mmap
 import os
 import resource
 import time
@@ -31,8 +32,13 @@ def part_of(number: int, share: float, least: int = 1) -> int:
     return max(least, round(number * share))
 
 
+def memory_of(process: int | str) -> float:
+    """Resident memory of a process [B]."""
+    return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * float(os.sysconf("SC_PAGE_SIZE"))
+
+
 class Cost(NamedTuple):
-    """Of a piece of work in a process of its own: processor seconds, greatest memory [B], whether it ended well."""
+    """Of work in a process of its own: processor seconds, memory it took at most [B], whether it ended well."""
 
     seconds: float
     memory: float
@@ -41,8 +47,10 @@ class Cost(NamedTuple):
 
 def in_a_process(work: Callable[[], None]) -> Cost:
     """Runs `work` in a fork, which is ended after 60 s of processor time; a traceback there counts as not well."""
+    shared = memoryview(mmap.mmap(-1, 8)).cast("d")
     child = os.fork()
     if child == 0:
+        shared[0] = memory_of("self")
         resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
         try:
             work()
@@ -50,7 +58,7 @@ def in_a_process(work: Callable[[], None]) -> Cost:
         except BaseException:
             os._exit(1)
     _, status, used = os.wait4(child, 0)
-    return Cost(used.ru_utime + used.ru_stime, used.ru_maxrss * 1024.0, status == 0)
+    return Cost(used.ru_utime + used.ru_stime, used.ru_maxrss * 1024.0 - shared[0], status == 0)
 
 
 def until(done: Callable[[], bool], seconds: float, period: float = 0.01) -> bool:

@@ -42,6 +42,9 @@ CHARTS = {
     "dimensions": Chart(
         "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "share"
     ),
+    "cages": Chart(
+        "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 60, "share"
+    ),
     "samplers": Chart(
         "samplers", "error of mean and deviation of a contact time against realisations and cost", 30, "share"
     ),

@@ -55,9 +55,11 @@ the wrenches of all bodies together are zero. Gravity, supports and the drive ar
 the scene as JSON: a recording of the three can be reported on, and verified where it began with the run.
 
 **Commands.** A command acts at most 20 ms of simulated time ahead of what is published: what was computed further ahead
-is computed again; stamps are not looked at. It waits for the computation under way, of at most 50 ms of simulated time,
-or of 0.4 s where neither a ring that moves nor a cage couples the balls, which is often a hundred times faster than
-real time. A frame other than that of the table is refused; none at all is
+is computed again; stamps are not looked at. It interrupts the computation under way, which begins again from where it
+had begun, so that it is carried out within some milliseconds. A flood of commands may cost a fifth of the time of
+computing: beyond that a command waits for at most 20 ms of simulated time, and the first after a second without any for
+50 ms, or 0.4 s where neither a ring that moves nor a cage couples the balls. A frame other than that of the table is
+refused; none at all is
 taken for it. A load holds until the next one. With `sim_node`'s parameter `load_timeout` it is stale after so many
 seconds of simulated time without another: then the scene's own load acts again, and `/diagnostics` warns. What cannot
 be obeyed, such as a NaN, a load that no ball carries or one on a coordinate that is held, changes nothing: it is

@@ -21,7 +21,8 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "
 class NodeParameter(NamedTuple):
     """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range.
 
-    A number that is not 0 has at least the size `least`. `digits`: a whole number is taken as text, as a designation.
+    A number may also be one of `words`, which stand for what is no number. `digits`: a whole number is taken as
+    text, as a designation.
     """
 
     name: str
@@ -31,7 +32,7 @@ class NodeParameter(NamedTuple):
     low: float | None = None
     high: float | None = None
     read_only: bool = True
-    least: float = 0.0
+    words: tuple[str, ...] = ()
     digits: bool = False
 
     @property
@@ -85,7 +86,7 @@ def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
     lines += ["parameters (changeable while it runs: *):"]
     for one in table:
         default = json.dumps(one.default) if not isinstance(one.default, float) else f"{one.default:g}"
-        limits = "" if one.low is None else f", {one.low:g} to {one.high:g}"
+        limits = "" if one.low is None else f", {limits_of(one)}"
         lines.append(f"  {one.name}{'' if one.read_only else '*'} = {default}{with_unit(one.unit)}{limits}")
         lines += textwrap.wrap(one.help, 72, initial_indent="      ", subsequent_indent="      ")
     lines += ["", f"example: ros2 run bearing_twin {name} --ros-args -p {example_of(table)}"]
@@ -98,23 +99,28 @@ def example_of(table: Sequence[NodeParameter]) -> str:
     return f"{first.name}:={first.default or 'run.mcap'}"
 
 
+def limits_of(parameter: NodeParameter) -> str:
+    """`low to high`, and the words that may stand for a number."""
+    return ", or ".join((f"{parameter.low:g} to {parameter.high:g}", *parameter.words))
+
+
 def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     """Why `value` cannot be used, or None."""
-    kind = type(parameter.default)
+    kind, words = type(parameter.default), "".join(f", or {word}" for word in parameter.words)
+    if isinstance(value, str) and value in parameter.words:
+        return None
     if kind is list:
         fits = isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(one, str) for one in value)
     else:
         fits = type(value) is kind
     if not fits:
-        return f"parameter {parameter.name} = {echo(value)} must be {KINDS[kind]}"
+        return f"parameter {parameter.name} = {echo(value)} must be {KINDS[kind]}{words}"
     if kind is float and not math.isfinite(value):
         return f"parameter {parameter.name} = {value} must be finite"
     low, high = parameter.low, parameter.high
     if (low is not None and value < low) or (high is not None and value > high):
         limits = f"between {low:g} and {high:g}{with_unit(parameter.unit)}"
-        return f"parameter {parameter.name} = {value} must lie {limits}"
-    if kind is float and 0.0 < abs(value) < parameter.least:
-        return f"parameter {parameter.name} = {value} must be 0 or at least {parameter.least:g}"
+        return f"parameter {parameter.name} = {value} must lie {limits}{words}"
     return None
 
 

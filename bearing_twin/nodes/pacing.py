@@ -9,7 +9,8 @@ from fractions import Fraction
 from typing import NamedTuple
 
 LAG_SHOWN = 100_000_000  # ns behind at which a stream is said not to keep up
-SLOWEST = 1e-9  # times real time; 0 = as fast as possible
+SLOWEST = 1e-9  # times real time
+FASTEST = "fastest"  # the word for as fast as possible: 0 times real time would be no motion at all
 GREATEST_LAG = 1_000_000_000  # ns behind at which the rest is given up instead of being caught up in one burst
 
 
@@ -41,19 +42,23 @@ class Pace(NamedTuple):
 
 
 class Pacer:
-    """The line that stream time follows on the wall clock: `factor` times real time, 0 = as fast as possible."""
+    """The line that stream time follows on the wall clock: `factor` times real time, or FASTEST, which has no line.
 
-    def __init__(self, factor: float):
+    `factor` is then 0.
+    """
+
+    def __init__(self, factor: float | str):
         self.set_factor(factor)
         self._wall = self._mark = 0
         self._stream = self._reached = 0
         self._running = self._passed = self._lag = self._slipped = 0
 
-    def set_factor(self, factor: float) -> None:
-        """Changes the pace; call `start` afterwards. Raises ValueError when it is negative or not finite."""
-        if not (factor == 0.0 or SLOWEST <= factor < float("inf")):
-            raise ValueError(f"the pace must be 0 or a finite number from {SLOWEST:g} on and is {factor}")
-        self.factor = Fraction(factor).limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
+    def set_factor(self, factor: float | str) -> None:
+        """Changes the pace; call `start` afterwards. Raises ValueError for what is no pace."""
+        if factor != FASTEST and not (isinstance(factor, (int, float)) and SLOWEST <= factor < float("inf")):
+            raise ValueError(f"the pace must be {FASTEST} or a finite number from {SLOWEST:g} on and is {factor}")
+        share = Fraction(0 if factor == FASTEST else factor)
+        self.factor = share.limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
 
     def start(self, now: int, stream_ns: int) -> None:
         """From now on `stream_ns` is due at `now`: at the beginning, after a pause, a jump or a change of pace."""
@@ -133,7 +138,7 @@ class PacedStream:
             self._go_on(now)
         self.paused = paused
 
-    def set_factor(self, now: int, factor: float) -> None:
+    def set_factor(self, now: int, factor: float | str) -> None:
         """Changes the pace from here on."""
         self.pacer.set_factor(factor)
         self._go_on(now)

@@ -20,7 +20,7 @@ from rclpy.publisher import Publisher
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.log_room import Room, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
-from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, problem_of
+from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
@@ -69,7 +69,10 @@ def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] |
 
 def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(description=parameter.description, read_only=parameter.read_only)
-    if parameter.low is not None and type(parameter.default) is float:
+    if parameter.words:  # ROS would not name them where a number is out of range: `problem_of` does
+        descriptor.dynamic_typing = True
+        descriptor.additional_constraints = limits_of(parameter)
+    elif parameter.low is not None and type(parameter.default) is float:
         descriptor.floating_point_range = [FloatingPointRange(from_value=parameter.low, to_value=parameter.high)]
     elif parameter.low is not None and type(parameter.default) is int:
         descriptor.integer_range = [IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high), step=1)]

@@ -6,7 +6,7 @@ from rclpy.node import Node
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
-from bearing_twin.nodes.pacing import SLOWEST
+from bearing_twin.nodes.pacing import FASTEST, SLOWEST
 from bearing_twin.nodes.running import given_parameters, values_of
 from bearing_twin.run.scene import Scene, load_scene
 
@@ -38,12 +38,13 @@ PARAMETERS = (
     NodeParameter(
         "real_time_factor",
         1.0,
-        "wanted pace, for an impact 1e-5 or less; 0 = as fast as possible, which only the log gets without loss",
+        f"wanted pace, for an impact 1e-5 or less; {FASTEST} = as fast as possible, which only the log gets without "
+        "loss",
         "1",
-        0.0,
+        SLOWEST,
         1000.0,
         read_only=False,
-        least=SLOWEST,
+        words=(FASTEST,),
     ),
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
     NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),

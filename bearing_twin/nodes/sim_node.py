@@ -9,7 +9,6 @@ from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -43,6 +42,7 @@ from bearing_twin.nodes.worker import Worker
 from bearing_twin.run.failure import write_failure
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
+from bearing_twin.stopping import Halt
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
@@ -69,7 +69,7 @@ class SimNode(Node):
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._discovery = values["discovery"]
         self._paused_at_start = values["start_paused"]
-        self._stop = np.zeros(1, np.uint8)
+        self._halt = Halt()
         self._description = {"scene": scene.name}
         # Both are made in the worker's thread: on a new machine it compiles kernels for a minute or more first.
         self.simulation: Simulation | None = None
@@ -89,7 +89,7 @@ class SimNode(Node):
 
     def close(self) -> None:
         """Ends the simulation and completes the log; may be called twice."""
-        self._stop[:] = 1
+        self._halt.end()
         # While kernels are still being compiled nothing has been computed, so there is nothing to wait for.
         if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
@@ -123,7 +123,7 @@ class SimNode(Node):
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("compiling the kernels of this scene (once on a machine)")
-        self.simulation = run = Simulation(scene, self._stop)
+        self.simulation = run = Simulation(scene, self._halt)
         run.warm_up()
         self._doing = "waiting for subscribers"
         wait_for_subscribers(self._outlet.publishers, self._discovery)
@@ -133,10 +133,10 @@ class SimNode(Node):
         factor, repeat_ns = values["real_time_factor"], round(values["repeat"] * 1e9)
         deliver, wanted = self._outlet.deliver, self._outlet.listened_to
         commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
-        loop = SimulationLoop(
-            run, make_stream, deliver, factor, duration_ns, self._open_log, repeat_ns, wanted, commands
-        )
+        timing = factor, duration_ns, self._open_log, repeat_ns
+        loop = SimulationLoop(run, make_stream, deliver, *timing, wanted, commands)
         loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
+        loop.tells_time = self._outlet.has_clock
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice.reason}
         self.loop = loop
         self._doing = "computing"
@@ -164,8 +164,10 @@ class SimNode(Node):
     # Callbacks
 
     def _post(self, command: str, *arguments):
-        """Has the worker call this method of the loop, which may not be there yet; returns the future."""
-        return self.worker.post(lambda now: getattr(self.loop, command)(now, *arguments))
+        """Has the worker call this method of the loop, which may not be there yet, soon; returns the future."""
+        future = self.worker.post(lambda now: getattr(self.loop, command)(now, *arguments))
+        self._halt.interrupt()
+        return future
 
     def _taken(self) -> str:
         """Why a command is not yet carried out; it will be."""
@@ -243,7 +245,7 @@ class SimNode(Node):
     def _on_parameters(self, parameters):
         for parameter in parameters:
             if parameter.name == "real_time_factor":
-                self._post("set_factor", float(parameter.value))
+                self._post("set_factor", parameter.value)
 
     @guarded
     def _on_clock(self):

@@ -4,13 +4,14 @@ import math
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.commanding import Commands
-from bearing_twin.nodes.pacing import Pace, PacedStream, Pacer, Timed
+from bearing_twin.nodes.pacing import FASTEST, Pace, PacedStream, Pacer, Timed
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
+SILENCE_NS = 10_000_000  # between words on how far the stream has come, where nobody listens: each wakes the worker
 SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
 JUDGED_NS = 1_000_000_000  # of simulated time between looks at what the run is worth
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
@@ -31,7 +32,7 @@ class SimulationLoop:
         simulation,
         make_stream: Callable,
         deliver: Callable[[Timed], None],
-        factor: float = 1.0,
+        factor: float | str = 1.0,
         duration_ns: int = 0,
         open_log: Callable[[int], object] = lambda run: None,
         repeat_ns: int = 0,
@@ -54,6 +55,8 @@ class SimulationLoop:
         self._earlier = Pace(0, 0, 0, 0)
         self._worth: dict[str, float | str] = {}
         self._judge_at = 0
+        self.tells_time = False  # whether somebody is told every instant, also where no message is due
+        self._silent_until = 0
         self.paced = PacedStream(self._next_batch, deliver, Pacer(factor))
 
     @property
@@ -87,7 +90,7 @@ class SimulationLoop:
         """The writer of the run's log, or None."""
         return self._log
 
-    def look(self) -> tuple[bool, str, dict[str, float]]:
+    def look(self) -> tuple[bool, str, dict[str, float | str]]:
         """Whether it cannot keep up, what it does, and its numbers since the last look."""
         pace, wanted = self.paced.pacer.pace(), float(self.paced.pacer.factor)
         factor, earlier = pace.real_time_factor(self._earlier), self._earlier
@@ -103,7 +106,7 @@ class SimulationLoop:
             message = "running" if wanted else "running as fast as possible"
         numbers = {
             "real_time_factor": factor,
-            "wanted_real_time_factor": wanted,
+            "wanted_real_time_factor": wanted or FASTEST,
             "lag_s": pace.lag_ns * 1e-9,
             "given_up_s": pace.slipped_ns * 1e-9,
             "simulation_time_s": self.time_ns * 1e-9,
@@ -119,8 +122,8 @@ class SimulationLoop:
         self.paced.pause(now, paused)
         return f"{'paused' if paused else 'running'} at {self.time_ns * 1e-9:.6f} s"
 
-    def set_factor(self, now: int, factor: float) -> None:
-        """Changes the pace, a multiple of real time; 0 = as fast as possible."""
+    def set_factor(self, now: int, factor: float | str) -> None:
+        """Changes the pace, a multiple of real time or FASTEST."""
         self.paced.set_factor(now, factor)
 
     def obey(self, now: int, command: Command, message) -> None:
@@ -158,7 +161,7 @@ class SimulationLoop:
         self._stream = self._make_stream()
         self._log = log
         self._done = self._flushed = False
-        self._began, self._judge_at = None, 0
+        self._began, self._judge_at, self._silent_until = None, 0, 0
         self.paced.restart()
 
     def step(self, now: int, seconds: float) -> str:
@@ -209,7 +212,10 @@ class SimulationLoop:
         if not fresh:
             run.set_load(None, None)
             self.commands.let_go()
-        block = run.advance(min(outputs, fresh) if fresh else outputs)
+        try:
+            block = run.advance(min(outputs, fresh) if fresh else outputs)
+        except Interrupted:  # by a command, which is obeyed between turns
+            return []
         if run.time_ns >= self._judge_at:
             self._judge_at = run.time_ns + JUDGED_NS
             self._worth = worth(run.report())
@@ -219,12 +225,16 @@ class SimulationLoop:
         return self._messages(self._stream.messages(block, wanted), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
-        batch = []
+        batch, last = [], None
         for topic, stamp_ns, cdr in messages:
             if log is not None:
                 log.write(topic, stamp_ns, stamp_ns, cdr)
-            batch.append(Timed(stamp_ns, topic.name, stamp_ns, cdr))
-        return batch
+            last = Timed(stamp_ns, topic.name, stamp_ns, cdr)
+            if cdr or stamp_ns >= self._silent_until:
+                batch.append(last)
+                self._silent_until = stamp_ns + (0 if self.tells_time else SILENCE_NS)
+        # The end of a run is told whatever was told before.
+        return [*batch, last] if self._done and last is not None and last not in batch[-1:] else batch
 
 
 def check_speed(speed: float) -> None:

@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import functools
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,11 @@ from bearing_twin.kinds.sections import ALIASES, not_here
 from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, stands_for_section, unknown
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
+
+LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
+LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
+MOST_LOGGED = 360_000  # commas in one, enough for a table of `tables.MOST_ROWS`: a second to read
+DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
 
 
 @dataclass(frozen=True)
@@ -44,8 +50,10 @@ class Scene:
 
     @functools.cached_property
     def text(self) -> str:
-        """`resolved` as YAML."""
-        return yaml.safe_dump(self.resolved(), sort_keys=False)
+        """`resolved` as YAML; as JSON where it holds a long table."""
+        resolved = self.resolved()
+        quick = json.dumps(resolved)
+        return quick if len(quick) > LONGEST_YAML else yaml.dump(resolved, Dumper=DUMPER, sort_keys=False)
 
     def resolved(self) -> dict:
         """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""
@@ -78,9 +86,21 @@ def parse_scene(text_or_mapping, origin: str) -> Scene:
 
 
 def read_logged(text: str, origin: str) -> Scene:
-    """The scene in a log, also in the words of an earlier version."""
-    mapping = _canonical(_mapping_of(text, origin))
+    """The scene in a log, YAML or JSON, also in the words of an earlier version."""
+    mapping = _canonical(_mapping_of(_from_json(text, origin), origin))
     return parse_scene(KINDS[_kind_of(mapping, origin)].upgraded(mapping), origin)
+
+
+def _from_json(text: str, origin: str):
+    """The data in a text of JSON, or a text that is none, to be read as YAML."""
+    if not text.startswith("{"):
+        return text
+    if len(text) > LONGEST_LOGGED or text.count(",") > MOST_LOGGED:
+        raise SceneError(f"{origin} is longer than {LONGEST_LOGGED} characters or {MOST_LOGGED} values")
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
 
 
 def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numba.core import event
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.report import Choice, Report
@@ -17,7 +17,7 @@ from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block, Columns, Sample, joined, layout_of, side_by_side
-from bearing_twin.stopping import SIGNALLED, heeding_signals
+from bearing_twin.stopping import SIGNALLED, Halt, heeding_signals
 
 CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
 CHUNK_NS = 50_000_000  # ... and so much simulated time, for which commands wait, or `longest_chunk`
@@ -36,13 +36,11 @@ class Simulation:
     Integration runs in compiled code that releases the GIL, in chunks that end before sequence numbers divisible by
     their length, which is shorter for a while after a command. Commands take effect after the last output given out:
     what was computed ahead is computed again.
-    A long chunk ends with the error Stopped once `stop` (1,) is not 0, which is what signals of this process do to the
-    default.
+    A long chunk ends with the error Stopped by `halt`, else by a signal; interrupted, it is computed again.
     """
 
-    def __init__(self, scene: Scene, stop: np.ndarray = SIGNALLED):
-        self.scene = scene
-        self._stop = stop
+    def __init__(self, scene: Scene, halt: Halt | None = None):
+        self.scene, self._halt = scene, halt or Halt(SIGNALLED)
         self.kind = KINDS[scene.kind]
         self.choice: Choice = choose(scene)
         self.channels = scene.channels
@@ -57,7 +55,7 @@ class Simulation:
     def _new_motion(self):
         motion = self.kind.motion(self.scene.parameters, self.choice)
         if hasattr(motion, "stop"):
-            motion.stop = self._stop
+            motion.stop = self._halt.flag
         return motion
 
     @property
@@ -159,19 +157,24 @@ class Simulation:
                 self._motion.advance(np.array([span]), span)
 
     def advance(self, outputs: int) -> Block:
-        """The next solver outputs, at most a chunk's worth is computed ahead; raises IntegrationError with the time."""
+        """The next solver outputs, fewer or Interrupted after an interruption; or raises IntegrationError."""
         parts, missing = [], outputs
         while missing > 0:
             pending = self._begun()
             if not len(pending):
-                self._compute_chunk(pending.first_sequence)
+                try:
+                    self._compute_chunk(pending.first_sequence)
+                except Interrupted:
+                    if not parts:
+                        raise
+                    break
                 continue
             take = min(len(pending), missing)
             parts.append(pending.part(0, take))
             self._pending = pending.part(take, len(pending))
             missing -= take
         self._given = block = joined(parts)
-        self.sequence, self.time_ns = block.first_sequence + outputs - 1, int(block.time_ns[-1])
+        self.sequence, self.time_ns = block.first_sequence + len(block) - 1, int(block.time_ns[-1])
         self._gathering.add(block)
         return block
 
@@ -208,7 +211,7 @@ class Simulation:
         times = period * np.arange(1, until - first + 1)
         state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
         try:
-            with heeding_signals():
+            with heeding_signals(), self._halt.interruptible(self._motion):
                 arrays = self._motion.advance(times, times[-1])
             block = self._block(first, arrays)
             self._health.check(block)

@@ -49,6 +49,7 @@ def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
         "contact_count": len(found.contacts),
         "restitution": -leaving / touch_speed(parameters.blow),
         "sphere_velocity_after_m_s": leaving,
+        "impulse_ns": math.fsum(one.impulse for one in found.contacts),
     }
 
 

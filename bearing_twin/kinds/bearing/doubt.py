@@ -102,6 +102,7 @@ class BearingDoubt:
         free = dimension_of(self.parameters) == FREE_RING
         ring = seen["ring_force"] or balls * seen["load"]
         turned = torque * abs(figures["inner_ring_speed_at_end_rad_s"])
+        moved = seen["ring_displacement"] if free else 0.0
         return {
             **self._of_loads(figures, share),
             **{f"{key}_{side}_n": [seen["load"]] * balls for key in LOADS_OF for side in SIDES},
@@ -109,9 +110,11 @@ class BearingDoubt:
             "cage_speed_rad_s": seen["orbit_speed"],
             "roll_rate_rad_s": seen["roll_rate"],
             "drive_torque_nm": torque,
-            "drive_work_j": turned * self._seconds,
+            "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
             "dissipated_j": balls * seen["loss"] * self._seconds,
-            "ring_displacement_m": [seen["ring_displacement"] if free else 0.0] * 3,
+            "ring_displacement_m": [moved] * 3,
+            # A tilt is integrated as exactly as the displacement that it makes at the balls.
+            "misalignment_rad": [moved / (0.5 * pitch)] * 2,
             "ring_force_n": [ring] * 3,
             "ring_moment_nm": [0.5 * ring * pitch] * 2,
             "friction_torque_nm": [seen["torque"]] * balls,
@@ -154,13 +157,17 @@ class BearingDoubt:
             0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
             for key, arm in (("ring_force_n", 1.0), ("ring_moment_nm", pitch))
         )
-        moved = 2.0 / 3.0 * greatest * math.hypot(*figures["ring_displacement_m"]) if given else 0.0
+        moved, tilted = (
+            2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
+            for key in ("ring_displacement_m", "misalignment_rad")
+        )
         return {
             **found,
             **self._of_loads(figures, share),
             "ring_force_n": [force] * 3,
             "ring_moment_nm": [moment] * 2,
             "ring_displacement_m": [moved] * 3,
+            "misalignment_rad": [tilted] * 2,
         }
 
     @staticmethod

@@ -119,7 +119,10 @@ def dimension_of(parameters) -> str:
 
 def idle_loads(parameters, load, moment, *names: str) -> list[str]:
     """That parts of a load [N] (3,) or moment [N m] (2,) of these names act on held coordinates, if they do."""
-    free = free_coordinates(parameters)
+    return _idle(parameters.rings.inner.free, free_coordinates(parameters), load, moment, *names)
+
+
+def _idle(asked: str, free, load, moment, *names: str) -> list[str]:
     idle = [
         f"{name}[{i}] = {value:g} {unit}"
         for name, unit, values, freedom in zip(names, ("N", "N m"), (load, moment), (free[:3], free[3:]), strict=True)
@@ -129,7 +132,7 @@ def idle_loads(parameters, load, moment, *names: str) -> list[str]:
     if not idle:
         return []
     return [
-        f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {parameters.rings.inner.free} holds; leave "
+        f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {asked} holds; leave "
         "the load out or free the coordinate"
     ]
 
@@ -143,7 +146,7 @@ def ring_problems(parameters) -> list[str]:
         *((f"table[{number}].", row[1:4], row[4:]) for number, row in enumerate(ring.table)),
     ):
         names = f"rings.inner.{name}load", f"rings.inner.{name}moment"
-        problems = problems or idle_loads(parameters, load, moment, *names)
+        problems = problems or _idle(ring.free, free, load, moment, *names)
     dimension = dimension_of(parameters)
     if dimension == PRESCRIBED and any(free):
         problems.append(
