@@ -17,6 +17,7 @@ from bearing_twin.units import NO_LIMITS, UNITS, Limits, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
+WHY_SIZES = ", for sizes beyond belong to no bearing, ball or beam, and their products leave double precision"
 SOME = 3  # examples of a free text
 LONGEST_TEXT = 1000  # letters of a text that a file may hold
 
@@ -179,8 +180,8 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
     if integer and value != int(value):
         return None, legal
     if not limits.allow(value):
-        small = 0.0 < abs(value) < limits.least
-        return None, f"is too small, below {limits.least:g}; {legal}" if small else f"is out of range; {legal}"
+        fault = f"too small, below {limits.least:g}" if 0.0 < abs(value) < limits.least else "out of range"
+        return None, f"is {fault}; {legal}{WHY_SIZES if limits.of_physics.allow(value) else ''}"
     return (int(value) if integer else value), None
 
 

@@ -201,6 +201,33 @@ def test_what_cannot_be_logged_or_played_is_refused(node_class, parameters, erro
     assert words in str(refused.value)
 
 
+@pytest.mark.parametrize("topics", ["['']", "['/nothing']"])
+def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics):
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        recorder = subprocess.Popen(
+            [
+                *(sys.executable, "-m", "bearing_twin.nodes.entry", "recorder_node", "--ros-args"),
+                *("-p", f"log:={tmp_path / 'log.mcap'}", "-p", f"topics:={topics}"),
+            ],
+            env=os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            spin_until(executor, lambda: seen, "diagnostics")
+            recorder.send_signal(signal.SIGINT)
+            _, said = recorder.communicate(timeout=300)
+        finally:
+            if recorder.poll() is None:
+                recorder.kill()
+                recorder.wait()
+    assert "no topic matches so far" in seen[0].message
+    assert recorder.returncode == 2
+    assert "nothing was recorded" in said.splitlines()[-1]
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number):
     path = tmp_path / "recording.mcap"

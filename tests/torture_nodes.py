@@ -161,18 +161,26 @@ def goals(share: float, folder: Path) -> Found:
         spun(executor, lambda: _account(seen) == wanted, 120.0)
         account = _account(seen)
         spun(executor, lambda: all(one.done() for one in heard), 1.0)
-        dead = int(node.poll() is not None)
+        spun(executor, lambda: False, 1.5)  # for one more look at /diagnostics
+        told, deaf = int(_said(seen).get("answers_in_doubt", 0)), sum(not one.done() for one in heard)
+        silent = int(node.poll() is not None) + max(0, deaf - told)
     lost = many - len(answered) + len(accepted) - ended
     said = f"{len(accepted)} accepted, {took:.1f} s for all; a client that keeps 10 answers, as by default, heard "
-    said += f"{sum(one.done() for one in heard)} of {many}"
-    return Found(2 * many, 2 * many - lost - abs(wanted - account), lost + abs(wanted - account), dead, said)
+    said += f"{many - deaf} of {many}; of all answers {told} were told to be in doubt"
+    return Found(2 * many, 2 * many - lost - abs(wanted - account), lost + abs(wanted - account), silent, said)
+
+
+def _said(seen: list) -> dict[str, str]:
+    """The last word of uq_node on /diagnostics."""
+    told = [status for status in seen if "uq_node" in status.name]
+    return {pair.key: pair.value for pair in told[-1].values} if told else {}
 
 
 def _account(seen: list) -> int:
-    """The goals that uq_node has answered, or counted as never come, by its last word on /diagnostics."""
-    told = [{pair.key: pair.value for pair in status.values} for status in seen if "uq_node" in status.name]
+    """The goals that uq_node has answered, or counted as never come."""
+    told = _said(seen)
     counts = ("succeeded", "aborted", "cancelled", "refused", "goals_never_come")
-    return sum(int(told[-1][key]) for key in counts if told[-1][key].isdigit()) if told else 0
+    return sum(int(told[key]) for key in counts if told.get(key, "").isdigit())
 
 
 def cancels(share: float, folder: Path) -> Found:

@@ -59,11 +59,14 @@ _PARSE_ERRORS = (McapError, struct.error, ValueError, KeyError, OverflowError, M
 
 
 class DamagedLog(LogError):
-    """The file is cut or altered; `offset` is the byte at which it shows, `what` the reason."""
+    """The file is cut or altered; `offset` is the byte at which it shows, `what` the reason.
 
-    def __init__(self, path, offset: int, what: str):
+    `hopeless`: it is not worth while to read on behind it.
+    """
+
+    def __init__(self, path, offset: int, what: str, hopeless: bool = False):
         super().__init__(f"{path} is damaged at byte {offset}: {what}; `bearing_twin recover` saves what is whole")
-        self.path, self.offset, self.what = path, offset, what
+        self.path, self.offset, self.what, self.hopeless = path, offset, what, hopeless
 
 
 class Topic(NamedTuple):
@@ -84,6 +87,9 @@ class LoggedMessage(NamedTuple):
     log_time: int
     publish_time: int
     data: bytes
+
+
+MOST_TOPICS = 10_000  # a tenth of a second to read
 
 
 class Summary(NamedTuple):
@@ -311,6 +317,8 @@ class McapReader:
             if self._channels.get(record.id) != record:
                 self._channels[record.id] = record
                 self._topics.pop(record.id, None)
+            if len(self._channels) > MOST_TOPICS:
+                raise DamagedLog(self.path, offset, f"it has more than {MOST_TOPICS} topics, as no log has", True)
         else:
             raise DamagedLog(self.path, offset, f"the topic {record.topic!r} has no type")
 

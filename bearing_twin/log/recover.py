@@ -103,6 +103,8 @@ def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage |
                     break
                 except DamagedLog as error:
                     problems.append(f"{file.name} at byte {error.offset}: {error.what}")
+                    if error.hopeless:
+                        break
                     later = [start for start in chunk_starts if start > max(error.offset, begin or 0)]
                     following = [reader.record_after(error.offset), *later[:1]]
                     begin = min((one for one in following if one and one > error.offset), default=None)

@@ -1,5 +1,6 @@
 """An action server that counts the goals which were sent to it and never came."""
 
+from collections import deque
 from collections.abc import Callable
 
 from rclpy.action import ActionServer
@@ -27,6 +28,27 @@ class Arrivals:
         """Notes a goal; returns how many were lost just before it, 0 where nobody knows."""
         self.known = self.known and clients <= 1
         return self._numbers.saw(number, 1) if self.known else 0
+
+
+class Rush:
+    """Counts goals that were answered so fast after each other that whoever asked may have missed the answer.
+
+    A client keeps KEPT answers, as rclpy does by default, and gives up older ones that it has not taken within PERIOD.
+    No node learns which, so those beyond are in doubt.
+    """
+
+    KEPT, PERIOD = 10, 2.0  # s
+
+    def __init__(self):
+        self.doubted = 0
+        self._times: deque[float] = deque(maxlen=self.KEPT)
+
+    def saw(self, now: float) -> bool:
+        """Notes a goal that is answered at `now` [s]; returns whether its answer, or one just before, is in doubt."""
+        full = len(self._times) == self.KEPT and now - self._times[0] < self.PERIOD
+        self._times.append(now)
+        self.doubted += full
+        return full
 
 
 class CountedActionServer(ActionServer):

@@ -18,7 +18,7 @@ from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
-from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer
+from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer, Rush
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
@@ -67,7 +67,7 @@ class UqNode(Node):
         self._requests: dict[bytes, Request] = {}
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
         self._heartbeat = Heartbeat(self, "studies")
-        self._arrivals = Arrivals()
+        self._arrivals, self._rush = Arrivals(), Rush()
         # Reentrant: one callback waits for the study that runs while others take goals and cancels.
         group, steady = ReentrantCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
         self._server = CountedActionServer(
@@ -155,6 +155,12 @@ class UqNode(Node):
                 "(goal_service_qos_profile)",
                 throttle_duration_sec=1.0,
             )
+        if self._rush.saw(time.monotonic()):
+            self.get_logger().warning(
+                f"{self._rush.doubted} goals came so fast that whoever keeps {Rush.KEPT} answers, as by default, may "
+                "have missed some and waits in vain: keep them all (goal_service_qos_profile), or ask one by one",
+                throttle_duration_sec=1.0,
+            )
 
     def _on_goal(self, goal) -> GoalResponse:
         reason = self.studies.refusal()
@@ -203,6 +209,7 @@ class UqNode(Node):
         if self.failure is not None:
             level, message = ERROR, str(self.failure)
         values["goals_never_come"] = self._arrivals.lost if self._arrivals.known else "unknown: several clients"
+        values["answers_in_doubt"] = self._rush.doubted
         self._heartbeat.say(level, message, {"doing": doing} | values)
 
 
