@@ -145,6 +145,9 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
         try:
             for block in run.blocks():
                 samples += len(block)
+                if waiting and block.first_sequence != waiting[-1].first_sequence + len(waiting[-1]):
+                    log.write_all(stream.messages(joined(waiting)))  # a gap stays where it is
+                    waiting = []
                 waiting.append(block)
                 late = max_loss or time.monotonic() > since + ENCODED_SECONDS
                 if late or sum(map(len, waiting)) >= together:
