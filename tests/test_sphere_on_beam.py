@@ -23,7 +23,7 @@ from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene, open_scene
 from bearing_twin.run.simulation import Simulation, simulate
-from bearing_twin.stopping import SIGNALLED
+from bearing_twin.stopping import SIGNALLED, Halt
 from bearing_twin.uq.realise import Task, realise
 
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
@@ -398,7 +398,7 @@ def test_loops_end_where_they_are_told_to_stop():
 
 def test_a_run_that_is_stopped_while_it_solves_can_go_on():
     stop = np.ones(1, np.uint8)
-    simulation = Simulation(load_scene("sphere_on_beam_drop_50mm"), stop)
+    simulation = Simulation(load_scene("sphere_on_beam_drop_50mm"), Halt(stop))
     with pytest.raises(Stopped):
         simulation.advance(1)
     stop[0] = 0

@@ -267,4 +267,5 @@ def test_every_quantity_of_every_scene_is_a_number_of_its_report(name):
     for _ in run.blocks():
         pass
     for quantity, row in quantities_of(scene.kind).items():
-        assert math.isfinite(row.figure(run.report.figures)), quantity
+        known = math.isfinite(row.figure(run.report.figures))
+        assert known == (not row.missing(scene.parameters)), quantity

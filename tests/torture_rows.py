@@ -1,5 +1,6 @@
 """What a row of `make torture` hands back, and what several rows need."""
 
+import gc
 import mmap
 import os
 import resource
@@ -50,6 +51,7 @@ def in_a_process(work: Callable[[], None]) -> Cost:
     shared = memoryview(mmap.mmap(-1, 8)).cast("d")
     child = os.fork()
     if child == 0:
+        gc.freeze()  # what is left of threads that a fork has not must not be collected
         shared[0] = memory_of("self")
         resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
         try:

@@ -157,7 +157,7 @@ class Output:
 class Quantity(NamedTuple):
     """What a study may ask: `unit`, `meaning`, `figure` of a run's figures, vectorised `closed` form or None.
 
-    `whole`: it wants the whole motion, of which `wanted.outputs: peaks` computes the contacts alone.
+    `whole`: not of `wanted.outputs: peaks`, which moves contacts alone. `missing`: why a scene has none, or nothing.
     """
 
     unit: str
@@ -165,6 +165,7 @@ class Quantity(NamedTuple):
     figure: Callable[[Mapping], float]
     closed: Callable[..., np.ndarray] | None = None
     whole: bool = False
+    missing: Callable[[Any], str] = lambda parameters: ""
 
 
 class ClosedForm(NamedTuple):
@@ -294,7 +295,5 @@ class Kind:
         """What a study may ask; by default every figure drawn from the channels."""
         if self.quantities is not None:
             return self.quantities()
-        return {
-            name: Quantity(channel.unit, f"{channel.meaning}, {words}", read_off(key))
-            for channel, name, key, words in self._drawn()
-        }
+        rows = ((name, channel, f"{channel.meaning}, {words}", key) for channel, name, key, words in self._drawn())
+        return {name: Quantity(channel.unit, meaning, read_off(key)) for name, channel, meaning, key in rows}

@@ -74,7 +74,7 @@ def _read(mapping, scene, origin, problems):
     kind = scene["kind"]
     if settings.method == "chaos" and free.get("histories"):
         problems.append("histories are sampled, which the method chaos does not do; leave them out, or use ensemble")
-    quantities = _quantities(free.get("quantities"), kind, problems)
+    quantities = _quantities(free.get("quantities"), scene, problems)
     given, also, joint, correlation = read_inputs(free, scene, problems)
     return Study(
         _text(free.get("name", origin.removeprefix("study ").removesuffix(".yaml")), "name", LONGEST_NAME, problems),
@@ -147,7 +147,8 @@ def _apply(mapping, kind, override):
     holder[words[-1]] = STUDIES.load(text, f"override {echo(override)}")
 
 
-def _quantities(given, kind, problems):
+def _quantities(given, scene, problems):
+    kind, parameters = scene["kind"], parse_scene(scene, "scene").parameters
     known = tuple(quantities_of(kind))
     if not given:
         problems.append(f"quantities names nothing: what shall be found out? legal: {', '.join(known)}")
@@ -155,7 +156,9 @@ def _quantities(given, kind, problems):
     names = _words(given, "quantities", problems)
     for name in names:
         try:
-            quantity_of(kind, name)
+            row = quantity_of(kind, name)
+            if reason := row.missing(parameters):
+                problems.append(f"quantities: {name}: {reason}")
         except StudyError as error:
             problems.append(f"quantities: {error}")
     return names

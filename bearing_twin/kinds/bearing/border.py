@@ -200,6 +200,15 @@ def applied_load(load, load_rate, unbalance, phase, drive, time, i):
 
 
 @inlined
+def outside_load(partners, drive, time, i):
+    """`applied_load` of these partners, 0 where coordinate i is held."""
+    if partners.free[i] == 0.0:
+        return 0.0
+    load, load_rate = partners.load[i], partners.load_rate[i]
+    return applied_load(load, load_rate, partners.unbalance, partners.phase, drive, time, i)
+
+
+@inlined
 def border_load(numbers, drive, time, i):
     """`applied_load` of the ring whose numbers these are."""
     unbalance, phase = numbers[at.UNBALANCE], numbers[at.PHASE]

@@ -3,7 +3,7 @@
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.border import CAGE_SPEED, applied_load
+from bearing_twin.kinds.bearing.border import CAGE_SPEED, outside_load
 from bearing_twin.kinds.bearing.cage import bump
 from bearing_twin.kinds.bearing.equations import ball_vector
 from bearing_twin.kinds.bearing.layout import (
@@ -53,15 +53,6 @@ def _hold_even(bearing, partners, state, border, row, first, force):
                 row[first + k] = mass * radius * growth + swing - along
 
 
-@inlined
-def _load(partners, drive, time, i):
-    """What acts on the ring from outside along coordinate i, if that is free."""
-    if partners.free[i] == 0.0:
-        return 0.0
-    load, load_rate = partners.load[i], partners.load_rate[i]
-    return applied_load(load, load_rate, partners.unbalance, partners.phase, drive, time, i)
-
-
 @kernel
 def write_border(bearing, partners, drive, rolling, times, states, borders, places, out, first):
     """Adds ring and cage to the rows of `out` from `first` on, at `times` [s] into a part with these loads.
@@ -72,7 +63,7 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
     for sample in range(len(times)):
         row, border, time = out[first + sample], borders[sample], times[sample]
         for i in range(3):
-            row[places.ring + 12 + i] = _load(partners, drive, time, i)
+            row[places.ring + 12 + i] = outside_load(partners, drive, time, i)
         for i in range(PLACES):
             speed, off = border[PLACES + i], border[i] - partners.rest[i]
             row[shared] += 0.5 * partners.free[i] * partners.mass[i] * speed * speed

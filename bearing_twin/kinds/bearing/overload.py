@@ -1,7 +1,7 @@
 """Why a run broke off, where a load is the reason: one that the bearing does not carry in balance."""
 
 from bearing_twin.errors import BearingTwinError, IntegrationError
-from bearing_twin.kinds.bearing.border import applied_load
+from bearing_twin.kinds.bearing.border import outside_load
 from bearing_twin.kinds.bearing.integrate import Chunk
 from bearing_twin.kinds.bearing.layout import CAGE
 from bearing_twin.kinds.bearing.quasi_static.operating import check_load
@@ -28,5 +28,5 @@ def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin
 def _load(chunk: Chunk, into: float) -> list[float]:
     """What acts on the free coordinates of the ring [N, N m] (5,) `into` [s] the chunk."""
     partners = chunk.partners
-    every = [applied_load(partners, chunk.drive, into, i) + float(partners.weight[i]) for i in range(CAGE)]
-    return [load if free > 0.0 else 0.0 for load, free in zip(every, partners.free[:CAGE], strict=True)]
+    weights = (partners.free * partners.weight)[:CAGE].tolist()
+    return [outside_load(partners, chunk.drive, into, i) + weight for i, weight in enumerate(weights)]

@@ -2,12 +2,19 @@
 
 import math
 
+from bearing_twin.kinds.bearing.rings import free_coordinates
 from bearing_twin.kinds.contract import Quantity, read_off
 
 
 def _of_both(*keys: str):
     """The greatest size of the numbers in the lists at these keys."""
     return lambda figures: max(abs(float(value)) for key in keys for value in figures[key])
+
+
+def _held(first: int, after: int):
+    """Of a ring that is held along all these coordinates its place is what the scene says, and no result."""
+    say = "the scene holds the inner ring there, so that it is no result; free it with rings.inner.free"
+    return lambda parameters: "" if any(free_coordinates(parameters)[first:after]) else say
 
 
 def quantities() -> dict[str, Quantity]:
@@ -35,11 +42,13 @@ def quantities() -> dict[str, Quantity]:
             "m",
             "of the inner ring's centre from the middle, mean of the second half of the run",
             read_off("ring_displacement_m", lambda vector: math.hypot(*vector)),
+            missing=_held(0, 3),
         ),
         "misalignment": Quantity(
             "rad",
             "of the inner ring, mean of the second half of the run",
             read_off("misalignment_rad", lambda vector: math.hypot(*vector)),
+            missing=_held(3, 5),
         ),
         "greatest_contact_angle": Quantity(
             "rad",
