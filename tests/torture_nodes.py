@@ -233,7 +233,7 @@ def ends(share: float, folder: Path) -> Found:
                     heard = []
                     spun(executor, client.server_is_ready, 60.0)
                     client.send_goal_async(RunStudy.Goal(**ENDLESS), heard.append)
-                    spun(executor, lambda heard=heard: bool(heard), 60.0)
+                    spun(executor, lambda heard=heard: any(one.feedback.done for one in heard), 60.0)
                 spun(executor, lambda: False, 0.5)
                 began = time.monotonic()
                 node.send_signal(number)
