@@ -106,10 +106,13 @@ check: base
 	$(call stage,tests that the change wants)
 	@source env.bash && python tests/wanted.py
 
+# Files of tests go to two processes, each file whole, so that its tests share what its fixtures made.
+SIDE_BY_SIDE := --numprocesses 2 --dist loadfile
+
 # With CI set no ROS test may be skipped: a missing ROS is then an error.
 test: setup $(STAMPS)/variants
 	$(call stage,tests)
-	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest $(T)
+	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest $(or $(T),$(SIDE_BY_SIDE))
 
 test-environments: setup $(STAMPS)/docs
 	$(call stage,tests of environments)
@@ -122,6 +125,7 @@ bench: setup
 	@.venv/bin/python bench/view.py
 ifndef MISSING
 	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/watch_cost.py
+	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/node_cost.py
 endif
 
 torture: setup

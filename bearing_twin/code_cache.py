@@ -31,7 +31,7 @@ from numba.core.types import Callable
 from bearing_twin import code_linking
 from bearing_twin.source_state import note_imported, state_of
 
-FORMAT = 3  # of the files
+FORMAT = 4  # of the files
 MOST_STATES = 3  # of one module that are kept
 DAY = 86400.0
 GREATEST_MEMORY = 2000  # texts whose parsing is remembered
@@ -84,12 +84,13 @@ class CodeCache(_Cache):
         if path is None or (content := _read(path)) is None:
             return None
         try:
-            kept_key, form, own, needed, constants = pickle.loads(content)
+            kept_key, form, (identity, by_name), needed, constants = pickle.loads(content)
             if kept_key != key:
                 return None
             libraries = code_linking.load(needed)
             found = CompileResult._rebuild(target_context, *form)
-            code_linking.link_by_name(found.library, own, libraries)
+            found.library.needs = needed
+            code_linking.introduce(found.library, identity, by_name, libraries)
             code_linking.complete(found.environment, constants)
         except Exception:  # whatever unpickling raises: what cannot be rebuilt is compiled afresh
             _remove(path)
@@ -103,23 +104,25 @@ class CodeCache(_Cache):
         if data.library.has_dynamic_globals or any(not one.can_cache for one in data.lifted):
             return
         key, path = self._key_and_path(sig, data.codegen)
-        own, needed = None, code_linking.needs_of(data.library)
+        args, needed = tuple(getattr(sig, "args", sig)), code_linking.needs_of(data.library)
+        identity, by_name = None, False
         if self.alone and key is not None:
-            own = code_linking.called_by_name(data, self._function, getattr(sig, "args", sig))
+            symbol = data.fndesc.llvm_func_name
+            identity = code_linking.Needed(self._function.__module__, self._function.__qualname__, args, symbol)
+            by_name = code_linking.is_called_by_name(data)
         try:
-            if own is not None:
+            if by_name:
                 code_linking.keep_names(data.library)
             if path is None:
                 return
             fresh = not path.parent.is_dir()
-            _write(path, dumps((key, data._reduce(), own, needed, list(data.environment.consts))))
+            _write(path, dumps((key, data._reduce(), (identity, by_name), needed, list(data.environment.consts))))
             if fresh:
                 _remove_old_states(path.parent)
         except OSError as error:
             _warn_once(path.parent.parent, error)
         finally:
-            if own is not None:
-                code_linking.link_by_name(data.library, own)
+            code_linking.introduce(data.library, identity, by_name)
 
     def _name(self) -> str:
         return re.sub(r"[^\w.]", "", self._function.__qualname__)[:80]

@@ -24,7 +24,7 @@ _within = threading.local()
 
 
 class Needed(NamedTuple):
-    """A kernel that others call by its `symbol`: where it is found, and for which types."""
+    """A kernel that others can call by its `symbol`: where it is found, and for which types."""
 
     module: str
     function: str
@@ -106,27 +106,32 @@ def has_way_in(form) -> bool:
     return form.library.get_pointer_to_function(form.fndesc.llvm_cpython_wrapper_name) != 0
 
 
-def called_by_name(form, function, args):
-    """What callers of a form just compiled need to know to call it; None for a small one."""
-    symbol = form.fndesc.llvm_func_name
-    size = sum(1 for block in form.library.get_function(symbol).blocks for _ in block.instructions)
-    return Needed(function.__module__, function.__qualname__, tuple(args), symbol) if size > SMALL else None
+def is_called_by_name(form) -> bool:
+    """Whether callers of a form just compiled call it by its name: all but small ones."""
+    function = form.library.get_function(form.fndesc.llvm_func_name)
+    return sum(1 for block in function.blocks for _ in block.instructions) > SMALL
 
 
 def needs_of(library) -> list:
-    """The kernels that the code of a library calls by name."""
-    found, seen, wanted = {}, set(), list(library._linking_libraries)
-    while wanted:
-        one = wanted.pop()
-        if id(one) in seen:
-            continue
-        seen.add(id(one))
-        needed = getattr(one, "needed", None)
-        if needed is None:
-            wanted += one._linking_libraries
-        else:
-            found[needed.symbol] = needed
-    return list(found.values())
+    """The kernels that the code of a library calls and does not hold.
+
+    The code itself says so: whether a kernel is small can differ between its forms with a way in and without.
+    """
+    if not hasattr(library, "needs"):
+        missing = {one.name for one in library._final_module.functions if one.is_declaration}
+        found, seen, wanted = {}, set(), list(library._linking_libraries)
+        while wanted:
+            one = wanted.pop()
+            if id(one) in seen:
+                continue
+            seen.add(id(one))
+            identity = getattr(one, "identity", None)
+            if identity is not None and identity.symbol in missing:
+                found[identity.symbol] = identity
+            else:
+                wanted += one._linking_libraries
+        library.needs = list(found.values())
+    return library.needs
 
 
 def keep_names(library) -> None:
@@ -136,10 +141,10 @@ def keep_names(library) -> None:
     library._shared_module = llvm.parse_assembly("\n".join(f'define void @"{one}"() {{ ret void }}' for one in names))
 
 
-def link_by_name(library, needed, kept=()) -> None:
-    """Lets callers of a library call it as `needed` says; `kept` stays in memory as long as it does."""
-    library.needed, library.kept = needed, kept
-    if needed is not None:
+def introduce(library, identity, by_name, kept=()) -> None:
+    """Lets callers of a library call it: `by_name`, or with its code in theirs; `kept` stays as long as it does."""
+    library.identity, library.kept = identity, kept
+    if by_name:
         library._shared_module = llvm.parse_assembly(str(library.codegen._create_empty_module(library.name)))
     elif kept:
         library._linking_libraries = list(kept)

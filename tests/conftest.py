@@ -8,11 +8,14 @@ import sys
 import time
 
 import pytest
+from domains import own_domain
 from hypothesis import settings
 
 from bearing_twin.processors import one_processor
 
 one_processor()
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background of a shell; what tests start would inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The first example compiles a kernel; how long examples take says nothing about right or wrong.
 settings.register_profile("bearing_twin", deadline=None)
@@ -24,6 +27,14 @@ UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
 LEFT_OUT: list[str] = []
 BEGAN: list[float] = []
+
+
+@pytest.fixture(scope="session", autouse=True)
+def domain():
+    """What this process and those it starts say by ROS is heard by no other run of tests."""
+    with own_domain() as number:
+        os.environ["ROS_DOMAIN_ID"] = str(number)
+        yield
 
 
 @pytest.fixture
@@ -116,7 +127,7 @@ def pytest_runtest_logreport(report):
 
 
 def pytest_sessionfinish(session):
-    if TIMES and hasattr(session.config, "cache"):
+    if TIMES and hasattr(session.config, "cache") and not hasattr(session.config, "workerinput"):
         session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from bearings import motion
 
+from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_border, put_pockets
 from bearing_twin.kinds.bearing.equations import RingDrive
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
@@ -10,6 +11,7 @@ from bearing_twin.kinds.bearing.layout import (
     ANSWERING,
     AXIS_DISTANCE,
     BALL_BY_BORDER,
+    BORDER,
     BORDER_BY_BALL,
     BORDERED_ROWS,
     COLUMNS,
@@ -59,8 +61,7 @@ class System:
         blocks = new_blocks(len(state), BORDERED_ROWS)
         into_blocks(state, blocks, AXIS_DISTANCE)
         put_pockets(self.bearing, self.balls, blocks)
-        follow_cage(coupling.border, border, blocks, AXIS_DISTANCE)
-        coupling.border.now[:] = border
+        follow_cage(coupling.border, at.NOW, blocks, AXIS_DISTANCE)
         put_border(coupling.border, blocks)
         for lanes in blocks:
             for k in range(LANES):
@@ -75,7 +76,7 @@ class System:
         coupling, blocks = self.evaluated(state, border)
         found = np.zeros((len(state), COLUMNS))
         from_blocks(blocks, LANE_RATES, found)
-        return found, coupling.border.rates.copy()
+        return found, coupling.border.numbers[at.RATES : at.RATES + BORDER].copy()
 
     def linear(self):
         coupling, blocks = self.evaluated(self.state, self.border)
@@ -98,7 +99,7 @@ class System:
             read(blocks, JACOBIAN, COLUMNS, MOTION),
             read(blocks, BALL_BY_BORDER, ANSWERING, 2 * PLACES),
             read(blocks, BORDER_BY_BALL, PLACES, MOTION),
-            coupling.border.own,
+            coupling.border.numbers[at.OWN : at.CORNER].reshape(PLACES, 2 * PLACES),
         )
 
 

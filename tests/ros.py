@@ -1,14 +1,11 @@
 """ROS for tests: a context and a domain of its own for each test, one executor, and waiting with a limit."""
 
-import fcntl
 import os
-import tempfile
 import time
 from contextlib import contextmanager
-from itertools import cycle, islice
-from pathlib import Path
 
 import pytest
+from domains import own_domain
 
 if os.environ.get("BEARING_TWIN_REQUIRE_ROS"):  # a missing ROS is an error there, not a skipped test
     import bearing_twin_msgs  # noqa: F401
@@ -50,39 +47,13 @@ __all__ = [
 PATIENCE = 300.0  # s: what does not come about at all ends a test, slowness does not
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-DOMAINS = range(2, 102)  # whose ports the system gives to nobody else
-PORTS, FIRST_PORT = 250, 7400  # UDP ports of a domain, and the first of domain 0
-
-
-_next = cycle((*DOMAINS[os.getpid() % 50 :], *DOMAINS[: os.getpid() % 50]))
-
-
-@contextmanager
-def own_domain():
-    """A domain in which nobody else on this machine is, and that no other test takes meanwhile; another each time."""
-    for domain in islice(_next, len(DOMAINS)):
-        with (Path(tempfile.gettempdir()) / f"bearing_twin_domain_{domain}_{os.getuid()}").open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            if domain not in {(port - FIRST_PORT) // PORTS for port in _bound_ports()}:
-                yield domain
-                return
-    raise RuntimeError(f"all {len(DOMAINS)} ROS domains of this machine are in use: end what runs in some")
-
-
-def _bound_ports() -> list[int]:
-    tables = (Path("/proc/net") / name for name in ("udp", "udp6"))
-    rows = [row.split() for table in tables if table.exists() for row in table.read_text().splitlines()[1:]]
-    return [int(row[1].rpartition(":")[2], 16) for row in rows]
 
 
 @contextmanager
 def ros_executor(threads=1):
     """An executor in a context of its own; its nodes are closed and destroyed at the end."""
+    context = rclpy.Context()
     with own_domain() as domain:
-        context = rclpy.Context()
         rclpy.init(context=context, domain_id=domain)
         if threads == 1:
             executor = SingleThreadedExecutor(context=context)

@@ -15,10 +15,11 @@ LASTING = (NODE, "bearing_twin watch")  # lines that run until Ctrl-C, in a shel
 class Shell:
     """Lines run one after the other in one folder, in the shell of `env.bash`; nodes run on in shells of their own."""
 
-    def __init__(self, folder: Path, domain: int):
+    def __init__(self, folder: Path):
         self.folder, self.nodes, self.said = folder, [], {}
-        keep = {key: os.environ[key] for key in ("HOME", "PATH", "XDG_CACHE_HOME", "LANG") if key in os.environ}
-        self.environment = keep | {"ROS_DOMAIN_ID": str(domain), "MPLBACKEND": "Agg", "COLUMNS": "80"}
+        kept = ("HOME", "PATH", "XDG_CACHE_HOME", "LANG", "ROS_DOMAIN_ID")
+        keep = {key: os.environ[key] for key in kept if key in os.environ}
+        self.environment = keep | {"MPLBACKEND": "Agg", "COLUMNS": "80"}
 
     def run(self, line: str) -> str:
         """The line's standard output; fails the test where it ends with another code than 0."""

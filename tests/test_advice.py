@@ -2,19 +2,18 @@
 
 import argparse
 import ast
+import functools
 import itertools
 import re
-from pathlib import Path
 
 import pytest
+from sources import PACKAGE, package_trees
 
-import bearing_twin
 from bearing_twin.command.cli import _parsers
 from bearing_twin.parameters import describe
 from bearing_twin.run.scene import KINDS
 from bearing_twin.uq.study import Settings
 
-PACKAGE = Path(bearing_twin.__file__).parent
 FILES = (".mcap", ".png", ".nc", ".html")  # ends of names that are no keys
 OF_OTHERS = {"--ros-args", "--from-paths", "--layout"}  # options of nodes, of rosdep and of PlotJuggler
 GAP = "\0"  # stands for what an f-string fills in
@@ -24,12 +23,17 @@ KEYS = STUDY_KEYS | {row.key for rows in ROWS.values() for row in rows}
 SECTIONS = {key.split(".")[0] for key in KEYS if "." in key}
 
 
+@functools.cache
 def sentences():
-    """(where, text) of every text in the package but its docstrings."""
-    for path in sorted(PACKAGE.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        silent = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-        for node in ast.walk(tree):
+    """(where, text) of every text of several words in the package but its docstrings."""
+    return [(where, text) for where, text in texts() if " " in text]
+
+
+def texts():
+    for path, tree in package_trees().items():
+        nodes = [node for node in ast.walk(tree) if isinstance(node, (ast.Expr, ast.JoinedStr, ast.Constant))]
+        silent = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        for node in nodes:
             if isinstance(node, ast.JoinedStr):
                 silent |= {id(part) for part in node.values}
                 parts = [part.value if isinstance(part, ast.Constant) else GAP for part in node.values]
@@ -38,11 +42,8 @@ def sentences():
                 yield f"{path.relative_to(PACKAGE)}:{node.lineno}", node.value
 
 
-SENTENCES = [(where, text) for where, text in sentences() if " " in text]
-
-
 def found(pattern):
-    return [(where, match) for where, text in SENTENCES for match in re.finditer(pattern, text)]
+    return [(where, match) for where, text in sentences() for match in re.finditer(pattern, text)]
 
 
 def keys_at(where):
@@ -99,4 +100,4 @@ def test_every_subcommand_in_a_sentence_is_one():
 
 @pytest.mark.parametrize("theory", ["boundary element", "multigrid", "theory of line contact"])
 def test_no_sentence_sends_anyone_to_a_theory_that_is_not_here(theory):
-    assert [where for where, text in SENTENCES if theory in text.lower()] == []
+    assert [where for where, text in sentences() if theory in text.lower()] == []

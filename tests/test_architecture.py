@@ -5,12 +5,10 @@ import re
 from pathlib import Path
 
 import pytest
+from sources import PACKAGE, ROOT, package_trees, tree_of
 
 import bearing_twin
 from bearing_twin.kinds import KINDS
-
-ROOT = Path(__file__).resolve().parent.parent
-PACKAGE = ROOT / "bearing_twin"
 
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
@@ -100,7 +98,6 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
 }
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
 def room_of(path: Path) -> str:
@@ -130,7 +127,7 @@ def test_every_module_has_a_room():
 
 def test_imports_point_one_way():
     wrong = []
-    for path, tree in TREES.items():
+    for path, tree in package_trees().items():
         for line, room in own_rooms(tree, path):
             here = room_of(path)
             allowed = here != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(here)
@@ -145,7 +142,7 @@ def test_a_room_does_not_import_itself_in_a_circle():
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in SOURCES}
     needs = {}
     for name, path in names.items():
-        top = [node for node in TREES[path].body if isinstance(node, (ast.Import, ast.ImportFrom))]
+        top = [node for node in tree_of(path).body if isinstance(node, (ast.Import, ast.ImportFrom))]
         found = {one for node in top for _, one in imported(ast.Module([node], []), path)}
         needs[name] = {one if one in names else one.rpartition(".")[0] for one in found} & set(names) - {"bearing_twin"}
     while needs:
@@ -158,7 +155,7 @@ def test_a_room_does_not_import_itself_in_a_circle():
 def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
     """`contract` names the default picture by its place."""
     wrong = []
-    for path, tree in TREES.items():
+    for path, tree in package_trees().items():
         if room_of(path) != "kinds":
             continue
         if path.stem != "picture":
@@ -196,7 +193,7 @@ def test_ros_is_imported_only_by_the_nodes():
     ros = re.compile(r"rclpy|ament_\w+|rosidl\w*|launch\w*|builtin_interfaces|\w+_msgs|std_srvs|rcl_interfaces|tf2\w*")
     wrong = [
         f"{path.relative_to(ROOT)}:{line} imports {name}"
-        for path, tree in TREES.items()
+        for path, tree in package_trees().items()
         for line, name in imported(tree, path)
         if ros.fullmatch(name.split(".")[0]) and room_of(path) != "nodes"
     ]
@@ -206,7 +203,7 @@ def test_ros_is_imported_only_by_the_nodes():
 def test_physics_knows_no_files_no_clock_and_no_plots():
     wrong = [
         f"{path.relative_to(ROOT)}:{line} imports {name}"
-        for path, tree in TREES.items()
+        for path, tree in package_trees().items()
         if (room_of(path) in PHYSICS and path.stem != "picture")
         or (room_of(path) == "uq" and path.stem in NUMBERS_OF_UQ)
         for line, name in imported(tree, path)
@@ -231,7 +228,7 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
 )
 def test_the_command_line_imports_late(module):
     path = PACKAGE / "command" / f"{module}.py"
-    top = ast.Module([node for node in TREES[path].body if isinstance(node, (ast.Import, ast.ImportFrom))], [])
+    top = ast.Module([node for node in tree_of(path).body if isinstance(node, (ast.Import, ast.ImportFrom))], [])
     assert {room for _, room in own_rooms(top, path)} & LATE_ROOMS == set()
     assert {name.split(".")[0] for _, name in imported(top, path)} & {"numba", "scipy", "matplotlib", "rich"} == set()
 
@@ -248,7 +245,7 @@ def test_the_house_is_complete(entry):
 
 def test_files_and_functions_are_short_or_have_a_reason():
     long_files, long_functions = set(), set()
-    for path, tree in TREES.items():
+    for path, tree in package_trees().items():
         name = path.relative_to(PACKAGE).as_posix()
         if len(path.read_text(encoding="utf-8").splitlines()) > GREATEST_FILE:
             long_files.add(name)
@@ -270,7 +267,7 @@ def test_rows_of_lanes_are_reached_by_name():
 
 def test_public_functions_and_classes_have_a_sentence():
     silent = []
-    for path, tree in TREES.items():
+    for path, tree in package_trees().items():
         public = [node for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))]
         silent += [
             f"{path.relative_to(ROOT)}:{node.lineno} {node.name}"
@@ -282,24 +279,28 @@ def test_public_functions_and_classes_have_a_sentence():
     assert silent == []
 
 
-def named_late(node: ast.AST) -> set[str]:
-    """The names behind the colon of texts such as "module:name", which rows of tables give in place of imports."""
-    texts = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
-    return {found[1] for text in texts if (found := re.search(r"[\w}.]*:(\w+)$", text))}
+def words_of(node: ast.AST) -> set[str]:
+    """The names used below a node, and those behind the colon of texts such as "module:name", which rows of tables give
+    in place of imports."""
+    words = set()
+    for one in ast.walk(node):
+        if isinstance(one, (ast.Name, ast.Attribute)):
+            words.add(one.id if isinstance(one, ast.Name) else one.attr)
+        elif isinstance(one, ast.Constant) and isinstance(one.value, str):
+            words |= {found[1] for found in [re.search(r"[\w}.]*:(\w+)$", one.value)] if found}
+    return words
 
 
 def test_what_only_tests_reach_is_listed_or_gone():
     """From the public API, entry points, launch files and what runs on import; `reference` exists for tests."""
     defined, entries = (ast.FunctionDef, ast.ClassDef), PACKAGE / "nodes" / "entry.py"
-    reached = {"main", *dir(bearing_twin), *(node.name for node in TREES[entries].body if isinstance(node, defined))}
+    reached = {"main", *dir(bearing_twin), *(node.name for node in tree_of(entries).body if isinstance(node, defined))}
     for path in (ROOT / "launch").glob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        reached |= {one.attr for one in ast.walk(tree) if isinstance(one, ast.Attribute)}
+        reached |= {one.attr for one in ast.walk(tree_of(path)) if isinstance(one, ast.Attribute)}
     inside, named = {}, {}
-    for path, tree in TREES.items():
+    for path, tree in package_trees().items():
         for node in tree.body:
-            words = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
-            words |= {one.attr for one in ast.walk(node) if isinstance(one, ast.Attribute)} | named_late(node)
+            words = words_of(node)
             if isinstance(node, defined):
                 inside.setdefault(node.name, set()).update(words)
                 named.setdefault(path, set()).add(node.name)
@@ -319,9 +320,8 @@ def test_what_only_tests_reach_is_listed_or_gone():
 
 
 def test_tests_have_no_classes():
-    for path in (ROOT / "tests").rglob("test_*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        assert [node.name for node in tree.body if isinstance(node, ast.ClassDef)] == [], path
+    texts = {path: path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py")}
+    assert [path for path, text in texts.items() if re.search(r"^class ", text, re.MULTILINE)] == []
 
 
 def test_nothing_points_outside_the_checkout():

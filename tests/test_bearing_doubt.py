@@ -9,10 +9,11 @@ from made_up_run import a_choice, made_up_block, made_up_scene
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.contact.friction import friction_number, friction_of
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
+from bearing_twin.kinds.bearing.growth import MOST, Growth
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.watched import WatchedMotion
-from bearing_twin.kinds.bearing.windows import LEAST_STEPS, PLACE, Window, overlap, window_at, within
+from bearing_twin.kinds.bearing.windows import LEAST_STEPS, PLACE, WINDOW, Window, overlap, window_at, within
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -206,3 +207,34 @@ def test_windows_hold_the_cell_they_are_made_for_and_enough_steps():
     assert not overlap(Window(0, 3, 4), Window(1, 7, 2))
     assert within(Window(0, 4, 2), Window(0, 3, 4))
     assert not within(Window(1, 4, 2), Window(0, 3, 4))
+
+
+def followed(*rows):
+    """The growth of errors of friction in rows (end [s], begin [s], ball, error) at a tolerance of 1e-4."""
+    growth = Growth(1e-4)
+    for end, begin, ball, error in rows:
+        row = np.zeros(len(WINDOW.columns))
+        row[0], row[PLACE["begin"]], row[PLACE["ball"]], row[PLACE["friction"]] = end, begin, ball, error
+        growth.add(row, 50.0)
+    return growth
+
+
+def test_an_error_that_grows_by_itself_beyond_what_is_wanted_is_a_horizon():
+    grown = followed((0.01, 0.0, 2, 1e-6), (0.02, 0.0, 2, 5e-5), (0.03, 0.0, 2, 2e-3), (0.04, 0.0, 2, 2e-2))
+    assert (grown.grown, grown.kept) == (pytest.approx(2000.0), 0.02)
+    assert "beyond 0.02 s" in grown.notes["horizon"]
+    assert "only statistics" in grown.notes["horizon"]
+    # Great from the start, within what is wanted, or of another ball or begin: none of them is growth.
+    assert not followed((0.01, 0.0, 2, 1e-2), (0.02, 0.0, 2, 1.0)).notes
+    assert not followed((0.01, 0.0, 2, 1e-9), (0.02, 0.0, 2, 9e-5)).notes
+    assert not followed((0.01, 0.0, 2, 1e-6), (0.02, 0.0, 3, 1e-2), (0.03, 0.02, 2, 1e-2)).notes
+    assert len(followed(*((0.1, 0.001 * one, 0, 1e-6) for one in range(2 * MOST))).first) == MOST
+
+
+def test_a_ball_that_bounces_after_a_jump_names_its_horizon():
+    jump = "drive.change.offset=[2e-6,-5e-6,1e-6]"
+    report = reported("bearing_6203_sudden", "run.duration=0.04", jump, "wanted.tolerance=1e-6").report
+    assert report.status.startswith("doubtful")
+    assert "only statistics of many runs hold" in report.errors["errors_unknown"]["horizon"]
+    assert any("moves that instant on" in flag for flag in report.flags)
+    assert "horizon" not in reported("bearing_6203", "run.duration=0.04").report.errors["errors_unknown"]

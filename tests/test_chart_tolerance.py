@@ -5,8 +5,14 @@ import csv
 import numpy as np
 import pytest
 
-from bearing_twin.charts.tolerance import CASES, TolerancePoint, draw, measure, reading, write_table
+from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.tolerance import CASES, TolerancePoint, draw, measure, read, reading, write_table
 from bearing_twin.run.scene import load_scene
+
+
+def here(*names):
+    """All in this process, without a limit."""
+    return Wanted(names, lambda share: None, 0, 0.0, Kept(None))
 
 
 def test_every_case_is_a_scene():
@@ -16,7 +22,7 @@ def test_every_case_is_a_scene():
 
 
 def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path):
-    (point,) = measure(cases=("settled",), tolerances=(1e-2,))
+    (point,) = measure(here("settled"), tolerances=(1e-2,))
     assert point.kept
     assert point.status == "done"
     assert 0 < point.companion_steps < point.watched_steps
@@ -26,6 +32,7 @@ def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path):
     with (tmp_path / "tolerance.csv").open(encoding="utf-8") as stream:
         (row,) = csv.DictReader(stream)
     assert float(row["load_error"]) == point.load_error
+    assert read(tmp_path, "tolerance") == list(reading([point]))
 
 
 def test_what_is_missed_is_said_with_what_the_run_says_of_it():

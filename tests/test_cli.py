@@ -1,6 +1,5 @@
 """The command line from outside: exit codes, one JSON object, one sentence for each mistake, nothing overwritten."""
 
-import functools
 import json
 import os
 import re
@@ -234,9 +233,7 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     words = [*COMMAND, "simulate", *long, "--out", str(path)]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    # A suite that runs in the background of a shell has SIGINT ignored, and hands that down.
-    heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    with subprocess.Popen(words, **pipes, env=environment, preexec_fn=heard) as process:
+    with subprocess.Popen(words, **pipes, env=environment) as process:
         while not (path.exists() and path.stat().st_size > 100_000):
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.05)

@@ -21,6 +21,7 @@ SOURCES = {
         "from bearing_twin.compiled import kernel\nfrom tiny.short import half, short\n\n\n"
         "@kernel\ndef upper(x):\n    return half(x) + short(2.0 * x)\n"
     ),
+    "lax": "from bearing_twin import code_linking\n\n\ndef small_up_to(x):\n    code_linking.SMALL = x\n    return x\n",
 }
 UPPER, LONG, SHORT = ("upper.upper", 3.0), ("long.long", 3.0), ("short.short", 3.0)
 
@@ -40,6 +41,7 @@ def long(x):
 
 
 TRUTH = 0.5 * (long(3.0) + 1.0) + long(6.0) + 1.0
+TRUTH_SHORT = long(3.0) + 1.0
 
 
 def file_of(cache, name):  # noqa: F811
@@ -61,11 +63,22 @@ def content_of(root, path):
 def test_a_long_kernel_is_called_and_a_short_one_is_put_into_its_callers(root, cache):  # noqa: F811
     assert started(root, [UPPER])[0] == [TRUTH]
     upper, short, long_one = (content_of(root, file_of(cache, name)) for name in ("upper", "short", "long"))
-    assert upper[2] is None
-    assert short[2] is None
+    assert [one[2][1] for one in (upper, short, long_one)] == [False, False, True]
     assert [one.function for one in upper[3]] == ["long"]
-    assert long_one[2] == upper[3][0] == short[3][0]
-    assert long_one[2].symbol in dict.fromkeys(re.findall(r"[\w.$]+", long_one[1][0][2][0].decode("latin-1")))
+    identity = long_one[2][0]
+    assert identity == upper[3][0] == short[3][0]
+    assert identity.symbol in dict.fromkeys(re.findall(r"[\w.$]+", long_one[1][0][2][0].decode("latin-1")))
+
+
+def test_a_kernel_that_was_called_by_name_may_become_a_short_one(root, cache):  # noqa: F811
+    """Forms with a way in and without can lie on either side of the limit: callers need what their code calls."""
+    assert started(root, [SHORT])[0] == [TRUTH_SHORT]
+    file_of(cache, "long").unlink()
+    assert started(root, [("lax.small_up_to", 10**6), LONG])[1] == ["long"]
+    assert content_of(root, file_of(cache, "long"))[2][1] is False
+    assert started(root, [UPPER]) == ([TRUTH], ["half", "upper"], "")
+    assert [one.function for one in content_of(root, file_of(cache, "upper"))[3]] == ["long"]
+    assert started(root, [UPPER]) == ([TRUTH], [], "")
 
 
 def test_a_start_joins_what_was_kept(root):

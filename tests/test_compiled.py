@@ -452,12 +452,10 @@ def copy(before, tmp_path, monkeypatch):
 
 
 def test_an_edit_in_a_beam_compiles_no_bearing(before, copy):
-    beams = sorted((copy / "kinds" / "beam").glob("*.py"))
-    for path in beams:
+    for path in (copy / "kinds" / "bearing").glob("*.py"):
         path.write_text("# a comment\n" + path.read_text())
-    assert _kernel_states() == before
     assert None not in before.values()
-    for path in beams:
+    for path in (copy / "kinds" / "beam").glob("*.py"):
         path.write_text(path.read_text() + "\n\nEDITED = 1\n")
     after = _kernel_states()
     changed = {name for name in before if after[name] != before[name]}

@@ -108,23 +108,30 @@ def test_bounce_heights_fall_as_the_square_of_the_restitution():
     assert abs(report.figures["energy_closure"]) < 1e-7
 
 
-@pytest.mark.parametrize("law", ["hertz", pytest.param("volumetric", marks=pytest.mark.environment)])
-def test_ten_thousand_bounces_keep_the_energy(law):
-    """A millimetre's fall, no loss, no friction: 10 000 contacts, 350 000 steps."""
+@pytest.mark.parametrize(
+    ("law", "contacts"),
+    [
+        ("hertz", 2000),
+        *(pytest.param(law, 10_000, marks=pytest.mark.environment) for law in ("hertz", "volumetric")),
+    ],
+)
+def test_thousands_of_bounces_keep_the_energy(law, contacts):
+    """A millimetre's fall, no loss, no friction: 35 steps a contact."""
     overrides = ("start.height=1e-3", "contact.restitution=1.0", f"contact.normal={law}", "run.output_rate=2",
-                 "run.duration=300", "solver.companion=off")  # fmt: skip
+                 f"run.duration={0.03 * contacts}", "solver.companion=off")  # fmt: skip
     report, values = ran("ellipsoid_on_plane", *overrides)
-    assert report.figures["contact_count"] >= 10_000
+    assert report.figures["contact_count"] >= contacts
     assert len(report.figures["contacts"]) == 200
-    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-4  # wanted: 1e-3; found: 3e-5
+    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-8 * contacts  # of 1e-3 wanted; found: 3e-9 each
     assert report.status == "done"
 
 
-def test_a_tumbling_body_keeps_its_energy_through_a_thousand_bounces():
+def test_a_tumbling_body_keeps_its_energy_through_hundreds_of_bounces():
     """Curvatures change while it turns: only with the moment of the elastic energy do the books close."""
-    report, values = ran("ellipsoid_tumbling", "run.duration=200", "run.output_rate=20", "wanted.tolerance=1e-10")
-    assert report.figures["contact_count"] > 1000
-    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-4
+    overrides = "run.duration=50", "run.output_rate=20", "wanted.tolerance=1e-10", "solver.companion=off"
+    report, values = ran("ellipsoid_tumbling", *overrides)
+    assert report.figures["contact_count"] > 250
+    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 2.5e-5
     assert np.ptp(values["velocity"][:, :2], axis=0).max() == 0.0
     assert np.ptp(values["angular_momentum"][:, 2]) == 0.0
 

@@ -8,7 +8,7 @@ import pytest
 from bearings import motion, stored_energy
 from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 
-from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.cage import bump
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
@@ -23,6 +23,10 @@ RIG = "bearing_6203_rig_1000N"
 ROLLING = 0.5 * 157.0796 * (1.0 - 6.75 / 28.55)
 STILL = ("gravity=[0,0,0]", "contact.friction_coefficient=0.0", "drive.speed=0")
 POCKETS = ("cage.kind=pockets", "cage.pocket_clearance=2e-4")
+WORKS = (
+    "kinetic_energy", "elastic_energy", "potential_energy", "dissipated", "gross_work", "inner_ring_load_work",
+    "inner_ring_angle",
+)  # fmt: skip
 
 
 def advanced(moving, period, count):
@@ -103,6 +107,49 @@ def test_a_start_is_settled(rig):
     _, out = rig
     swing = np.ptp(out.inner_ring_force[:10, 1])
     assert swing < 0.5  # of 1005 N
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides"), [(RIG, ()), (RIG, ("cage.kind=pockets",)), ("bearing_6203_unbalance", ())]
+)
+def test_the_torque_of_the_drive_is_what_is_lost_and_stored_less_the_work_of_the_loads(scene, overrides):
+    """Over the outputs from 50 on of 101: work over angle, which the noise of single outputs leaves alone."""
+    done = simulate(load_scene(scene, ("run.duration=0.05", "run.output_rate=2000", *overrides)))
+    values = {name: np.concatenate([block.values[name] for block in done.blocks()]) for name in WORKS}
+    late = {name: array[-1] - array[49] for name, array in values.items()}
+    stored = late["kinetic_energy"] + late["elastic_energy"] + late["potential_energy"]
+    turning = late["dissipated"] + stored - late["inner_ring_load_work"]
+    torque = done.report.figures["drive_torque_nm"]
+    off = 1e-6 * (values["gross_work"][-1] - values["gross_work"][0])
+    assert torque * late["inner_ring_angle"] == pytest.approx(turning, abs=off)
+    assert abs(late["inner_ring_load_work"]) > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("table", "[[0,0,0,0,0,0],[0.001,0,0,0,0,0],[0.0011,0,-1e9,0,0,0]]"),
+        ("change", "{time: 0.001, load: [0,-1e6,0]}"),
+    ],
+)
+def test_a_load_beyond_what_the_bearing_carries_ends_with_time_load_and_limit(key, value):
+    """The limit is that of `bearing_twin bearing`, 2.44e4 N on the rig."""
+    moving = motion(f"rings.inner.{key}={value}", scene=RIG)
+    with pytest.raises(
+        IntegrationError, match=r"^at 0.001\d* s a load of \(0, -.*\) N pushes the ring through"
+    ) as caught:
+        advanced(moving, 1e-4, 40)
+    assert (caught.value.reason, caught.value.body) == ("overload", "inner ring")
+    limit = float(str(caught.value).rsplit("(", 1)[1].split(",")[1])
+    assert limit == pytest.approx(-2.44e4, rel=5e-3)
+
+
+def test_the_error_of_the_torque_is_told_and_is_no_more_than_it_is():
+    found = [simulate(load_scene(RIG, ("run.duration=0.05", f"wanted.tolerance={t}"))) for t in (1e-3, 1e-5)]
+    rough, fine = (done.report for done in found if sum(map(len, done.blocks())))
+    off = abs(rough.figures["drive_torque_nm"] - fine.figures["drive_torque_nm"])
+    assert off <= rough.errors["drive_torque_nm_error"] < 0.1 * abs(rough.figures["drive_torque_nm"])
+    assert fine.errors["drive_torque_nm_error"] < 0.1 * rough.errors["drive_torque_nm_error"]
 
 
 def test_pockets_keep_balls_within_their_clearance():
@@ -311,3 +358,26 @@ def test_a_bearing_at_rest_in_a_cage_gains_no_energy():
     list(run.blocks())
     assert "energy" not in run.report.status
     assert abs(run.report.figures["energy_closure"]) < 5e-3
+
+
+def test_a_ring_free_to_tilt_settles_where_load_and_moment_balance():
+    """Mean tilt and displacement over a ball's passing, against equilibria with the balls on their way.
+
+    Without friction, which equilibria leave out: balls whose contact angle changes on their way slip along the axis.
+    """
+    keys = (
+        "gravity=[0,0,0]", "contact.friction_coefficient=0",
+        "rings.inner.free=all", "rings.inner.load=[0,-400,150]", "rings.inner.moment=[0.8,0.3]",
+        "rings.inner.support={damping: [300,300,300], tilt_damping: 0.05}",
+    )  # fmt: skip
+    moving, count = motion(*keys, scene=RIG), 48
+    advanced(moving, 5e-3, 8)
+    passing = 2.0 * math.pi / 8.0 / ROLLING
+    out = advanced(moving, 2.0 * passing / count, count)
+    parameters = load_scene(RIG, keys).parameters
+    at = [solver_of(parameters, "hertz", float(angle)).solve(support_of(parameters)).coordinates
+          for angle in out.orbit_angle[:, 0]]  # fmt: skip
+    still = np.mean(at, axis=0)
+    assert np.abs(still[3:]).min() > 1e-5
+    assert out.inner_ring_tilt.mean(axis=0) == pytest.approx(still[3:], rel=1e-3)
+    assert out.inner_ring_offset.mean(axis=0) == pytest.approx(still[:3], abs=5e-4 * np.abs(still[:3]).max())

@@ -31,7 +31,7 @@ ENDLESS = ("topic echo",)  # these end with Ctrl-C; here after one message
 def shell(tmp_path):
     import ros  # noqa: F401  (skips where ROS is missing)
 
-    one = Shell(tmp_path, 2 + os.getpid() % 90)
+    one = Shell(tmp_path)
     yield one
     for node in one.nodes:
         with contextlib.suppress(ProcessLookupError):
@@ -195,7 +195,7 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
     node = tmp_path / "ws" / "install" / "bearing_twin" / "lib" / "bearing_twin" / "sim_node"
     assert node.read_text().startswith(f"#!{tmp_path}/twin_venv/bin/python")
     start = f"{source_it}; {node} --ros-args -p scene:=two_spheres"
-    done(f"{start} -p log:={tmp_path}/run.mcap", ROS_DOMAIN_ID=str(2 + os.getpid() % 90))
+    done(f"{start} -p log:={tmp_path}/run.mcap", ROS_DOMAIN_ID=os.environ["ROS_DOMAIN_ID"])
     assert (tmp_path / "run.mcap").stat().st_size > 1000
 
     node.write_text(node.read_text().replace(f"{tmp_path}/twin_venv/bin/python", f"{system}/bin/python"))

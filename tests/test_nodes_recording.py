@@ -95,6 +95,37 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     assert told["uncounted"] == "/four /one /three"
 
 
+@pytest.mark.parametrize("room", [None, 3])
+def test_many_messages_at_once_are_recorded_as_one_by_one(tmp_path, monkeypatch, room):
+    """Also while the disk is full: the same are kept and the same are dropped."""
+    monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 3000)
+    monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 500)
+    messages = [(number, number, bytes([number]) * 100, number) for number in (1, 2, 5, *range(6, 70))]
+    found, write = [], os.pwrite
+    for name in ("many", "single"):
+        recording, left = Recording(tmp_path / name, ["*"], safety=Safety(patient=True)), [room]
+        recording.add("/one", cdr.CLOCK, cdr.type_hash(cdr.CLOCK), (Qos(),))
+
+        def sometimes(*arguments, left=left):
+            if left[0] is not None:
+                left[0] -= 1
+                if left[0] < 0:
+                    raise OSError(errno.ENOSPC, "No space left on device")
+            return write(*arguments)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "pwrite", sometimes)
+            for part in [messages] if name == "many" else [[one] for one in messages]:
+                recording.receive_all("/one", part)
+        recording.close()
+        kept = [(one.log_time, one.publish_time, one.data) for one in raw_messages(tmp_path / name)]
+        found.append((kept, {**recording.status(), "bytes": 0}))
+    assert found[0] == found[1]
+    assert (len(found[0][0]) == len(messages)) == (room is None)
+    assert found[0][1]["messages_lost"] == 2
+    assert found[0][1]["messages_dropped"] == len(messages) - len(found[0][0])
+
+
 def told_after_a_crash(path):
     """What the records of a recording that was never completed say was lost: (messages lost, messages dropped)."""
     cut, whole = path.with_name("cut.mcap"), path.with_name("whole.mcap")

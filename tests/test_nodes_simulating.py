@@ -1,5 +1,6 @@
 """What sim_node thinks: which bytes go out when, what commands do, and what is in its log. No ROS."""
 
+import itertools
 import math
 from collections import defaultdict
 from types import SimpleNamespace
@@ -8,10 +9,12 @@ import pytest
 from made_up_run import a_choice, bits, cut, made_up_block, made_up_scene
 
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.kinds.contract import PUBLISH
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
-from bearing_twin.log.stream import MessageStream
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.recording import sample_range
 from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
+from bearing_twin.run.scene import load_scene
 
 MS = 1_000_000
 START = 55_000_000_000
@@ -326,3 +329,34 @@ def test_a_log_takes_what_nobody_listens_to(tmp_path):
     loop.close()
     logged = {message.topic.name.removeprefix("/bearing/") for message in raw_messages(tmp_path / "run.mcap")}
     assert logged == set(expected(61))
+
+
+@pytest.mark.parametrize("tells_time", [False, True])
+def test_where_nobody_listens_few_words_tell_how_far_it_is(tells_time):
+    scene, words = made_up_scene(balls=2, publish_rate=1000.0), []
+    loop = SimulationLoop(
+        made_up_simulation(),
+        lambda: MessageStream(scene, choice=a_choice()),
+        lambda message: words.append((message.time_ns, message.cdr)),
+        duration_ns=100 * MS,
+        wanted=tuple,
+    )
+    loop.tells_time = tells_time
+    drive(loop, [START], 200 * MS)
+    told = sorted({time_ns for time_ns, cdr in words if not cdr})
+    assert loop.over
+    assert loop.time_ns == told[-1] == 100 * MS
+    if tells_time:
+        assert told == list(range(0, 101 * MS, MS))
+    else:
+        assert len(told) < 15
+        assert max(b - a for a, b in itertools.pairwise(told)) <= 20 * MS
+
+
+def test_what_is_published_more_often_is_kept_as_long_for_a_late_subscriber():
+    def depths(rate):
+        return {topic.qos.depth for topic in topics(made_up_scene(publish_rate=rate)) if topic.rate == PUBLISH}
+
+    assert [depths(rate) for rate in (20.0, 100.0, 1000.0)] == [{10}, {10}, {100}]
+    impact = load_scene("two_spheres")  # its seconds take hours: a tenth of one is no time
+    assert {topic.qos.depth for topic in topics(impact) if topic.rate == PUBLISH} == {10}

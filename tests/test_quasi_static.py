@@ -393,3 +393,26 @@ def test_a_load_no_ball_stands_against_is_refused():
     two = parameters("geometry.balls=2", "geometry.radial_clearance=1e-5")
     with pytest.raises(SceneError, match="finds no contact that carries it"):
         solved(two, pushed((0.0, -500.0, 0.0)), 0.0)
+
+
+def test_a_refusal_takes_bounded_work(monkeypatch):
+    """Free in all directions and fast, near where contacts leave the grooves: balances that are not found are few."""
+    tried = []
+
+    def counted(solver, support, share):
+        tried.append(once(solver, support, share))
+        return tried[-1]
+
+    once = statics.Solver._tried
+    monkeypatch.setattr(statics.Solver, "_tried", counted)
+    loads = (197303.6, 106908.5, -18872.3, -0.03948, -0.05697)
+    scene = load_scene("bearing_6203", ("geometry.radial_clearance=-2.24875e-6", "drive.speed=1936.2423"))
+    with pytest.raises(SceneError, match=r"the greatest in this direction is a load of") as caught:
+        statics.solver_of(scene.parameters, "hertz", 0.35).solve(Support(ALL, loads, (0.0,) * 5))
+    assert sum(status not in (statics.FOUND, statics.NOTHING_CARRIES) for status, _, _ in tried) <= 5
+    assert len(tried) <= 30
+    # what it says is carried is, and a fiftieth more is not
+    greatest = float(str(caught.value).rsplit("a load of (", 1)[1].split(",")[0]) / loads[0]
+    for share, carried in ((0.999 * greatest, True), (1.02 * greatest, False)):
+        solver = statics.solver_of(scene.parameters, "hertz", 0.35)
+        assert once(solver, Support(ALL, loads, (0.0,) * 5), share)[2] == carried

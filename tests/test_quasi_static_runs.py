@@ -243,7 +243,7 @@ def test_equilibria_say_what_they_are_not_good_for():
     assert [words for words in sudden.warnings if "drive.change.offset shifts the ring at once" in words]
     assert not choose(load_scene("bearing_6203_rig_400N", [QUASI_STATIC])).warnings
     report, _ = whole("bearing_6203_rig_400N", QUASI_STATIC, "run.duration=0.02")
-    assert (report.figures["drive_torque_nm"], report.figures["dissipated_j"]) == (None, None)
+    assert not {"drive_torque_nm", "dissipated_j", "cage_slip"} & set(report.figures)
     quantity = KINDS["bearing"].quantities_of()["drive_torque"]
     assert math.isnan(quantity.figure(report.figures))
 

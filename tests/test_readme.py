@@ -21,7 +21,7 @@ from bearing_twin.uq.study_file import load_study, parse_study, study_names
 TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8") for page in PAGES}
 README = TEXTS["README.md"]
 MOST_WORDS = 1300
-SHORT, FEW = 0.02, 256  # s of a bearing's run, samples of a study: enough to see that a command works
+SHORT, FEW = 0.01, 128  # s of a bearing's run, samples of a study: enough to see that a command works
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 
 

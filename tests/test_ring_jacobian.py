@@ -5,6 +5,7 @@ import pytest
 from bearings import motion
 from ring_systems import AXIAL_PRELOAD, BALL, CASES, FREE, RING, System, disturbed
 
+from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.equations import RingDrive
 from bearing_twin.kinds.bearing.layout import (
     BORDER,
@@ -95,8 +96,8 @@ def test_the_system_is_solved_as_a_dense_one(name):
     if system.partners.even:
         right[:, [ORBIT_ANGLE, TANGENTIAL_VELOCITY]] = 0.0
     coupling, blocks = system.linear()
-    border = coupling.border
-    border.right[: 2 * PLACES] = rng.uniform(-1.0, 1.0, 2 * PLACES) * RING * np.tile(system.partners.free, 2)
+    ring_right, ring_solved = (coupling.border.numbers[first:][: 2 * PLACES] for first in (at.RIGHT, at.SOLUTION))
+    ring_right[:] = rng.uniform(-1.0, 1.0, 2 * PLACES) * RING * np.tile(system.partners.free, 2)
     into_blocks(right, blocks, RIGHT)
     into_blocks(system.state, blocks, START)
     for lanes in blocks:
@@ -107,7 +108,7 @@ def test_the_system_is_solved_as_a_dense_one(name):
     solve_together(system.drive, 0.0, coupling, blocks)
     solved = np.zeros((count, COLUMNS))
     from_blocks(blocks, SOLUTION, solved)
-    wanted = np.concatenate([right[:, :MOTION].ravel(), border.right[: 2 * PLACES]])
+    wanted = np.concatenate([right[:, :MOTION].ravel(), ring_right])
     dense = np.eye(len(wanted)) / g - matrix
     scale = np.concatenate([np.tile(BALL, count), RING])
     scaled = dense * scale / scale[:, None]
@@ -119,7 +120,7 @@ def test_the_system_is_solved_as_a_dense_one(name):
     kept = [i for i in range(MOTION) if not (system.partners.even and i in (ORBIT_ANGLE, TANGENTIAL_VELOCITY))]
     off = np.abs(solved[:, kept] - balls[:, kept]).max(axis=0)
     assert np.all(off < 1e-9 * np.abs(balls[:, kept]).max(axis=0))
-    assert border.solution[: 2 * PLACES] == pytest.approx(expected[size:], rel=1e-8, abs=1e-12 * RING.min())
+    assert ring_solved == pytest.approx(expected[size:], rel=1e-8, abs=1e-12 * RING.min())
     if system.partners.even:
         assert solved[:, ORBIT_ANGLE] == pytest.approx(np.full(count, expected[size + CAGE]), rel=1e-9)
 
@@ -144,3 +145,16 @@ def test_a_shaft_on_a_preloaded_bearing_rings_where_it_should(polar, speed, want
     lines = np.sort(found.imag[(found.imag > 2.0 * np.pi * 100.0) & (found.imag < 2.0 * np.pi * 3000.0)]) / (2 * np.pi)
     for line in wanted:
         assert np.abs(lines / line - 1.0).min() < 5e-3, (line, lines)
+
+
+def test_a_ball_rings_across_the_grooves_and_along_the_load():
+    """3778 Hz and 42.9 kHz of a ball between rings that are held, 10 um of axial preload, without friction."""
+    moving = motion(
+        *FREE, "rings.inner.inertia=[1.0e-4,0]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
+        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
+    )  # fmt: skip
+    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
+    system.drive = RingDrive(0.0, 0.0, 0.0)
+    found = np.linalg.eigvals(whole(system)[:MOTION, :MOTION])
+    frequencies = np.sort(np.abs(found[found.imag > 1e3])) / (2.0 * np.pi)
+    assert frequencies == pytest.approx([3778.0, 42.9e3], rel=2e-3)

@@ -19,7 +19,8 @@ from bearing_twin.uq.knowledge import FORMS
 from bearing_twin.uq.schema import schema
 from bearing_twin.uq.study_file import parse_study, study_names
 
-VALIDATOR = jsonschema.Draft202012Validator(schema())
+SCHEMA = schema()
+VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 FILES = [*((SCENES, name) for name in scene_names()), *((STUDIES, name) for name in study_names())]
 STUDY = "scene: two_spheres\ninputs: {motion.first_velocity: {distribution: uniform, low: 1, high: 2}}\nquantities: "
 
@@ -39,10 +40,10 @@ def read(text):
 
 
 def test_it_is_a_schema_and_printed_as_one(capsys):
-    jsonschema.Draft202012Validator.check_schema(schema())
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
     for words in ((), ("--json",)):
         assert main(["scenes", "--schema", *words]) == DONE
-        assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(schema()))
+        assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(SCHEMA))
 
 
 @pytest.mark.parametrize(("shelf", "name"), FILES, ids=[name for _, name in FILES])
@@ -59,7 +60,7 @@ def test_a_resolved_scene_is_valid(name):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_key_is_there_with_default_unit_and_limits(kind):
-    properties = schema()["$defs"][f"scene_{kind}"]
+    properties = SCHEMA["$defs"][f"scene_{kind}"]
     for row in describe(KINDS[kind].parameters):
         found = properties
         for word in row.key.split("."):
@@ -148,7 +149,7 @@ def test_what_is_wrong_is_refused_by_schema_and_reader(text):
 
 
 def test_it_knows_every_way_to_state_an_input():
-    ways = schema()["$defs"]["input"]["then"]["anyOf"]
+    ways = SCHEMA["$defs"]["input"]["then"]["anyOf"]
     named = {(one["properties"]["distribution"]["const"], *sorted(one["required"])) for one in ways[:-1]}
     assert named == {
         (name, *sorted(("distribution", *form))) for name, row in DISTRIBUTIONS.items() for form in row.forms

@@ -1,6 +1,5 @@
 """Everything can be stopped: signals and other threads end a compiled loop that would run for ever."""
 
-import functools
 import signal
 import subprocess
 import sys
@@ -74,10 +73,8 @@ def test_every_loop_looks_before_each_step(name, changes):
 def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code):
     path, words = tmp_path / "run.mcap", [word for one in ENDLESS for word in ("--set", one)]
     command = [sys.executable, "-m", "bearing_twin", "simulate", "bearing_6203", *words, "--out", str(path)]
-    # A suite that runs in the background of a shell has SIGINT ignored, and hands that down.
-    heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     root = Path(__file__).parents[1]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, cwd=root, preexec_fn=heard) as process:
+    with subprocess.Popen(command, stderr=subprocess.PIPE, cwd=root) as process:
         try:
             end = time.monotonic() + PATIENCE
             while not path.exists() and process.poll() is None and time.monotonic() < end:

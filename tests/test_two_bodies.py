@@ -142,7 +142,7 @@ def test_a_ball_that_rolls_in_a_groove_swings_as_a_rolling_pendulum():
         },
         contact={"friction_coefficient": 0.8, "friction_regularisation": 1e-4, "restitution": 0.3},
         gravity=[0.0, 0.0, -g],
-        run={"duration": 0.5 * period, "output_rate": 1000.0},
+        run={"duration": 0.28 * period, "output_rate": 1000.0},
     )  # fmt: skip
     x, time = values["position"][:, 0], 1e-3 * np.arange(len(values["position"]))
     after = int(np.flatnonzero(x < 0.0)[0])

@@ -77,7 +77,7 @@ def test_sobol_rounds_up_to_a_power_of_two_and_says_so(samples):
     assert UnitPoints("random", 1, 0, samples).samples == samples
 
 
-def test_sobol_needs_twenty_times_fewer_points_than_random_for_the_mean_contact_time():
+def test_sobol_needs_far_fewer_points_than_random_for_the_mean_contact_time():
     """Mean of tau ~ alpha to 1e-4 of itself, alpha gamma distributed (paper 3, section 4), over 20 seeds each."""
     alpha = read_input("alpha", {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5})
 
@@ -87,10 +87,11 @@ def test_sobol_needs_twenty_times_fewer_points_than_random_for_the_mean_contact_
 
     sobol = errors("sobol", 4096)
     assert sobol < 1e-4
-    assert errors("random", 20 * 4096) > 3.0 * sobol
+    random = errors("random", 16 * 4096)
+    assert random > 3.5 * sobol
     # rates: n^-1 or better against n^-1/2
     assert errors("sobol", 256) / sobol > 10.0
-    assert 1.5 < errors("random", 4096) / errors("random", 16 * 4096) < 8.0
+    assert 1.5 < errors("random", 4096) / random < 8.0
     assert errors("latin_hypercube", 4096) < 1e-4
 
 

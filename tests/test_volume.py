@@ -36,7 +36,7 @@ def paraboloid(small, large, angle=0.0, x0=0.0, y0=0.0):
     return gap
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.floats(1.0, 200.0), st.floats(0.0, math.pi), st.floats(-0.2, 0.2), st.floats(1e-9, 1e-3))
 def test_an_ellipse_gives_equation_9(ratio, angle, off, approach):
     """V = pi h^2/(2 sqrt(PQ)), S = pi h/sqrt(PQ), p = 4 sqrt(h/P) E(1 - P/Q), load of eq. (9): relative 1e-6."""
@@ -71,7 +71,7 @@ def test_a_ball_riding_over_the_shoulder():
     because the area falls faster than the volume, which no theory says; then it loses load, without a jump."""
     half = math.sqrt(APPROACH / 5.7)
     full = coefficient_of("volumetric", 5.7, 194.0, MODULUS) * APPROACH**1.5
-    edges = np.linspace(1.2, -0.9, 15)
+    edges = (1.2, 1.05, 0.9, 0.6, 0.3, 0.0, -0.45, -0.9)
     loads = [
         overlap_load(
             paraboloid(5.7, 194.0), square(1.5 * half), APPROACH, MODULUS, lambda x, y, edge=edge: edge * half - x
@@ -81,8 +81,8 @@ def test_a_ball_riding_over_the_shoulder():
     assert loads[:2] == pytest.approx([full] * 2, rel=1e-6)
     assert 1.03 < max(loads) / full < 1.06
     assert np.all(np.diff(loads[int(np.argmax(loads)) :]) < 0.0)
-    assert np.abs(np.diff(loads)).max() < 0.15 * full
-    assert 0.4 < loads[8] / full < 0.8  # the edge through the centre: half the spot
+    assert np.abs(np.diff(loads) / np.diff(edges)).max() < full
+    assert 0.4 < loads[5] / full < 0.8  # the edge through the centre: half the spot
     assert loads[-1] < 0.1 * full
 
 

@@ -1,6 +1,7 @@
 """Which tests a change wants: by imports, in the order of their distance, and what is left out is said."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -8,35 +9,38 @@ from pathlib import Path
 import pytest
 import wanted
 
-GRAPH = wanted.import_graph()
+
+@pytest.fixture(scope="module")
+def graph():
+    return wanted.import_graph()
 
 
-def test_a_test_that_imports_a_module_is_one_step_from_it():
-    near = wanted.distances(["bearing_twin/contact/ellipse.py"], GRAPH)
+def test_a_test_that_imports_a_module_is_one_step_from_it(graph):
+    near = wanted.distances(["bearing_twin/contact/ellipse.py"], graph)
     assert near["tests/test_ellipse.py"] == 1
     assert near["tests/test_cli.py"] > near["tests/test_ellipse.py"]
     assert "tests/test_cdr.py" not in near
 
 
-def test_late_imports_and_helpers_of_tests_count():
-    assert "bearing_twin/contact/calculator.py" in GRAPH["bearing_twin/command/contact_command.py"]
-    near = wanted.distances(["bearing_twin/kinds/bearing/motion.py"], GRAPH)
-    assert "tests/bearings.py" in GRAPH["tests/test_stability.py"]
+def test_late_imports_and_helpers_of_tests_count(graph):
+    assert "bearing_twin/contact/calculator.py" in graph["bearing_twin/command/contact_command.py"]
+    near = wanted.distances(["bearing_twin/kinds/bearing/motion.py"], graph)
+    assert "tests/bearings.py" in graph["tests/test_stability.py"]
     assert near["tests/test_stability.py"] <= 2
 
 
-def test_a_changed_test_is_nearest_and_a_file_that_is_no_python_goes_by_its_name():
-    assert wanted.distances(["tests/test_ellipse.py"], GRAPH) == {"tests/test_ellipse.py": 0}
-    readme = wanted.distances(["README.md"], GRAPH)
+def test_a_changed_test_is_nearest_and_a_file_that_is_no_python_goes_by_its_name(graph):
+    assert wanted.distances(["tests/test_ellipse.py"], graph) == {"tests/test_ellipse.py": 0}
+    readme = wanted.distances(["README.md"], graph)
     assert "tests/test_readme.py" in readme
     assert len(readme) < 10
-    assert wanted.distances(["no/such_" + "folder_/such_" + "file_.xyz"], GRAPH) == {}
+    assert wanted.distances(["no/such_" + "folder_/such_" + "file_.xyz"], graph) == {}
 
 
-def test_without_git_the_core_is_run(monkeypatch, capsys):
+def test_without_git_the_core_is_run(graph, monkeypatch, capsys):
     ran = []
     monkeypatch.setattr(wanted, "_git", lambda *words: None)
-    monkeypatch.setattr(wanted, "import_graph", lambda: GRAPH)
+    monkeypatch.setattr(wanted, "import_graph", lambda: graph)
     done = subprocess.CompletedProcess([], 0)
     monkeypatch.setattr(wanted.subprocess, "run", lambda words, **more: ran.append(words) or done)
     assert wanted.main([]) == 0
@@ -53,7 +57,8 @@ def test_the_core_exists():
     [("within=0.4", 3, 1), ("until=0", 2, 2), ("until=1e9", 4, 0)],
 )
 def test_what_does_not_fit_is_left_out_and_said(tmp_path, limit, passed, left_out):
-    (tmp_path / "conftest.py").write_text((Path(__file__).parent / "conftest.py").read_text(encoding="utf-8"))
+    for name in ("conftest.py", "domains.py"):
+        shutil.copy(Path(__file__).parent / name, tmp_path)
     for name in ("always", "other"):
         (tmp_path / f"test_{name}.py").write_text("def test_a():\n    pass\n\n\ndef test_b():\n    pass\n")
     words = ["-m", "pytest", f"--{limit}", "--always=test_always", str(tmp_path)]

@@ -13,7 +13,8 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from sources import ROOT, tree_of
+
 CORE = ("test_architecture", "test_parameters", "test_scene")  # quick, and about the whole house
 MAIN = ("main", "origin/main", "origin/HEAD")
 SECONDS = 45  # of tests; starting, collecting and compiling what changed come on top
@@ -36,7 +37,7 @@ def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
     graph = {}
     for path in paths:
         found = set()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.Import):
                 found |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module:

@@ -5,7 +5,9 @@ tolerance so tight that it counts as true. Errors are those of the chart of step
 friction over mu N of a contact or mu N R of a ball, at every output.
 """
 
-from collections.abc import Callable, Iterator
+import csv
+import functools
+from collections.abc import Iterator
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
@@ -13,6 +15,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bearing_twin.charts.contest import DONE, FAILED, STOPPED, Made, Row, Task, Wanted, answers_of, limited
+from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import write_rows
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.errors import BearingTwinError
@@ -56,6 +60,10 @@ CASES = {  # name: scene, what differs; those after the seventh are variants tha
     ),
     "sudden, harder": ("bearing_6203_sudden", ("run.duration=0.04", "drive.change.offset=[2e-6,-5e-6,1e-6]")),
 }
+
+
+problems = {name: name for name in CASES}
+"""What may be asked for alone, as in every contest."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +111,18 @@ def _run(case: str, *overrides: str) -> tuple[Run, Rows]:
     return run, Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
 
 
+@functools.lru_cache(maxsize=1)
+def _exact(case: str) -> Rows:
+    """The outputs that count as true; a process is at one case at a time."""
+    return _run(case, f"wanted.tolerance={EXACT!r}", ALONE)[1]
+
+
+def judge(case: str, tolerance: float, limit: float) -> tuple:
+    """One run beside the truth, as the numbers of a TolerancePoint; the process ends beyond `limit` CPU seconds."""
+    with limited(limit):
+        return astuple(_point(case, tolerance, _exact(case)))
+
+
 def _point(case: str, tolerance: float, exact: Rows) -> TolerancePoint:
     asked = f"wanted.tolerance={tolerance!r}"
     try:
@@ -124,15 +144,49 @@ def _point(case: str, tolerance: float, exact: Rows) -> TolerancePoint:
     )
 
 
-def measure(update: Callable[[float], None] = lambda share: None, cases=tuple(CASES), tolerances=TOLERANCES):
-    """Every case at every tolerance."""
-    points = []
-    for row, case in enumerate(cases):
-        _, exact = _run(case, f"wanted.tolerance={EXACT!r}", ALONE)
-        for column, tolerance in enumerate(tolerances):
-            points.append(_point(case, tolerance, exact))
-            update((row + (column + 1) / len(tolerances)) / len(cases))
-    return points
+def measure(wanted: Wanted, tolerances=TOLERANCES) -> list[TolerancePoint]:
+    """Every case that is wanted at every tolerance."""
+    tasks = [Task("tolerance:judge", (case, one, wanted.limit)) for case in wanted.problems for one in tolerances]
+    answers = answers_of(tasks, wanted.kept, wanted.update, wanted.workers)
+    stopped = f"{STOPPED} after {wanted.limit:g} CPU seconds"
+    return [
+        TolerancePoint(*task.arguments[:2], problem=stopped) if answer is None else TolerancePoint(*answer)
+        for task, answer in zip(tasks, answers, strict=True)
+    ]
+
+
+def make(folder: Path, name: str, wanted: Wanted) -> Made:
+    """Runs the contest, and writes picture and table."""
+    points = measure(wanted)
+    picture, table = folder / f"{name}.png", folder / f"{name}.csv"
+    draw(points, picture)
+    write_table(points, table)
+    return Made(list(reading(points)), [str(picture)], [str(table)], list(map(_row, points)))
+
+
+def read(folder: Path, name: str) -> list[str]:
+    """What the chart says, from the table that was written there before."""
+    with (folder / f"{name}.csv").open(encoding="utf-8", newline="") as stream:
+        kinds = [field.type for field in fields(TolerancePoint)]
+        lines = list(csv.reader(stream))[1:]
+    return list(
+        reading([TolerancePoint(*(kind(one) for kind, one in zip(kinds, line, strict=True))) for line in lines])
+    )
+
+
+def _row(point: TolerancePoint) -> Row:
+    scene, differs = CASES[point.case]
+    return Row(
+        point.case,
+        "as chosen",
+        point.tolerance,
+        load_error=point.load_error,
+        friction_error=point.friction_error,
+        evaluations=point.watched_steps + point.companion_steps,
+        status=FAILED if point.problem else DONE,
+        reason=point.problem or point.status,
+        command=command_of(scene, (*differs, f"wanted.tolerance={point.tolerance:g}")),
+    )
 
 
 def write_table(points: list[TolerancePoint], path: Path) -> None:

@@ -18,7 +18,9 @@ class Chart(NamedTuple):
 
 CHARTS = {
     "steppers": Chart("work_precision", "error in load and friction against cost", 240, "problems"),
-    "tolerance": Chart("tolerance", "the error asked for against the error got, and what runs say of it", 240, "share"),
+    "tolerance": Chart(
+        "tolerance", "the error asked for against the error got, and what runs say of it", 40, "contest"
+    ),
     "fidelity": Chart(
         "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 100, "share"
     ),
@@ -41,6 +43,9 @@ CHARTS = {
     "bounces": Chart("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 10),
     "dimensions": Chart(
         "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "share"
+    ),
+    "cages": Chart(
+        "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 60, "share"
     ),
     "samplers": Chart(
         "samplers", "error of mean and deviation of a contact time against realisations and cost", 30, "share"

@@ -136,10 +136,13 @@ def _listed() -> Outcome:
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
     from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
+    from bearing_twin.uq.model_error import told_of_model
 
     units = {name: shown_unit(found["unit"], _size(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
+    for sentence in told_of_model(summary, lambda size, unit: shown_unit(unit, size)[::-1]):
+        show_paragraph(sentence)
     sources = [
         (
             name if not place else "",

@@ -34,8 +34,11 @@ def yield_pressure(*materials: Material) -> float | None:
     return YIELD_ONSET * min(known) if known else None
 
 
+def compliance(material: Material) -> float:
+    """What a body in contact gives way by, (1 - nu^2)/E [1/Pa]."""
+    return (1.0 - material.poisson_ratio**2) / material.young_modulus
+
+
 def effective_modulus(first: Material, second: Material) -> float:
     """E* [Pa] of two bodies in contact: 1/E* = sum of (1 - nu^2)/E (paper 1's theta is (1 - nu^2)/(pi E))."""
-    return 1.0 / (
-        (1.0 - first.poisson_ratio**2) / first.young_modulus + (1.0 - second.poisson_ratio**2) / second.young_modulus
-    )
+    return 1.0 / (compliance(first) + compliance(second))

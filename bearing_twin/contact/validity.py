@@ -5,8 +5,8 @@ import math
 WIDEST_ELLIPSE = 0.1
 """Semi-axis over radius of the body above which the half-space is a rough picture."""
 
-WIDEST_IN_GROOVE = 0.15
-"""The same along a groove's meridian: ball bearings pass 0.1 under ordinary loads; its square, 2 %, is the error."""
+OFF_IN_GROOVE = 0.05
+"""Error of the gap at the edge of a spot in a groove, above which Hertz's parabolas are a rough picture."""
 
 FEWEST_TRANSITS = 5.0
 """Transits of waves through a body below which a contact leaves much energy in vibration."""
@@ -37,6 +37,28 @@ def width_doubt(semi_axis: float, size: float, limit: float = WIDEST_ELLIPSE, bo
     return (
         f"a semi-axis of {semi_axis:.3g} m is above {limit:g} of the {body} {size:.3g} m: "
         "the half-space of Hertz's theory is a rough picture"
+    )
+
+
+def gap_error(semi_axis: float, ball_radius: float, groove_radius: float) -> float:
+    """Relative error of the gap between ball and groove at the edge of a spot, taken for a parabola as by Hertz.
+
+    Both circles go on by x^4 / 8 R^3: with 1/R the curvatures (radii in m), the next term over the first is
+    x^2 (1/R_ball^2 + 1/(R_ball R_groove) + 1/R_groove^2) / 4 at the semi-axis x [m].
+    """
+    ball, groove = 1.0 / ball_radius, 1.0 / groove_radius
+    return 0.25 * semi_axis**2 * (ball**2 + ball * groove + groove**2)
+
+
+def groove_doubt(semi_axes, ball_radius: float, conformities) -> str | None:
+    """Doubt about spots with these semi-axes [m] along grooves of these conformities, groove radius / ball diameter."""
+    axes = zip(map(float, semi_axes), conformities, strict=True)
+    error, axis = max((gap_error(axis, ball_radius, 2.0 * one * ball_radius), axis) for axis, one in axes)
+    if error <= OFF_IN_GROOVE:
+        return None
+    return (
+        f"a spot reaches {axis:.3g} m along its groove, where ball and groove are {100.0 * error:.2g} % further apart "
+        "than the parabolas of Hertz's theory: a rough picture"
     )
 
 

@@ -223,15 +223,14 @@ plain_picture = late("bearing_twin.pictures.channels:ChannelPicture")
 class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
-    `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind (for workers).
-    `brief`: a run ends by itself. `commands`: topics obeyed under way; its motion then has `take_back()`, which puts it
-    back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
-    moment)` raises nothing, `set_load(force, moment)`; None for both is the scene's own load. `doubt`: see `Doubt`.
-    `operating_point(parameters, law, sample)` raises BearingTwinError where there is none. `animated`: to a .gif.
-    `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier versions to what takes their place: refused in
-    scenes; `upgraded` rewrites a scene in an old log. `catalogue()` maps names to the plain data of scenes;
-    `completed(scene)` fills in what names in it stand for and says what it cannot. `place_of(channel, index)` names
-    body and contact of a channel's number, empty for none.
+    `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind. `brief`: a run ends by
+    itself. `steered`: its companion also makes it more exact. `commands`: topics obeyed under way; its motion then has
+    `take_back()`, which puts it back to before the last `advance`, a `goal_speed` [rad/s] and, where
+    `check_load(parameters, law, speed, force, moment)` raises nothing, `set_load(force, moment)`; None for both is the
+    scene's own load. `doubt`: see `Doubt`. `operating_point(parameters, law, sample)` raises BearingTwinError where
+    none is. `animated`: to a .gif. `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier versions to
+    those: refused in scenes; `upgraded` rewrites a scene in an old log. `catalogue()` maps names to the plain data of
+    scenes; `completed(scene)` fills them in, or says why not. `place_of(channel, index)` names body and contact.
     """
 
     name: str
@@ -251,6 +250,7 @@ class Kind:
     closed_form: Callable[[], ClosedForm | None] = lambda: None
     known_when_solved: bool = False
     brief: bool = False
+    steered: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
     check_load: Callable[..., None] | None = None
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None

@@ -23,6 +23,18 @@ SOURCES = {
 }
 
 
+CHAOTIC = 1e3  # an error that grows so many times, beyond what is wanted, is the motion's own
+LATER = "a tenth of wanted.tolerance moves that instant on, and no tolerance mends what follows"
+
+
+def horizon(grown: float, since: str, kept: float) -> str:
+    """The note on a run whose errors have grown so many times since then, and were as wanted up to `kept` [s]."""
+    return (
+        f"errors have grown {grown:.2g} times since {since}: beyond {kept:.4g} s the motion depends on what nobody can "
+        "give exactly, and only statistics of many runs hold"
+    )
+
+
 class Promise(NamedTuple):
     """One output wanted: its greatest `error` in the norm `norm`, against the `tolerance` asked for.
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.errors import IntegrationError
-from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise, horizon
 from bearing_twin.sample import Block, Channel, Table
 from bearing_twin.units import symbol_of
 
@@ -28,8 +28,6 @@ TIME, FOLLOWED, KEPT, GROWN = range(4)
 OFTEN = 1.02  # times the time of the last row, when the next is made: long runs do not compare for ever
 SHORT, SHARE = 5000, 0.3  # steps that a second motion may take, and share of the run's beyond them
 ROUNDING = 1e-12  # of a figure: no error is said to be smaller
-LATER = "a tenth of wanted.tolerance moves that instant on, and no tolerance mends what follows"
-CHAOTIC = 1e3  # an error that grows so far, beyond what is wanted, is the motion's own
 
 
 class Watch(NamedTuple):
@@ -292,8 +290,5 @@ class SecondRunDoubt:
                 "there on"
             )
         if self._chaotic:
-            notes["horizon"] = (
-                f"errors have grown {self.row[GROWN]:.2g} times since the first contact: beyond {self.row[KEPT]:.4g} s "
-                "the motion depends on what nobody can give exactly, and only statistics of many runs hold"
-            )
+            notes["horizon"] = horizon(self.row[GROWN], "the first contact", self.row[KEPT])
         return notes

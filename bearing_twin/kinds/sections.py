@@ -68,7 +68,10 @@ class ViscoelasticDamping(Damping):
     """As Damping, with the viscous term of a viscoelastic half-space."""
 
     relaxation_time: float = quantity(
-        0.0, "s", "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate", at_least=0.0
+        0.0,
+        "s",
+        "viscous term of a viscoelastic contact: relaxation_time * stiffness * approach rate; defaults have no source",
+        at_least=0.0,
     )
 
 
@@ -90,9 +93,11 @@ class Friction:
         friction_names,
         "point = by the slip at the contact point; others = over the spot that slides and spins",
     )
-    friction_coefficient: float = quantity(0.0, "1", "Coulomb friction coefficient", at_least=0.0, at_most=10.0)
+    friction_coefficient: float = quantity(
+        0.0, "1", "Coulomb friction coefficient; defaults have no source", at_least=0.0, at_most=10.0
+    )
     friction_regularisation: float = quantity(
-        1e-3, "m/s", "slip speed at which friction reaches 71 % of its limit", above=0.0
+        1e-3, "m/s", "slip speed at which friction reaches 71 % of its limit; no source, a choice", above=0.0
     )
 
 
@@ -161,7 +166,7 @@ def resolved_run(run: RunSettings, whole: float = 0.0, outputs: int = 0) -> RunS
     )
 
 
-def check_run(run: RunSettings, most: float = GREATEST_OUTPUT_COUNT) -> list[str]:
+def check_run(run: RunSettings) -> list[str]:
     """What is impossible about a run's rates and length."""
     problems = []
     if run.output_rate and run.publish_rate:
@@ -177,9 +182,10 @@ def check_run(run: RunSettings, most: float = GREATEST_OUTPUT_COUNT) -> list[str
                 f"run.publish_rate = {run.publish_rate:g} Hz does not divide run.output_rate = {run.output_rate:g} Hz; "
                 f"use {near[0]:g} or {near[1]:g} Hz"
             )
-    if run.duration * run.output_rate > most:
+    if run.duration * run.output_rate > GREATEST_OUTPUT_COUNT:
         problems.append(
-            f"run.duration * run.output_rate = {run.duration * run.output_rate:g} outputs is too many; at most {most:g}"
+            f"run.duration * run.output_rate = {run.duration * run.output_rate:g} outputs is too many; at most "
+            f"{GREATEST_OUTPUT_COUNT:g}"
         )
     return problems
 

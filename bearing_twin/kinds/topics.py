@@ -35,17 +35,12 @@ OriginsOf = Callable[[Any, Sample], Mapping[str, Iterable[float]]]
 SolidsOf = Callable[[Any], Mapping[str, Iterable[Solid]]]
 
 
-def no_solids(parameters) -> dict[str, list[Solid]]:
-    """The shapes of bodies that URDF cannot draw."""
-    return {}
-
-
 def body_topics(
     link: str,
     wrenches: WrenchesOf,
     origins: OriginsOf,
     texts: Mapping[str, str],
-    solids: SolidsOf = no_solids,
+    solids: SolidsOf,
     together: bool = False,
 ) -> tuple[Topic, ...]:
     """What every body has: `robot_description`, one `<body>/wrench` for each key of `texts`, its frame on `/tf`.
@@ -92,6 +87,16 @@ def contacts_topic(link: str, contacts: Callable[[Any, Sample], dict], text: str
 
 def _contacts(contacts: Callable[[Any, Sample], dict], output: Output) -> dict:
     return {"sequence": output.sample.sequence, "law": output.law, **output.once(contacts)}
+
+
+def pose_topic(name: str, link: str, text: str, prefix: str = "") -> Topic:
+    """A body's own axes, from the channels `position` and `orientation`, whose names begin with `prefix`."""
+    return Topic(name, POSE, PUBLISH, partial(_pose, prefix), text, link)
+
+
+def _pose(prefix: str, output: Output) -> dict:
+    sample = output.sample
+    return {"pose": {"position": sample[f"{prefix}position"], "orientation": sample[f"{prefix}orientation"]}}
 
 
 def one_contact(body: str, by: str, **given) -> dict:

@@ -138,12 +138,11 @@ class Line(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """Curves over time on one axis; `logarithmic` where they span many decades."""
+    """Curves over time on one axis."""
 
     title: str
     unit: str
     lines: tuple[Line, ...]
-    logarithmic: bool = False
 
 
 class Details(NamedTuple):
@@ -238,10 +237,10 @@ def panel_of(channel: Channel) -> Panel:
     return Panel(f"{words}: {channel.meaning}" if channel.meaning else words, channel.unit, lines_of(channel))
 
 
-def curves(title: str, unit: str, *rows: tuple, logarithmic: bool = False) -> Panel:
+def curves(title: str, unit: str, *rows: tuple) -> Panel:
     """A panel of rows (series, words) or (series, words, column), each with the next colour."""
     lines = tuple(Line(row[0], row[1], row[2] if len(row) > 2 else 0, place) for place, row in enumerate(rows))
-    return Panel(title, unit, lines, logarithmic)
+    return Panel(title, unit, lines)
 
 
 def plain_view(facts, channels) -> View:

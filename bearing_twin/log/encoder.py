@@ -9,6 +9,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.log.encoding import SECOND, Draft, laid_out
 
 MOST_LAYOUTS = 200  # of a topic's messages that are kept
+LARGE = 16 * 1024  # bytes of a message from which on each copy of it counts
 
 
 class Encoder:
@@ -44,11 +45,14 @@ class Encoder:
             if len(self._layouts) >= MOST_LAYOUTS:
                 self._layouts.clear()
             layout = self._layouts[sizes] = self._laid_out(values, stamps_ns, arrays)
+        size = layout.record.itemsize
+        if size >= LARGE:
+            return [layout.joined(row, arrays, stamps) for row in range(count)]
         records = np.empty(count, layout.record)
-        records.view((np.uint8, layout.record.itemsize))[...] = layout.template
+        records.view((np.uint8, size))[...] = layout.template
         for name, place in layout.filled:
             records[name] = stamps if place is None else arrays[place].reshape(count, -1)
-        data, size = records.tobytes(), layout.record.itemsize
+        data = records.tobytes()
         return [data[low : low + size] for low in range(0, count * size, size)]
 
     def _laid_out(self, values, stamps_ns, arrays) -> "_Layout":
@@ -75,6 +79,16 @@ class _Layout(NamedTuple):
     template: np.ndarray
     filled: list[tuple[str, int | None]]
     record: np.dtype
+
+    def joined(self, row: int, arrays: list[np.ndarray], stamps: np.ndarray) -> bytes:
+        """One message, its arrays copied straight into it."""
+        pieces, position, template = [], 0, self.template.data
+        for name, place in self.filled:
+            kind, begin = self.record.fields[name][:2]
+            numbers = stamps[row] if place is None else arrays[place][row]
+            pieces += [template[position:begin], np.ascontiguousarray(numbers, kind.base).reshape(-1).data]
+            position = begin + kind.itemsize
+        return b"".join([*pieces, template[position:]])
 
 
 def stamps_of(stamps_ns: np.ndarray) -> np.ndarray:

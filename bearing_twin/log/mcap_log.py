@@ -5,6 +5,7 @@ import hashlib
 import json
 import platform
 import sys
+import time
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,14 +30,16 @@ from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Run
-from bearing_twin.sample import Aligned
+from bearing_twin.sample import joined
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
     "choice_record", "content_digest", "raw_messages", "read_log", "recover", "refuse_existing", "write_log",
 ]  # fmt: skip
 
-ENCODED_TOGETHER = 400  # outputs: what is done once for a block weighs little then, and memory stays small
+ENCODED_TOGETHER = 2000  # outputs: what is done once for a block weighs little then ...
+ENCODED_BYTES = 10 << 20  # ... at most so many bytes of them, so that memory stays small ...
+ENCODED_SECONDS = 0.5  # ... and none waits longer than this for the next
 _PACKAGES = ("numpy", "scipy", "numba")
 
 
@@ -91,7 +94,7 @@ class LogWriter:
     def write_all(self, messages: Iterable[tuple[Channelled, int, bytes]]) -> None:
         """Adds messages as `MessageStream` gives them: their stamps are both log and publish time."""
         numbers = self._numbers
-        self._log.write_all((numbers[topic.row.name], stamp_ns, stamp_ns, data) for topic, stamp_ns, data in messages)
+        self._log.write_all([(numbers[topic.row.name], stamp_ns, stamp_ns, data) for topic, stamp_ns, data in messages])
 
     def flush(self) -> None:
         """Puts everything so far on disk."""
@@ -133,18 +136,28 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
     the same bytes for the same run. Raises LogError if `path` exists, before anything is computed; whatever the run
     raises passes through after the log is completed with the outputs so far.
     """
-    samples, pieces = 0, Aligned(ENCODED_TOGETHER)
+    together = max(
+        1, min(ENCODED_TOGETHER, ENCODED_BYTES // (8 * sum(channel.width for channel in run.scene.channels)))
+    )
+    samples, waiting, since = 0, [], time.monotonic()
     with LogWriter(path, run.scene, choice_record(run.choice), run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
         try:
             for block in run.blocks():
                 samples += len(block)
-                for piece in (block,) if max_loss else pieces.add(block):
+                if waiting and block.first_sequence != waiting[-1].first_sequence + len(waiting[-1]):
+                    log.write_all(stream.messages(joined(waiting)))  # a gap stays where it is
+                    waiting = []
+                waiting.append(block)
+                late = max_loss or time.monotonic() > since + ENCODED_SECONDS
+                if late or sum(map(len, waiting)) >= together:
+                    piece, waiting = joined(waiting), []
                     log.write_all(stream.messages(piece))
+                    since = time.monotonic()
         finally:
             if not log.problem:
-                for piece in pieces.rest():
-                    log.write_all(stream.messages(piece))
+                if waiting:
+                    log.write_all(stream.messages(joined(waiting)))
                 log.write_all(stream.flush())
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)

@@ -31,6 +31,7 @@ from mcap.records import (
 )
 
 from bearing_twin.errors import LogError
+from bearing_twin.log.checksum import crc32
 from bearing_twin.log.mcap_write import MAGIC
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
@@ -238,7 +239,7 @@ class McapReader:
                     raise DamagedLog(self.path, position, "the data do not have the CRC they were written with")
                 check_data = False
             elif check_data:
-                crc = zlib.crc32(content, zlib.crc32(head, crc))
+                crc = crc32(content, zlib.crc32(head, crc))
             yield position, opcode, content
             if opcode == Opcode.FOOTER:
                 return
@@ -305,7 +306,7 @@ class McapReader:
             raise DamagedLog(self.path, offset, f"a chunk cannot be unpacked ({error})") from error
         if len(data) != size:
             raise DamagedLog(self.path, offset, "a chunk does not have the size it states")
-        if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        if chunk.uncompressed_crc and crc32(data) != chunk.uncompressed_crc:
             raise DamagedLog(self.path, offset, "a chunk does not have the CRC it was written with")
         return data
 

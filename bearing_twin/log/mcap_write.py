@@ -19,7 +19,6 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
-    ChunkIndex,
     DataEnd,
     Footer,
     Header,
@@ -30,6 +29,7 @@ from mcap.records import (
 )
 
 from bearing_twin.errors import LogError
+from bearing_twin.log.checksum import crc32
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 512 * 1024
@@ -40,6 +40,8 @@ COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for fil
 _MESSAGE = struct.Struct("<BQHIQQ")
 _OPCODE = int(Opcode.MESSAGE)
 _CHUNK = struct.Struct("<BQQQQII4sQ")  # a chunk record up to its data
+_CHUNK_INDEX = struct.Struct("<QQQQI")  # its fields up to the places of the message indices
+_CHUNK_INDEX_END = struct.Struct("<QI4sQQ")
 _MESSAGE_FIELDS = 22  # bytes of a message record besides its data
 _FOOTER_START = struct.Struct("<BQQQ")
 
@@ -70,8 +72,6 @@ class McapWriter:
         self._room = memoryview(bytearray(CHUNK_BYTES))  # the chunk in progress; made once, and longer where it must be
         self._used = 0
         self._chunk_index: dict[int, list[int]] = {}
-        self._chunk_times = (0, 0)
-        self._chunk_messages = 0
         self.dropped = 0
         self._waiting: list[Schema | Channel] = []  # described in the unfinished chunk
         self._schemas: dict[tuple[str, bytes], int] = {}
@@ -116,34 +116,27 @@ class McapWriter:
 
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (channel, log time, publish time, data) each."""
-        patient, index, head, pack = self._patient, self._chunk_index, _MESSAGE.size, _MESSAGE.pack_into
+        index, head, pack = self._chunk_index, _MESSAGE.size, _MESSAGE.pack_into
+        room, begin = self._room, self._used
         for channel, log_time, publish_time, data in messages:
-            if not patient:
-                self._check()
-            elif self._failure is not None and self._used + len(data) > HELD_BYTES:
-                self.dropped += 1
-                self._check()
-            if self._chunk_messages:
-                first, last = self._chunk_times
-                if not first <= log_time <= last:
-                    self._chunk_times = (min(first, log_time), max(last, log_time))
-            else:
-                self._chunk_times = (log_time, log_time)
-            self._chunk_messages += 1
-            begin = self._used
+            size = len(data)
+            if self._failure is not None or self._closed:
+                self._refuse(begin + size)
             middle = begin + head
-            end = middle + len(data)
-            if end > len(self._room):
+            end = middle + size
+            if end > len(room):
                 self._widen(end)
+                room = self._room
             if channel in index:
                 index[channel] += (log_time, begin)
             else:
                 index[channel] = [log_time, begin]
-            pack(self._room, begin, _OPCODE, _MESSAGE_FIELDS + len(data), channel, 0, log_time, publish_time)
-            self._room[middle:end] = data
-            self._used = end
+            pack(room, begin, _OPCODE, _MESSAGE_FIELDS + size, channel, 0, log_time, publish_time)
+            room[middle:end] = data
+            self._used = begin = end
             if end >= CHUNK_BYTES and self._failure is None:
                 self.end_chunk()
+                begin = self._used
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Adds a metadata record; it ends the chunk in progress."""
@@ -156,21 +149,20 @@ class McapWriter:
 
     def end_chunk(self) -> None:
         """Appends the chunk in progress for good; descriptions without a message wait for the next."""
-        if not self._chunk_messages:
+        if not self._chunk_index:
             return
-        data, index = self._sealed()
+        first, last = self._span()
+        data, index = self._sealed(first, last)
         self._append(data)
-        self._keep_index(_record(index))
+        self._keep_index(index)
         for channel, entries in self._chunk_index.items():
             self.counts[channel] += len(entries) // 2
-        first, last = self._chunk_times
         self.first_ns = first if self.first_ns is None else min(self.first_ns, first)
         self.last_ns = max(self.last_ns, last)
         self._described += self._waiting
         self._waiting = []
         self._used = 0
         self._chunk_index.clear()
-        self._chunk_messages = 0
 
     def flush(self) -> None:
         """Puts every message so far on disk for good, also what waited for room; raises LogError if there is none."""
@@ -212,7 +204,7 @@ class McapWriter:
     @property
     def begun(self) -> bool:
         """Whether a message has been written."""
-        return self._chunk_messages > 0 or self.first_ns is not None
+        return bool(self._chunk_index) or self.first_ns is not None
 
     @property
     def problem(self) -> str:
@@ -223,6 +215,19 @@ class McapWriter:
     def bytes(self) -> int:
         """Size of the file so far."""
         return self._end
+
+    def _refuse(self, used: int) -> None:
+        """Raises LogError where a message cannot be taken that would fill the chunk in progress up to `used` bytes."""
+        if not self._patient:
+            self._check()
+        elif self._failure is not None and used > HELD_BYTES:
+            self.dropped += 1
+            self._check()
+
+    def _span(self) -> tuple[int, int]:
+        """The least and the greatest log time in the chunk in progress."""
+        times = [entries[::2] for entries in self._chunk_index.values()]
+        return min(map(min, times)), max(map(max, times))
 
     def _check(self) -> None:
         if self._failure is not None:
@@ -243,13 +248,15 @@ class McapWriter:
         room[: len(self._room)] = self._room
         self._room = room
 
-    def _sealed(self) -> tuple[bytes, ChunkIndex]:
-        """The chunk in progress with its message index, as it will stand at the end of the file."""
-        first, last = self._chunk_times
+    def _sealed(self, first: int, last: int) -> tuple[bytes, bytes]:
+        """The chunk in progress with its message index, as it will stand at the end of the file; and its index record.
+
+        `first` and `last` are its least and greatest log time.
+        """
         content = self._room[: self._used]
         packed = self._compressor.compress(content)
         sizes = _CHUNK.size - 9 + len(packed), first, last, len(content)
-        head = _CHUNK.pack(Opcode.CHUNK, *sizes, zlib.crc32(content), len(COMPRESSION), COMPRESSION, len(packed))
+        head = _CHUNK.pack(Opcode.CHUNK, *sizes, crc32(content), len(COMPRESSION), COMPRESSION, len(packed))
         parts, offsets = [head, packed], {}
         end_of_chunk = position = self._end + len(head) + len(packed)
         for channel, entries in self._chunk_index.items():
@@ -257,17 +264,12 @@ class McapWriter:
             parts.append(struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries)))
             parts.append(struct.pack(f"<{len(entries)}Q", *entries))
             position += len(parts[-2]) + len(parts[-1])
-        index = ChunkIndex(
-            chunk_length=end_of_chunk - self._end,
-            chunk_start_offset=self._end,
-            compression=COMPRESSION.decode(),
-            compressed_size=len(packed),
-            message_end_time=last,
-            message_index_length=position - end_of_chunk,
-            message_index_offsets=offsets,
-            message_start_time=first,
-            uncompressed_size=len(content),
-        )
+        offset = struct.Struct("<HQ").pack
+        places = b"".join([offset(channel, place) for channel, place in offsets.items()])
+        head = _CHUNK_INDEX.pack(first, last, self._end, end_of_chunk - self._end, len(places))
+        lengths = position - end_of_chunk, len(COMPRESSION), COMPRESSION, len(packed), len(content)
+        index = head + places + _CHUNK_INDEX_END.pack(*lengths)
+        index = struct.pack("<BQ", Opcode.CHUNK_INDEX, len(index)) + index
         return b"".join(parts), index
 
     def _tail(self, index: bytes) -> bytes:
@@ -296,7 +298,7 @@ class McapWriter:
     def _append(self, data: bytes) -> None:
         self._put(data)
         self._end += len(data)
-        self._crc = zlib.crc32(data, self._crc)
+        self._crc = crc32(data, self._crc)
 
     def _put(self, data: bytes) -> None:
         """Writes `data` behind what is complete; on failure leaves only what is complete."""

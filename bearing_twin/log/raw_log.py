@@ -106,25 +106,38 @@ class RawLogWriter:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
         with self._unbroken, self._lock:
-            if not (self._thinned or self._writer.splits or self._safety.patient):
-                if self._stale:
-                    self._write_bag_file()
-                self._writer.write_all(messages)
-                return
-            patience = self._patience()
-            for message in messages:
-                if message[0] in self._thinned and message[0] not in self._whole:
-                    message = self._kept(*message)
-                    if message is None:
-                        continue
-                with patience:
-                    new = self._writer.write(*message)
-                    if new or self._stale:
-                        self._write_bag_file()
+            kept: list = []
+            try:
+                if self._thinned:
+                    for message in messages:
+                        kept += self._kept(message)
+            finally:  # a message that cannot be thinned takes none before it along
+                self._put(kept if self._thinned else messages)
 
-    def _kept(self, topic: int, log_time_ns: int, publish_time_ns: int, data: bytes):
+    def _kept(self, message) -> list:
+        """The message as it is logged, if it is."""
+        topic, log_time_ns, publish_time_ns, data = message
+        if topic not in self._thinned or topic in self._whole:
+            return [message]
         found = self._thinned[topic].kept(log_time_ns, data)
-        return None if found is None else (topic, log_time_ns, publish_time_ns, found)
+        return [] if found is None else [(topic, log_time_ns, publish_time_ns, found)]
+
+    def _put(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
+        patience, rest = self._patience(), iter(messages)
+        if self._writer.splits:
+            for message in rest:
+                with patience:
+                    if self._writer.write(*message) or self._stale:
+                        self._write_bag_file()
+            return
+        if self._stale:
+            with patience:
+                self._write_bag_file()
+        done = False
+        while not done:  # where the disk is full, the writer stops at each message, which it has taken or dropped
+            with patience:
+                self._writer.write_all(rest)
+                done = True
 
     def flush(self) -> None:
         """Puts everything so far on disk."""

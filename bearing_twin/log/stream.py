@@ -26,6 +26,7 @@ from bearing_twin.sample import Block, Channel, Sample, Table
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
 RELIABLE = Qos(depth=10)
+KEPT_SECONDS = 0.1  # of messages, that a publisher keeps for a subscriber who is late: RELIABLE's depth at 100 Hz
 LATCHED = Qos(depth=1, durability="transient_local")
 
 
@@ -64,11 +65,13 @@ def topics(scene) -> tuple[Channelled, ...]:
         ),
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
+    rate = 0.0 if kind.brief else scene.parameters.run.publish_rate  # what is brief is played slowly
+    kept = {ONCE: LATCHED, PUBLISH: RELIABLE._replace(depth=max(RELIABLE.depth, math.ceil(KEPT_SECONDS * rate)))}
     return tuple(
         Channelled(
             row,
             row.name if row.name.startswith("/") else f"{kind.namespace}/{row.name}",
-            LATCHED if row.rate == ONCE else RELIABLE,
+            kept.get(row.rate, RELIABLE),
         )
         for row in rows
     )
@@ -154,29 +157,31 @@ class MessageStream:
         self._first = self._next = 0
         self._begun = False
 
-    def messages(self, block: Block, wanted: Container[str] | None = None) -> Iterator[tuple[Channelled, int, bytes]]:
+    def messages(self, block: Block, wanted: Container[str] | None = None) -> list[tuple[Channelled, int, bytes]]:
         """(topic, stamp [ns], CDR) of every message due in `block`, in order of time.
 
         With `wanted`, only the topics of these names are made; where none is due, one message without bytes tells that
         the stream has come so far.
         A block that does not follow the one before (after a reset) first closes the SampleBlock in progress.
         """
+        found: list[tuple[Channelled, int, bytes]] = []
         if not self._begun:
             self._begun = True
-            yield from self._latched(block)
+            found += self._latched(block)
         if block.first_sequence != self._next:
-            yield from self.flush(wanted)
+            found += self.flush(wanted)
             self._first = block.first_sequence
         self._next = block.first_sequence + len(block)
-        instants, done = self._instants(block, wanted), 0
+        instant, done = self._instants(block, wanted), 0
         for row in self._rows_due(block.first_sequence, len(block)):
-            yield from instants(row)
+            found += instant(row)
             if (block.first_sequence + row + 1) % self.block_outputs == 0:
                 self._collect(block.part(done, row + 1))
                 done = row + 1
-                yield from self.flush(wanted)
+                found += self.flush(wanted)
         if done < len(block):
             self._collect(block.part(done, len(block)))
+        return found
 
     def scene_message(self, time_ns: int = 0) -> tuple[Channelled, int, bytes]:
         """The message of the topic `scene`."""
@@ -235,7 +240,7 @@ class MessageStream:
         due.update(range((-first - 1) % self.block_outputs, count, self.block_outputs))
         return sorted(due)
 
-    def _instants(self, block: Block, wanted: Container[str] | None) -> Callable[[int], Iterator]:
+    def _instants(self, block: Block, wanted: Container[str] | None) -> Callable[[int], list]:
         """The function row -> messages due at that row of `block`."""
         rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
         several = {}
@@ -257,20 +262,20 @@ class MessageStream:
         silent, times_ns = self._by_name["samples"], (self.start_time_ns + block.time_ns).tolist()
         made = {}  # what is due together: (topic, its rows, its messages if they are made) each
 
-        def instant(row: int) -> Iterator[tuple[Channelled, int, bytes]]:
-            output, stamp_ns = None, times_ns[row]
+        def instant(row: int) -> list[tuple[Channelled, int, bytes]]:
+            output, stamp_ns, found = None, times_ns[row], []
             together = tuple([rate for rate, due in rows.items() if row in due])
             if together not in made:
                 made[together] = [entry for entry in entries if entry[0].rate in together]
-            if wanted is not None and not made[together]:
-                yield silent, stamp_ns, b""
             for topic, due, ready in made[together]:
                 if ready is not None:
-                    yield topic, stamp_ns, ready[(row - due.start) // due.step]
-                    continue
-                output = output or self._output(block[row])
-                frame = output.frame(topic.row.frame)
-                yield topic, stamp_ns, encoded(topic.ros_type, topic.row.fields(output), stamp_ns, frame)
+                    data = ready[(row - due.start) // due.step]
+                else:
+                    output = output or self._output(block[row])
+                    frame = output.frame(topic.row.frame)
+                    data = encoded(topic.ros_type, topic.row.fields(output), stamp_ns, frame)
+                found.append((topic, stamp_ns, data))
+            return found if found or wanted is None else [(silent, stamp_ns, b"")]
 
         return instant
 

@@ -1,5 +1,6 @@
 """The table of topics in words, for people: of one scene, or of every kind of scene."""
 
+import functools
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -94,12 +95,21 @@ def kind_rows(kind: str) -> list[TopicRow]:
     Those that differ in a number alone, as of several balls, are one row.
     """
     default = Scene(kind, kind, "", KINDS[kind].parameters())
-    others = (scene for scene in map(load_scene, scene_names()) if scene.kind == kind)
-    tables = [_numberless_rows(scene) for scene in (default, *others)]
+    tables = [_numberless_rows(scene) for scene in (default, *_shipped().get(kind, ()))]
     found = dict(max(tables, key=len))
     for table in tables[::-1]:
         found |= table  # the text is that of the first
     return list(found.values())
+
+
+@functools.cache
+def _shipped() -> dict[str, list[Scene]]:
+    """The shipped scenes of each kind."""
+    found: dict[str, list[Scene]] = {}
+    for name in scene_names():
+        scene = load_scene(name)
+        found.setdefault(scene.kind, []).append(scene)
+    return found
 
 
 def _numberless_rows(scene: Scene) -> dict[str, TopicRow]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import yaml
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.node_parameters import NodeParameter, problem_of
+from bearing_twin.nodes.node_parameters import NodeParameter, checked
 from bearing_twin.parameters import echo
 
 TRUTH = {"true": True, "false": False}
@@ -42,19 +42,8 @@ def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> di
 
     A list is YAML, such as ['run.duration=1']; a single word is a list of one.
     """
-    found, problems = {}, []
-    for parameter in table:
-        text = words.get(parameter.name, "")
-        if text == "":
-            continue
-        value = _read(parameter, text)
-        problem = problem_of(parameter, value)
-        if problem:
-            problems.append(problem)
-        found[parameter.name] = value
-    if problems:
-        raise BearingTwinError("; ".join(problems))
-    return found
+    named = [parameter for parameter in table if words.get(parameter.name)]
+    return checked(named, {parameter.name: _read(parameter, words[parameter.name]) for parameter in named})
 
 
 def truth(words: Mapping[str, str], name: str) -> bool:

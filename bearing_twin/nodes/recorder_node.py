@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Iterable
 from functools import partial
 
 from rclpy.clock import Clock, ClockType
@@ -102,14 +103,19 @@ class RecorderNode(Node):
                 said = f"the clock was put {'forward' if jump > 0 else 'back'} by {1e-9 * abs(jump):.3f} s"
                 self.get_logger().warning(f"{said}: the times in the log go on as if it had not been")
             for name, subscription in list(self._taken.items()):
-                for data, info in taken(subscription):
-                    self._on_message(name, data, info)
+                self._on_messages(name, taken(subscription))
 
     def _on_message(self, topic: str, data: bytes, info: dict) -> None:
+        self._on_messages(topic, ((data, info),))
+
+    def _on_messages(self, topic: str, found: Iterable[tuple[bytes, dict]]) -> None:
         try:
-            received = self._time.at(info["received_timestamp"])
-            sent, number = info["source_timestamp"] or received, info.get("publication_sequence_number")
-            lost = self.recording.receive(topic, received, sent, data, number)
+            messages = []
+            for data, info in found:
+                received = self._time.at(info["received_timestamp"])
+                sent, number = info["source_timestamp"] or received, info.get("publication_sequence_number")
+                messages.append((received, sent, data, number))
+            lost = self.recording.receive_all(topic, messages) if messages else 0
             if lost:
                 self.get_logger().error(f"{topic}: {lost} solver outputs were lost on the way")
         except Exception as error:  # a callback that raises would end the node without saying which message it was

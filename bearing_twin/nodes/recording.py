@@ -98,17 +98,25 @@ class Recording:
 
         `sent_number` counts the messages of its publisher from 1 on, None where the middleware does not tell.
         """
+        return self.receive_all(topic, [(received_ns, sent_ns, data, sent_number)])
+
+    def receive_all(self, topic: str, messages: list[tuple[int, int, bytes, int | None]]) -> int:
+        """`receive` for many of one topic: (received, sent, data, number) each."""
         with self._lock:
             if self._closed:
                 return 0
             number, has_samples = self._numbers[topic]
-            self._log.write(number, received_ns, sent_ns, data)
-            self.messages += 1
-            if sent_number is None:
-                self._uncounted.add(topic)
-            else:
-                self._sent[topic].saw(sent_number - 1, 1)
-            return self.sequences[topic].saw(*sample_range(data)) if has_samples else 0
+            self._log.write_all([(number, received, sent, data) for received, sent, data, _ in messages])
+            self.messages += len(messages)
+            arrived, lost = self._sent[topic], 0
+            for _, _, data, sent_number in messages:
+                if sent_number is None:
+                    self._uncounted.add(topic)
+                else:
+                    arrived.saw(sent_number - 1, 1)
+                if has_samples:
+                    lost += self.sequences[topic].saw(*sample_range(data))
+            return lost
 
     @property
     def problem(self) -> str:

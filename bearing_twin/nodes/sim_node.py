@@ -133,13 +133,12 @@ class SimNode(Node):
         factor, repeat_ns = values["real_time_factor"], round(values["repeat"] * 1e9)
         deliver, wanted = self._outlet.deliver, self._outlet.listened_to
         commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
-        loop = SimulationLoop(
-            run, make_stream, deliver, factor, duration_ns, self._open_log, repeat_ns, wanted, commands
-        )
+        timing = factor, duration_ns, self._open_log, repeat_ns
+        loop = SimulationLoop(run, make_stream, deliver, *timing, wanted, commands)
         loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
+        loop.tells_time = self._outlet.has_clock
         self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice.reason}
-        self.loop = loop
-        self._doing = "computing"
+        self.loop, self._doing = loop, "computing"
         self.ready.set()
         self.get_logger().info(f"{scene.name} by {run.law} and {run.stepper}, ready after {self._seconds():.1f} s")
 

@@ -11,6 +11,7 @@ from bearing_twin.nodes.pacing import FASTEST, Pace, PacedStream, Pacer, Timed
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
+SILENCE_NS = 10_000_000  # between words on how far the stream has come, where nobody listens: each wakes the worker
 SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
 JUDGED_NS = 1_000_000_000  # of simulated time between looks at what the run is worth
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
@@ -54,6 +55,8 @@ class SimulationLoop:
         self._earlier = Pace(0, 0, 0, 0)
         self._worth: dict[str, float | str] = {}
         self._judge_at = 0
+        self.tells_time = False  # whether somebody is told every instant, also where no message is due
+        self._silent_until = 0
         self.paced = PacedStream(self._next_batch, deliver, Pacer(factor))
 
     @property
@@ -158,7 +161,7 @@ class SimulationLoop:
         self._stream = self._make_stream()
         self._log = log
         self._done = self._flushed = False
-        self._began, self._judge_at = None, 0
+        self._began, self._judge_at, self._silent_until = None, 0, 0
         self.paced.restart()
 
     def step(self, now: int, seconds: float) -> str:
@@ -222,12 +225,16 @@ class SimulationLoop:
         return self._messages(self._stream.messages(block, wanted), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
-        batch = []
+        batch, last = [], None
         for topic, stamp_ns, cdr in messages:
             if log is not None:
                 log.write(topic, stamp_ns, stamp_ns, cdr)
-            batch.append(Timed(stamp_ns, topic.name, stamp_ns, cdr))
-        return batch
+            last = Timed(stamp_ns, topic.name, stamp_ns, cdr)
+            if cdr or stamp_ns >= self._silent_until:
+                batch.append(last)
+                self._silent_until = stamp_ns + (0 if self.tells_time else SILENCE_NS)
+        # The end of a run is told whatever was told before.
+        return [*batch, last] if self._done and last is not None and last not in batch[-1:] else batch
 
 
 def check_speed(speed: float) -> None:

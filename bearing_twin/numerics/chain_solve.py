@@ -76,36 +76,36 @@ def corner_tile(chain, a, b):
 
 
 @inlined
-def _corner(tile, row, column):
-    """The 3 x 3 block of a tile that begins at (row, column)."""
-    one = column * SIDE + row
+def _corner(numbers, first, row, column):
+    """The 3 x 3 block at (row, column) of the tile that begins at `first`."""
+    one = first + column * SIDE + row
     two, three = one + SIDE, one + 2 * SIDE
     return (
-        (tile[one], tile[two], tile[three]),
-        (tile[one + 1], tile[two + 1], tile[three + 1]),
-        (tile[one + 2], tile[two + 2], tile[three + 2]),
+        (numbers[one], numbers[two], numbers[three]),
+        (numbers[one + 1], numbers[two + 1], numbers[three + 1]),
+        (numbers[one + 2], numbers[two + 2], numbers[three + 2]),
     )
 
 
 @inlined
-def _put_corner(tile, row, column, block):
+def _put_corner(numbers, first, row, column, block):
     for c in range(3):
         for r in range(3):
-            tile[(column + c) * SIDE + row + r] = block[r][c]
+            numbers[first + (column + c) * SIDE + row + r] = block[r][c]
 
 
 @lean_kernel
-def invert_tile(tile):
-    """Replaces a tile by its inverse."""
-    upper = inverse(_corner(tile, 0, 0))
-    left = product(_corner(tile, 3, 0), upper)
-    right = product(upper, _corner(tile, 0, 3))
-    schur = inverse(minus_block(_corner(tile, 3, 3), product(left, _corner(tile, 0, 3))))
+def invert_tile(numbers, first):
+    """Replaces the tile that begins at `first` by its inverse."""
+    upper = inverse(_corner(numbers, first, 0, 0))
+    left = product(_corner(numbers, first, 3, 0), upper)
+    right = product(upper, _corner(numbers, first, 0, 3))
+    schur = inverse(minus_block(_corner(numbers, first, 3, 3), product(left, _corner(numbers, first, 0, 3))))
     across = product(right, schur)
-    _put_corner(tile, 0, 0, plus(upper, product(across, left)))
-    _put_corner(tile, 0, 3, negative(across))
-    _put_corner(tile, 3, 0, negative(product(schur, left)))
-    _put_corner(tile, 3, 3, schur)
+    _put_corner(numbers, first, 0, 0, plus(upper, product(across, left)))
+    _put_corner(numbers, first, 0, 3, negative(across))
+    _put_corner(numbers, first, 3, 0, negative(product(schur, left)))
+    _put_corner(numbers, first, 3, 3, schur)
 
 
 @inlined
@@ -174,7 +174,7 @@ def factorise_chain(chain):
     tiles, last = chain.tiles, chain.bodies - 1 if chain.linked else 0
     for i in range(chain.bodies):
         own, ahead, behind = tiles[own_tile(i)], tiles[ahead_tile(i)], tiles[behind_tile(i)]
-        invert_tile(own)
+        invert_tile(own, 0)
         if i < last:
             _multiply(own, ahead)
             _subtract(tiles[own_tile(i + 1)], behind, ahead)
@@ -187,7 +187,7 @@ def factorise_chain(chain):
                 _subtract(tiles[column_tile(chain, i + 1, b)], behind, column)
                 _subtract(tiles[row_tile(chain, b, i + 1)], tiles[row_tile(chain, b, i)], ahead)
     for a in range(chain.border):
-        invert_tile(tiles[corner_tile(chain, a, a)])
+        invert_tile(tiles[corner_tile(chain, a, a)], 0)
         for b in range(a + 1, chain.border):
             right = tiles[corner_tile(chain, a, b)]
             _multiply(tiles[corner_tile(chain, a, a)], right)

@@ -196,6 +196,12 @@ def next_step(step, error, order):
 
 
 @inlined
+def five(weights):
+    """The weights of a stage's predecessors as a tuple."""
+    return (weights[0], weights[1], weights[2], weights[3], weights[4])
+
+
+@inlined
 def rosenbrock_dense(fraction, start, end, third, fourth):
     """The interpolant of a Rosenbrock step at `fraction` of it, for one component."""
     rest = 1.0 - fraction

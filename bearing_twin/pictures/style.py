@@ -21,6 +21,7 @@ SIZE = (16.0, 10.0)  # inches at 100 dots each
 RACEWAYS = ("inner", "outer")
 RACEWAY_COLOURS = ("#0072B2", "#D55E00")
 LOAD_MAP = "cividis"
+KEY_SIZE = 10.5  # points, of the words of a legend
 
 
 def ball_line(ball: int) -> dict:
@@ -39,22 +40,22 @@ def heading(axis, text: str, pad: float = 6.0) -> None:
     axis.set_title(text, loc="left", fontsize=13.5, color=STYLE["ink"], pad=pad)
 
 
-def key_above(axis, size: float = 10.5) -> None:
+def key_above(axis) -> None:
     """The legend of a panel between its title and its curves, in as many rows as it needs; call it last."""
     handles, labels = axis.get_legend_handles_labels()
     if not labels:
         return
     box = axis.get_position()
     inches = box.width * axis.figure.get_figwidth()
-    each = 0.55 + max(map(len, labels)) * size * 0.0072  # inches that an entry takes: a sign and its words
+    each = 0.55 + max(map(len, labels)) * KEY_SIZE * 0.0072  # inches that an entry takes: a sign and its words
     columns = max(1, min(len(labels), int(inches / each)))
     rows = -(-len(labels) // columns)
     columns = -(-len(labels) // rows)
     axis.legend(
-        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns, frameon=False, fontsize=size,
+        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns, frameon=False, fontsize=KEY_SIZE,
         borderaxespad=0.25, borderpad=0.0, columnspacing=1.4, handlelength=1.8, labelspacing=0.3,
     )  # fmt: skip
-    heading(axis, axis.get_title(loc="left"), 6 + rows * size * 1.55)
+    heading(axis, axis.get_title(loc="left"), 6 + rows * KEY_SIZE * 1.55)
 
 
 def frame(axis) -> None:

@@ -34,7 +34,7 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement
         totals[figure] = _added(list(parts.values()))
         keys[f"{figure}_error"] = totals[figure]
         if exceeds(figures[figure], totals[figure]):
-            source = max(parts, key=lambda name: _greatest(parts[name]))
+            source = max(parts, key=lambda name: greatest(parts[name]))
             large.append(_said(figure, figures[figure], totals[figure], source))
             sources[source] = errors.mends.get(source)
     kept = {figure: dict(errors.figures[figure]) for figure in totals}
@@ -53,7 +53,7 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement
 
 def exceeds(value, error) -> bool:
     """Whether an error is over a tenth of its figure; of a list, of its greatest value."""
-    scale, worst = _greatest(value), _greatest(error)
+    scale, worst = greatest(value), greatest(error)
     return not worst <= LARGE * scale
 
 
@@ -66,14 +66,15 @@ def _added(parts: list):
     return [math.fsum(column) for column in zip(*rows, strict=True)]
 
 
-def _greatest(value) -> float:
+def greatest(value) -> float:
+    """The greatest magnitude of a number or of a list, 0 of an empty one; NaN where one is."""
     values = [value] if isinstance(value, (int, float)) else list(value)
     return math.nan if any(math.isnan(one) for one in values) else max(map(abs, values), default=0.0)
 
 
 def _said(figure: str, value, error, source: str) -> str:
     """One figure whose error is large, and its greatest source."""
-    return f"{figure} {_greatest(value):.2g} +- {_greatest(error):.2g}, mostly {source}"
+    return f"{figure} {greatest(value):.2g} +- {greatest(error):.2g}, mostly {source}"
 
 
 def _told(promise: Promise) -> dict[str, Any]:

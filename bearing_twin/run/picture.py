@@ -7,6 +7,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts, Picture, plain_picture
 from bearing_twin.pictures.worth import Worth
 from bearing_twin.report import Report
+from bearing_twin.run.doubt import greatest
 from bearing_twin.units import readable, with_unit
 
 MOST = 30  # rows in a picture
@@ -24,18 +25,14 @@ def worth_of(report: Report) -> list[Worth]:
     rows = []
     for key, parts in report.errors.get("errors_by_source", {}).items():
         value = report.figures[key]
-        size = max(map(abs, value), default=0.0) if isinstance(value, list) else abs(value)
+        size = greatest(value)
         if not 0.0 < size < math.inf:
             continue
-        errors = {source: _greatest(part) for source, part in parts.items()}
+        errors = {source: greatest(part) for source, part in parts.items()}
         words, unit, factor = readable(key, size)
         text = f"{factor * size:.5g} ± {factor * math.fsum(errors.values()):.1g}{with_unit(unit)}"
         rows.append(Worth(words, text, {source: error / size for source, error in errors.items() if error > 0.0}))
     return [row for row in rows if row.parts][:MOST]
-
-
-def _greatest(part) -> float:
-    return max(map(abs, part), default=0.0) if isinstance(part, list) else abs(part)
 
 
 def plot(stream, path) -> Path:

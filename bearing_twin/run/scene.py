@@ -21,6 +21,7 @@ from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
 MOST_LOGGED = 360_000  # commas in one, enough for a table of `tables.MOST_ROWS`: a second to read
+DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Scene:
         """`resolved` as YAML; as JSON where it holds a long table."""
         resolved = self.resolved()
         quick = json.dumps(resolved)
-        return quick if len(quick) > LONGEST_YAML else yaml.safe_dump(resolved, sort_keys=False)
+        return quick if len(quick) > LONGEST_YAML else yaml.dump(resolved, Dumper=DUMPER, sort_keys=False)
 
     def resolved(self) -> dict:
         """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""

@@ -72,7 +72,7 @@ class Chaos:
         return float(np.sum(self.coefficients[terms] ** 2) / variance) if variance > 0.0 else 0.0
 
 
-def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0, validation=VALIDATION) -> Chaos:
+def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0) -> Chaos:
     """The expansion of a quantity; `function` takes values (n, d) of the inputs in SI and returns (n,).
 
     With `degree` None it is raised until the error is below `tolerance` or the next would take more than MOST_RUNS
@@ -80,10 +80,10 @@ def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0, validati
     inputs, or a quantity that is not finite where it is needed.
     """
     kinds = _kinds(joint)
-    points = UnitPoints("random", joint.dimension, seed, validation)
-    fresh = points.chunk(0, validation)
+    points = UnitPoints("random", joint.dimension, seed, VALIDATION)
+    fresh = points.chunk(0, VALIDATION)
     truth = _run(joint, function, fresh)
-    runs = validation
+    runs = VALIDATION
     for one in [degree] if degree is not None else range(1, GREATEST_DEGREE + 1):
         degrees = _degrees(kinds, one)
         nodes, weights = _gauss(kinds, one + 1)

@@ -59,28 +59,32 @@ class Ensemble:
         else:
             _end(self._pool, kill=not self._idle or exception[0] is not None)
 
-    def evaluate(self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None) -> Realised:
+    def evaluate(
+        self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None, task: Task | None = None
+    ) -> Realised:
         """The realisations at `values` (n, d); fewer, from the first on, when cancelled. `tell` gets how many are done.
 
-        Raises StudyError when a worker dies.
+        `task` takes the place of the ensemble's own. Raises StudyError when a worker dies.
         """
-        return joined(list(self.parts(values, tell)), self._task)
+        return joined(list(self.parts(values, tell, task or self._task)), self._task)
 
-    def parts(self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None) -> Iterator[Realised]:
+    def parts(
+        self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None, task: Task | None = None
+    ) -> Iterator[Realised]:
         """The same, piece after piece in order, as they come."""
-        return self._here(values, tell) if self._task.closed else self._by_workers(values, tell)
+        return (self._here if self._task.closed else self._by_workers)(values, tell, task or self._task)
 
-    def _here(self, values, tell):
+    def _here(self, values, tell, task):
         instants = len(self._task.histories) * self._task.points
         size = max(1, round(CLOSED_CHUNK / (1.0 + INSTANT * instants)))
         for start in range(0, len(values), size):
             if self._cancelled():
                 return
-            part = realise(self._task, values[start : start + size])
+            part = realise(task, values[start : start + size])
             tell(start + len(part.quantities))
             yield part
 
-    def _by_workers(self, values, tell):
+    def _by_workers(self, values, tell, task):
         size = BRIEF_CHUNK if KINDS[self._task.scene["kind"]].brief else RUN_CHUNK
         waiting = deque(values[start : start + size] for start in range(0, len(values), size))
         asked, pending, ready, done, handed = deque(), set(), [], 0, time.monotonic()
@@ -90,7 +94,7 @@ class Ensemble:
                 self._idle = False
                 with _interrupts_kept_from_children():
                     while waiting and len(pending) < ahead:
-                        asked.append(self._started().submit(realise, self._task, waiting.popleft()))
+                        asked.append(self._started().submit(realise, task, waiting.popleft()))
                         pending.add(asked[-1])
                 come, pending = wait(pending, timeout=LOOK, return_when=FIRST_COMPLETED)
                 if come:

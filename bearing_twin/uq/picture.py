@@ -128,6 +128,7 @@ def _draw_quantity(axis, result, name, exact):
     words = {"ensemble": " with intervals", "chaos": " of the expansion"}.get(found["method"], "")
     label = f"5, 50, 95 %{words}"
     axis.plot([], [], color=BALL_COLOURS[5], linewidth=1.3, label=label)
+    _draw_model_error(axis, found, factor)
     margin = 0.08 * (high - low)
     axis.set_xlim((low - margin) * factor, (high + margin) * factor)
     axis.set_ylim(bottom=0.0)
@@ -137,6 +138,17 @@ def _draw_quantity(axis, result, name, exact):
         axis.set_yticks([])
         return
     axis.set_ylabel(labelled("density", inverse(unit)))
+
+
+def _draw_model_error(axis, found, factor):
+    """A bar about the median as wide as the error of the model to either side, near the foot of the panel."""
+    error, middle = found.get("error"), found["quantiles"].get("0.50")
+    if error is None or middle is None:
+        return
+    axis.errorbar(
+        middle["value"] * factor, 0.06, xerr=error * factor, transform=axis.get_xaxis_transform(), fmt="none",
+        ecolor=STYLE["ink"], elinewidth=2.2, capsize=5, capthick=2.2, zorder=5, label="error of the model",
+    )  # fmt: skip
 
 
 def _draw_convergence(axis, result):

@@ -11,7 +11,7 @@ from bearing_twin.kinds import KINDS, kind_of
 from bearing_twin.run.doubt import FAILED
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.run.simulation import simulate
-from bearing_twin.uq.quantities import quantities_of
+from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.scene_keys import placed, replaced
 
 NEVER_MEET = "the bodies never meet"
@@ -22,7 +22,8 @@ class Task(NamedTuple):
     """What a worker must know of a study: small and plain, so that it can be sent to any process.
 
     `instants` of the histories run from 0 to `duration` [s], `points` of them. `home` is the module that registers the
-    scene's kind, imported where the kind is not known.
+    scene's kind, imported where the kind is not known. `watched`: a companion goes with each realisation, as the scene
+    says; without it only where that also steers the run.
     """
 
     scene: dict
@@ -33,6 +34,7 @@ class Task(NamedTuple):
     duration: float
     closed: bool
     home: str = ""
+    watched: bool = False
 
     @property
     def instants(self) -> np.ndarray:
@@ -45,16 +47,25 @@ class Task(NamedTuple):
         return max(1, round(1e9 * self.duration / max(self.points - 1, 1)))
 
 
+class Worth(NamedTuple):
+    """What a companion says of a realisation: errors by quantity and source, what is `unknown` by source."""
+
+    errors: dict[str, dict[str, float]]
+    unknown: dict[str, str]
+
+
 class Realised(NamedTuple):
     """Of n realisations: `quantities` (n, q), `histories` (n, h, points), both NaN where it failed.
 
-    `failures` maps the row of a failed realisation to the reason, `doubts` others to what is doubtful about them.
+    `failures` maps the row of a failed realisation to the reason, `doubts` others to what is doubtful about them,
+    `worth` those of a watched task to what they are worth.
     """
 
     quantities: np.ndarray
     histories: np.ndarray
     failures: dict[int, str]
     doubts: dict[int, tuple[str, ...]]
+    worth: dict[int, Worth]
 
 
 def realise(task: Task, values: np.ndarray) -> Realised:
@@ -70,10 +81,11 @@ def without_numbers(sentence: str) -> str:
 
 def joined(parts: list[Realised], task: Task) -> Realised:
     """Consecutive realisations as one."""
-    failures, doubts, first = {}, {}, 0
+    failures, doubts, worth, first = {}, {}, {}, 0
     for part in parts:
         failures |= {first + row: reason for row, reason in part.failures.items()}
         doubts |= {first + row: sentences for row, sentences in part.doubts.items()}
+        worth |= {first + row: one for row, one in part.worth.items()}
         first += len(part.quantities)
     if not parts:
         return empty(task, 0)
@@ -82,6 +94,7 @@ def joined(parts: list[Realised], task: Task) -> Realised:
         np.concatenate([part.histories for part in parts]),
         failures,
         doubts,
+        worth,
     )
 
 
@@ -90,6 +103,7 @@ def empty(task: Task, count: int) -> Realised:
     return Realised(
         np.full((count, len(task.quantities)), np.nan),
         np.full((count, len(task.histories), task.points if task.histories else 0), np.nan),
+        {},
         {},
         {},
     )
@@ -151,12 +165,21 @@ def _by_simulation(task, values):
             found.quantities[row], found.histories[row] = numbers, histories
             if report.flags:
                 found.doubts[row] = tuple(report.flags)
+            if task.watched:
+                by_source = report.errors["errors_by_source"]
+                errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}
+                found.worth[row] = Worth(errors, report.errors["errors_unknown"])
     return found
 
 
 def only_what_is_wanted(task: Task) -> dict:
-    """The scene with outputs at the histories' instants, or without any where figures alone are wanted."""
-    run = dict(task.scene["run"])
+    """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
+
+    A companion that no one asks is left out.
+    """
+    run, solver = dict(task.scene["run"]), task.scene.get("solver", {})
+    if "companion" in solver and not (task.watched or KINDS[task.scene["kind"]].steered):
+        task = task._replace(scene={**task.scene, "solver": {**solver, "companion": "off"}})
     if task.histories:
         rate = 1e9 / task.step_ns
         # A little longer, so that rounding does not lose the last instant.

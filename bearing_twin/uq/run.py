@@ -17,6 +17,7 @@ from bearing_twin.uq.evaluation import (
     sources_of_variance,
 )
 from bearing_twin.uq.histories import COLUMNS
+from bearing_twin.uq.model_error import model_errors, no_model_errors
 from bearing_twin.uq.narrowing import RESAMPLES
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
 from bearing_twin.uq.realise import empty
@@ -68,7 +69,11 @@ def run_study(
     drawn = Drawn(study, task, _part(tell, 0, parts), ends, began, keep)
     with Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
         expanded, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
-        at_mean = empty(task, 0) if ends() or drawn.broken else ensemble.evaluate(mean_inputs(study))
+        over = ends() or drawn.broken
+        at_mean = empty(task, 0) if over else ensemble.evaluate(mean_inputs(study))
+        worth = no_model_errors("the study ended before a companion had gone with a realisation")
+        if not over:
+            worth = model_errors(study, task, ensemble, *drawn.arrays()[:2])
     if drawn.because == CANCELLED and not asked():
         drawn.because = f"its time_limit of {limit:g} s was reached"
     values, quantities, histories, status, doubtful = drawn.arrays()
@@ -76,7 +81,7 @@ def run_study(
         study, values, quantities, histories,
         status, tuple(drawn.reasons.sentences), doubtful, tuple(drawn.doubts.sentences), {},
     )  # fmt: skip
-    summary = summary_of(result, missing, task, exact | expanded, drawn, at_mean, asked())
+    summary = summary_of(result, missing, task, exact | expanded, drawn, (at_mean, worth), asked())
     for name, found in sources.items():
         summary["quantities"][name]["sobol"] = found
     if study.sweep is not None:

@@ -49,6 +49,13 @@ class Settings:
     sensitivity: int = quantity(
         0, "1", "rows of (inputs + 2) further samples for Sobol indices; 0 = none", at_least=0, at_most=50_000
     )
+    companions: int = quantity(
+        5,
+        "1",
+        "realisations that tell the error of the model; 0 = none, and then it is not known",
+        at_least=0,
+        at_most=1000,
+    )
     stop: Stop = section(Stop)
 
 

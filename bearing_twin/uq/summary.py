@@ -12,6 +12,7 @@ from bearing_twin.uq.drawing import Drawn
 from bearing_twin.uq.evaluation import summary_of_chaos, summary_of_interpolated
 from bearing_twin.uq.histories import Histories
 from bearing_twin.uq.interpolation import Interpolated
+from bearing_twin.uq.model_error import ModelErrors
 from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import mean_inputs
 from bearing_twin.uq.realise import Realised, Task
@@ -30,23 +31,24 @@ def summary_of(
     task: Task,
     without_sampling: dict,
     drawn: Drawn,
-    at_mean: Realised,
+    beside: tuple[Realised, ModelErrors],
     hurried: bool,
 ) -> dict:
     """The plain data of a result, without seconds.
 
     `missing` names the moments that do not exist, by quantity, `without_sampling` what is known of quantities without
-    a sample; `at_mean` is the realisation at the mean inputs, or none. Where it is `hurried` the statistics are those
-    of the first samples, and a note says so.
+    a sample; `beside` the sample are the realisation at the mean inputs, or none, and the errors of the model. Where it
+    is `hurried` the statistics are those of the first samples, and a note says so.
     """
     study, settings = result.study, result.study.settings
-    quantities = {}
+    (at_mean, worth), quantities = beside, {}
     looked_at = _first(result) if hurried else result
     for column, (name, unit) in enumerate(result.quantity_units.items()):
         found = without_sampling.get(name)
         one = {"unit": unit, **_of_quantity(looked_at, missing.get(name, {}), name, drawn, found, hurried)}
         value = at_mean.quantities[0, column] if len(at_mean.quantities) else np.nan
-        quantities[name] = {**one, "at_mean_inputs": float(value) if np.isfinite(value) else None}
+        one["at_mean_inputs"] = float(value) if np.isfinite(value) else None
+        quantities[name] = one | worth.for_quantity(name)
     return {
         "study": study.name,
         "scene": study.scene["name"],
@@ -57,6 +59,7 @@ def summary_of(
         "failed_share": float(np.mean(result.status > 0)) if len(result.status) else 0.0,
         "seed": settings.seed,
         "sampler": settings.sampler,
+        "companions": worth.companions,
         "stopped_because": drawn.because,
         "convergence": _convergence(drawn.rule, drawn.path),
         "histories": _histories(looked_at, task, at_mean, hurried),
@@ -64,6 +67,7 @@ def summary_of(
         "notes": [
             *drawn.notes,
             *_poor_interpolants(without_sampling),
+            *worth.notes,
             *([] if hurried else _flags_at_mean(study, task)),
             *_left_out(result, looked_at),
         ],

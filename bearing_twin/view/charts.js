@@ -4,7 +4,7 @@
 const LEGEND = 12; // curves that are named beside the title; more are named where the pointer is
 
 class Chart {
-  // spec: {title, unit, prefixes, lines: [{label, colour, dash, width, fill}], x, ys, xLabel, logarithmic, bands, spans}
+  // spec: {title, unit, prefixes, lines: [{label, colour, dash, width, fill}], x, ys, xLabel, bands, spans}
   constructor(parent, spec, group) {
     Object.assign(this, { spec, group, marked: null });
     this.readout = make("span", { class: "readout" });
@@ -33,8 +33,7 @@ class Chart {
 
   data() {
     const { spec, factor } = this;
-    const positive = (one) => (one === null || (spec.logarithmic && !(one > 0.0)) ? null : one * factor);
-    return [spec.x, ...spec.ys.map((y) => y.map(positive))];
+    return [spec.x, ...spec.ys.map((y) => y.map((one) => (one === null ? null : one * factor)))];
   }
 
   options() {
@@ -47,7 +46,7 @@ class Chart {
       cursor: {
         sync: this.group ? { key: this.group.key } : undefined, drag: { x: true, y: false }, focus: { prox: 24 }, points: { size: 6 },
       },
-      scales: { x: { time: false }, y: spec.logarithmic ? { distr: 3 } : spec.range ? { range: spec.range } : {} },
+      scales: { x: { time: false }, y: spec.range ? { range: spec.range } : {} },
       series: [{}, ...spec.lines.map((line) => this.line(line))],
       axes: [
         { ...axis, values, label: spec.xLabel, labelSize: 16, labelGap: -2, size: 24, gap: 3 },

@@ -8,12 +8,13 @@ import numpy as np
 
 from bearing_twin.pictures.style import BALL_COLOURS
 from bearing_twin.units import inverse, labelled, prefixed
+from bearing_twin.uq.model_error import told_of_model
 from bearing_twin.uq.picture import FAR, ORDERS, exact_of, shares_of
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.view.packing import prefixes
-from bearing_twin.view.tables import DIGITS
+from bearing_twin.view.tables import DIGITS, error_notes
 
 BLUE, ORANGE, GREEN, RED, INK = 0, 1, 2, 5, 6  # numbers of colours
 POINTS = 480  # of a curve
@@ -55,6 +56,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *_inputs(summary)],
+        "errors": [*told_of_model(summary), *error_notes(summary.get("companions", {}))],
         "notes": [],
         "palette": list(BALL_COLOURS),
     }
@@ -181,16 +183,28 @@ def _shares(names, summary) -> Iterable[dict[str, Any]]:
 
 def _statistics(found) -> list[dict[str, str]]:
     rows = []
+    error = found.get("error")  # a log of an earlier version has none
     for key in STATISTICS:
         unit = "" if key == "skewness" else found["unit"]
         low, high = found[f"{key}_interval"] or (None, None)
-        rows.append(_row({"mean": "mean", "std": "standard deviation"}.get(key, key), found[key], low, high, unit))
+        rows.append(
+            _row(
+                {"mean": "mean", "std": "standard deviation"}.get(key, key),
+                found[key],
+                low,
+                high,
+                unit,
+                error if key == "mean" else None,
+            )
+        )
     for p, one in found["quantiles"].items():
-        rows.append(_row(f"{100.0 * float(p):g} % quantile", one["value"], one["low"], one["high"], found["unit"]))
+        rows.append(
+            _row(f"{100.0 * float(p):g} % quantile", one["value"], one["low"], one["high"], found["unit"], error)
+        )
     return rows
 
 
-def _row(words, value, low, high, unit) -> dict[str, str]:
+def _row(words, value, low, high, unit, error=None) -> dict[str, str]:
     factor, shown = (1.0, unit) if value is None else prefixed(abs(value), unit)
     text = ["–" if one is None else f"{one * factor:.{DIGITS}g}" for one in (value, low, high)]
     interval = "" if low is None and high is None else f"{text[1]} to {text[2]}"
@@ -198,7 +212,7 @@ def _row(words, value, low, high, unit) -> dict[str, str]:
         "words": words,
         "value": text[0],
         "unit": "" if shown == "1" else shown,
-        "error": "",
+        "error": "" if error is None else f"{error * factor:.2g}",
         "interval": interval,
         "meaning": "",
     }

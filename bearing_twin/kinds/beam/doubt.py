@@ -41,15 +41,15 @@ def force_at(found: BeamImpact, times: np.ndarray) -> np.ndarray:
 
 def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
     """The figures of contacts and sphere."""
-    peak = max((one.peak_force for one in found.contacts), default=0.0)
     leaving = float(found.motions[-1, 1])
     return {
-        "peak_force_n": peak,
-        "contact_duration_s": math.fsum(one.duration for one in found.contacts),
-        "greatest_approach_m": float(approaches_of_loads(found.sphere.coefficient, HERTZIAN, peak)),
+        "peak_force_n": found.peak_force,
+        "contact_duration_s": found.contact_time,
+        "greatest_approach_m": float(approaches_of_loads(found.sphere.coefficient, HERTZIAN, found.peak_force)),
         "contact_count": len(found.contacts),
         "restitution": -leaving / touch_speed(parameters.blow),
         "sphere_velocity_after_m_s": leaving,
+        "impulse_ns": math.fsum(one.impulse for one in found.contacts),
     }
 
 

@@ -46,7 +46,7 @@ EXTREMES = Table(
 OF_BEAM = ("peak_deflection_m", "peak_stress_pa")
 FIGURES = (
     *("peak_force_n", "contact_duration_s", "greatest_approach_m", "contact_count", "restitution"),
-    *("sphere_velocity_after_m_s", *OF_BEAM),
+    *("sphere_velocity_after_m_s", "impulse_ns", *OF_BEAM),
 )
 WATCH = Watch(FIGURES, OUTPUTS)
 

@@ -91,7 +91,7 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     brought = 0.5 * found.sphere.mass * speed**2
     watch = Watch(parameters, found)
     leaving = float(found.motions[-1, 1])
-    peak = max((contact.peak_force for contact in found.contacts), default=0.0)
+    peak = found.peak_force
     # What is greatest in the beam costs more than all contacts: it is left out where contacts alone are wanted.
     wanted = parameters.wanted.outputs == "history"
     tops = watch.greatest() if wanted else ()

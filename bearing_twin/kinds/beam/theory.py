@@ -6,7 +6,6 @@ is off; whatever follows a second touch depends on waves that Euler's beam has t
 """
 
 import functools
-import math
 from typing import NamedTuple
 
 from bearing_twin.contact.validity import wave_transit
@@ -65,22 +64,17 @@ def trial(parameters: SphereOnBeamScene) -> Trial:
         count = min(highest_mode(line, hertz_contact_time(sphere, speed), tolerance), MOST_MODES)
         modes = modes_of(line, parameters.blow.point * line.span, count)
         with heeding_signals():
-            found.append(throw(line, modes, sphere, speed, until, TRIAL_STEPS).contacts)
+            found.append(throw(line, modes, sphere, speed, until, TRIAL_STEPS))
     by_euler, by_timoshenko = found
     shear_modulus = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
-    duration = by_timoshenko[0].duration
+    first = by_timoshenko.contacts[0]
     return Trial(
-        duration,
-        duration / wave_transit(beam.height, shear_modulus, material.density),
-        by_euler[0].peak_force / by_timoshenko[0].peak_force - 1.0,
-        max(map(len, found)),
-        *(
-            abs(one(by_euler) / one(by_timoshenko) - 1.0)
-            for one in (
-                lambda contacts: max(contact.peak_force for contact in contacts),
-                lambda contacts: math.fsum(contact.duration for contact in contacts),
-            )
-        ),
+        first.duration,
+        first.duration / wave_transit(beam.height, shear_modulus, material.density),
+        by_euler.contacts[0].peak_force / first.peak_force - 1.0,
+        max(len(by_euler.contacts), len(by_timoshenko.contacts)),
+        abs(by_euler.peak_force / by_timoshenko.peak_force - 1.0),
+        abs(by_euler.contact_time / by_timoshenko.contact_time - 1.0),
     )
 
 

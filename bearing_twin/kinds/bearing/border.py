@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.equations import Bearing
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -41,7 +42,6 @@ from bearing_twin.kinds.bearing.layout import (
 )
 from bearing_twin.kinds.bearing.ring_seat import RingMotion
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.steppers import MOST_STAGES, rosenbrock_dense
 
 CAGE_SPEED = PLACES + CAGE
 
@@ -73,48 +73,44 @@ class Partners(NamedTuple):
 
 
 class Border(NamedTuple):
-    """Room for a Rosenbrock step of ring and cage: arrays (BORDER,), `stages` (stages, BORDER).
+    """Ring and cage in a step of so many balls: `numbers` (NUMBERS,) as `border_rows` names them.
 
-    `own` (PLACES, 2 PLACES) is the Jacobian of the border's accelerations by its own motion, `inverse` (PLACES,) of
-    their inertia, `error` (1,) that of the step; `corner` (PLACES * PLACES,) is what the elimination of the balls
-    leaves of the linear system.
+    `ring`, `active`, `even` and `varying` are those of the `Partners`.
     """
 
-    partners: Partners
+    ring: tuple
+    active: bool
+    even: bool
+    varying: bool
     count: int
-    start: np.ndarray
-    end: np.ndarray
-    now: np.ndarray
-    slope: np.ndarray
-    rates: np.ndarray
-    right: np.ndarray
-    solution: np.ndarray
-    third: np.ndarray
-    fourth: np.ndarray
-    stages: np.ndarray
-    own: np.ndarray
-    inverse: np.ndarray
-    error: np.ndarray
-    corner: np.ndarray
+    numbers: np.ndarray
 
 
 @kernel
 def new_border(partners, count, state):
     """Room for so many balls, holding `state` (BORDER,)."""
-    rooms = np.zeros((9, BORDER))
-    rooms[0] = state
-    return Border(
-        partners, count, rooms[0], rooms[1], rooms[2], rooms[3], rooms[4], rooms[5], rooms[6], rooms[7],
-        rooms[8], np.zeros((MOST_STAGES, BORDER)), np.zeros((PLACES, 2 * PLACES)), np.zeros(PLACES), np.zeros(1),
-        np.zeros(PLACES * PLACES),
-    )  # fmt: skip
+    numbers = np.zeros(at.NUMBERS)
+    for i in range(BORDER):
+        numbers[at.NOW + i] = numbers[at.BEGIN + i] = state[i]
+    for i in range(PLACES):
+        numbers[at.FREE + i], numbers[at.MASS + i] = partners.free[i], partners.mass[i]
+        numbers[at.STIFFNESS + i], numbers[at.DAMPING + i] = partners.stiffness[i], partners.damping[i]
+        numbers[at.REST + i], numbers[at.WEIGHT + i] = partners.rest[i], partners.weight[i]
+        numbers[at.LOAD + i], numbers[at.LOAD_RATE + i] = partners.load[i], partners.load_rate[i]
+    for i in range(2 * PLACES):
+        if partners.free[i % PLACES] > 0.0:
+            numbers[at.INVERSE_SCALES + i] = 1.0 / partners.scales[i]
+    numbers[at.POLAR_INERTIA], numbers[at.UNBALANCE] = partners.polar_inertia, partners.unbalance
+    numbers[at.PHASE] = partners.phase
+    return Border(partners.ring, partners.active, partners.even, partners.varying, count, numbers)
 
 
 @inlined
-def bearing_at(ring, bearing, state):
-    """The bearing with its ring where the `state` (2 PLACES or more,) of the border has it; `ring` is the bearing's."""
+def bearing_at(ring, bearing, numbers, first):
+    """The bearing with its ring where a state in `numbers` from `first` on has it; `ring` is the bearing's."""
     if len(ring) == 0:
         return bearing
+    speeds = first + PLACES
     return Bearing(
         bearing.balls,
         bearing.ball_radius,
@@ -122,7 +118,7 @@ def bearing_at(ring, bearing, state):
         bearing.ball_inertia,
         bearing.inner,
         bearing.outer,
-        (state[0], state[1], state[2]),
+        (numbers[first], numbers[first + 1], numbers[first + 2]),
         bearing.gravity,
         bearing.damping,
         bearing.relaxation_time,
@@ -132,9 +128,9 @@ def bearing_at(ring, bearing, state):
         bearing.raceway_friction,
         bearing.spot,
         RingMotion(
-            (state[3], state[4]),
-            (state[PLACES], state[PLACES + 1], state[PLACES + 2]),
-            (state[PLACES + 3], state[PLACES + 4]),
+            (numbers[first + 3], numbers[first + 4]),
+            (numbers[speeds], numbers[speeds + 1], numbers[speeds + 2]),
+            (numbers[speeds + 3], numbers[speeds + 4]),
         ),
         bearing.pockets,
     )
@@ -151,23 +147,24 @@ def put_pockets(bearing, balls, blocks):
 
 @lean_kernel
 def put_border(border, blocks):
-    """Gives all lanes the motion of ring and cage, as the border has it `now`."""
-    if border.partners.active:
+    """Gives all lanes the motion of ring and cage, as the border has it `NOW`."""
+    if border.active:
         for block in range(len(blocks)):
             for i in range(2 * PLACES):
                 for k in range(LANES):
-                    put(blocks[block], BORDER_MOTION + i, k, border.now[i])
+                    put(blocks[block], BORDER_MOTION + i, k, border.numbers[at.NOW + i])
 
 
 @lean_kernel
-def follow_cage(border, state, blocks, row):
-    """Puts balls of an even cage, whose state begins at `row`, where `state` has the cage."""
-    if border.partners.even:
+def follow_cage(border, first, blocks, row):
+    """Puts balls of an even cage, whose state begins at `row`, as the border's state at `first` has the cage."""
+    if border.even:
+        angle, speed = border.numbers[first + CAGE], border.numbers[first + CAGE_SPEED]
         for block in range(len(blocks)):
             lanes = blocks[block]
             for k in range(LANES):
-                put(lanes, row + ORBIT_ANGLE, k, state[CAGE] + get(lanes, POCKET, k))
-                put(lanes, row + TANGENTIAL_VELOCITY, k, state[CAGE_SPEED] * get(lanes, row + AXIS_DISTANCE, k))
+                put(lanes, row + ORBIT_ANGLE, k, angle + get(lanes, POCKET, k))
+                put(lanes, row + TANGENTIAL_VELOCITY, k, speed * get(lanes, row + AXIS_DISTANCE, k))
 
 
 @lean_kernel
@@ -192,103 +189,62 @@ def _pulls(bearing, lanes):
 
 
 @inlined
-def applied_load(partners, drive, time, i):
+def applied_load(load, load_rate, unbalance, phase, drive, time, i):
     """What acts on the ring from outside along coordinate i at `time` [s] into the part, weight left out [N, N m]."""
-    found = partners.load[i] + time * partners.load_rate[i]
-    if i < 2 and partners.unbalance != 0.0:
-        angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + partners.phase
+    found = load + time * load_rate
+    if i < 2 and unbalance != 0.0:
+        angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + phase
         speed = drive.speed + drive.acceleration * time
-        found += partners.unbalance * speed * speed * (math.cos(angle) if i == 0 else math.sin(angle))
+        found += unbalance * speed * speed * (math.cos(angle) if i == 0 else math.sin(angle))
     return found
+
+
+@inlined
+def border_load(numbers, drive, time, i):
+    """`applied_load` of the ring whose numbers these are."""
+    unbalance, phase = numbers[at.UNBALANCE], numbers[at.PHASE]
+    return applied_load(numbers[at.LOAD + i], numbers[at.LOAD_RATE + i], unbalance, phase, drive, time, i)
 
 
 @lean_kernel
 def border_rates(bearing, drive, border, time, blocks):
-    """Fills `border.rates` at the state `border.now`, from the pushes and rates of the balls in `blocks`."""
-    partners, state, rates = border.partners, border.now, border.rates
-    inertia = partners.mass[CAGE]
+    """Fills the border's rates at its state `NOW`, from the pushes and rates of the balls in `blocks`."""
+    numbers = border.numbers
+    inertia = numbers[at.MASS + CAGE]
     for block in range(len(blocks)):
-        if partners.even:
+        if border.even:
             _pulls(bearing, blocks[block])
     leave_out_spares(border.count, blocks, BORDER_PUSH, PLACES)
-    if partners.even:
+    if border.even:
         leave_out_spares(border.count, blocks, SHARES, 1)
         for block in range(len(blocks)):
             inertia += sum_of(blocks[block], SHARES)
-    first = 0 if len(partners.ring) > 0 else CAGE
-    rates[:] = 0.0
+    first = 0 if len(border.ring) > 0 else CAGE
+    for i in range(at.WIDTH):
+        numbers[at.RATES + i] = 0.0
     for i in range(first, PLACES):
-        rates[i] = state[PLACES + i]
+        numbers[at.RATES + i] = numbers[at.NOW + PLACES + i]
         for block in range(len(blocks)):
-            rates[PLACES + i] += sum_of(blocks[block], BORDER_PUSH + i)
-        border.inverse[i] = partners.free[i] / (inertia if i == CAGE else partners.mass[i])
-    if len(partners.ring) > 0:
-        _load_ring(partners, drive, time, state, rates)
+            numbers[at.RATES + PLACES + i] += sum_of(blocks[block], BORDER_PUSH + i)
+        mass = inertia if i == CAGE else numbers[at.MASS + i]
+        numbers[at.INVERSE + i] = numbers[at.FREE + i] / mass
+    if len(border.ring) > 0:
+        _load_ring(drive, time, numbers)
     for i in range(first, PLACES):
-        rates[PLACES + i] *= border.inverse[i]
+        numbers[at.RATES + PLACES + i] *= numbers[at.INVERSE + i]
 
 
-@lean_kernel
-def _load_ring(partners, drive, time, state, rates):
+@inlined
+def _load_ring(drive, time, numbers):
     """Adds to the forces on the ring, and fills the rates of work done and lost."""
-    spin = partners.polar_inertia * (drive.speed + drive.acceleration * time)
-    rates[PLACES + 3] -= spin * state[PLACES + 4]
-    rates[PLACES + 4] += spin * state[PLACES + 3]
+    speeds, forces = at.NOW + PLACES, at.RATES + PLACES
+    spin = numbers[at.POLAR_INERTIA] * (drive.speed + drive.acceleration * time)
+    numbers[forces + 3] -= spin * numbers[speeds + 4]
+    numbers[forces + 4] += spin * numbers[speeds + 3]
     for i in range(CAGE):
-        load, speed = applied_load(partners, drive, time, i), state[PLACES + i]
-        drag = partners.damping[i] * speed
-        rates[PLACES + i] += load + partners.weight[i] - drag - partners.stiffness[i] * (state[i] - partners.rest[i])
-        rates[WORK_DONE] += partners.free[i] * load * speed
-        rates[LOST] += partners.free[i] * drag * speed
-
-
-@lean_kernel
-def border_stage_state(a, border):
-    """The state at which a stage takes its rates: `now`, and `end` after the last."""
-    for i in range(BORDER):
-        total = border.start[i]
-        for j in range(len(a)):
-            total += a[j] * border.stages[j, i]
-        border.now[i] = border.end[i] = total
-
-
-@lean_kernel
-def border_right(c, d, step, border):
-    """The right-hand side of a stage."""
-    for i in range(BORDER):
-        total = border.rates[i] + d * border.slope[i]
-        for j in range(len(c)):
-            total += c[j] * border.stages[j, i] / step
-        border.right[i] = total
-
-
-@lean_kernel
-def border_keep(stage, border):
-    """Stores the solution as a stage's, as `lanes` does."""
-    for i in range(BORDER):
-        value = border.solution[i]
-        border.stages[stage, i] = value if abs(value) < math.inf else 0.0
-
-
-@lean_kernel
-def border_finish(dense, border):
-    """The end of the step, its error in units of the scales, and the terms of its interpolant."""
-    partners, total, count = border.partners, 0.0, 0.0
-    for i in range(BORDER):
-        border.end[i] += border.solution[i]
-        border.third[i] = border.fourth[i] = 0.0
-        for j in range(dense.shape[1]):
-            border.third[i] += dense[0, j] * border.stages[j, i]
-            border.fourth[i] += dense[1, j] * border.stages[j, i]
-    for i in range(2 * PLACES):
-        ratio, free = border.solution[i] / partners.scales[i], partners.free[i % PLACES]
-        total += free * ratio * ratio
-        count += free
-    border.error[0] = math.sqrt(total / max(count, 1.0))
-
-
-@lean_kernel
-def border_inside(border, fraction, out):
-    """The state (BORDER,) of ring and cage at `fraction` of the step."""
-    for i in range(BORDER):
-        out[i] = rosenbrock_dense(fraction, border.start[i], border.end[i], border.third[i], border.fourth[i])
+        load, speed, free = border_load(numbers, drive, time, i), numbers[speeds + i], numbers[at.FREE + i]
+        drag = numbers[at.DAMPING + i] * speed
+        spring = numbers[at.STIFFNESS + i] * (numbers[at.NOW + i] - numbers[at.REST + i])
+        numbers[forces + i] += load + numbers[at.WEIGHT + i] - drag - spring
+        numbers[at.RATES + WORK_DONE] += free * load * speed
+        numbers[at.RATES + LOST] += free * drag * speed

@@ -5,6 +5,7 @@ touch each other, too, are solved by `chain_solve`, to which the same tiles are 
 """
 
 from bearing_twin.compiled import inlined
+from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BALL_BY_BORDER,
@@ -74,7 +75,7 @@ def _border_row(g, lanes, r):
 @lean_kernel
 def border_tiles(g, border, lanes):
     """Tiles of the linear system between the balls in `lanes` and the border, after the balls' own."""
-    if len(border.partners.ring) > 0:
+    if len(border.ring) > 0:
         _ball_column(g, lanes, RING_X)
         _ball_column(g, lanes, RING_Y)
         _ball_column(g, lanes, RING_Z)
@@ -90,11 +91,12 @@ def border_tiles(g, border, lanes):
 
 
 @lean_kernel
-def border_corner(g, border, tile):
-    """Fills the tile (36,) of the border by itself."""
+def border_corner(g, numbers, tile, first):
+    """Fills the tile of the border by itself, which stands in `tile` from `first` on."""
     for c in range(PLACES):
         for r in range(PLACES):
-            tile[6 * c + r] = (1.0 / g if r == c else 0.0) - border.own[r, PLACES + c] - g * border.own[r, c]
+            own = at.OWN + r * 2 * PLACES + c
+            tile[first + 6 * c + r] = (1.0 / g if r == c else 0.0) - numbers[own + PLACES] - g * numbers[own]
 
 
 @inlined
@@ -107,7 +109,7 @@ def _copy(lanes, row, k, tile):
 def put_border_tiles(g, border, chain, blocks):
     """Puts the border's tiles into the system of balls that touch, as its last block."""
     tiles, block = chain.tiles, chain.border - 1
-    border_corner(g, border, tiles[chain_solve.corner_tile(chain, block, block)])
+    border_corner(g, border.numbers, tiles[chain_solve.corner_tile(chain, block, block)], 0)
     for place in range(border.count):
         lanes, k = blocks[place // LANES], place % LANES
         if place == chain.bodies:
@@ -147,38 +149,39 @@ def _put_shares(ring, lanes, k, velocity, spin):
 @inlined
 def _eliminate(border, lanes, c):
     """Takes from column c of the border's system what the balls answer with."""
-    ring, tile = border.partners.ring, BALL_TILE + 6 * c
+    ring, tile = border.ring, BALL_TILE + 6 * c
     for k in range(LANES):
         velocity, spin = _ball_solved(lanes, k, get_vector(lanes, tile, k), get_vector(lanes, tile + 3, k))
         put_vector(lanes, tile, k, velocity)
         put_vector(lanes, tile + 3, k, spin)
         _put_shares(ring, lanes, k, velocity, spin)
     for r in range(PLACES):
-        border.corner[6 * c + r] -= sum_of(lanes, SHARES + r)
+        border.numbers[at.CORNER + 6 * c + r] -= sum_of(lanes, SHARES + r)
 
 
 @lean_kernel
 def factorise_border(g, border, blocks):
     """Eliminates the balls, whose own factors stand in the lanes, from the border's system: C - sum V_j B_j^-1 U_j.
 
-    BALL_TILE holds B_j^-1 U_j afterwards, `border.corner` the inverse of what is left.
+    BALL_TILE holds B_j^-1 U_j afterwards, the border's CORNER the inverse of what is left.
     """
-    border_corner(g, border, border.corner)
+    numbers, last = border.numbers, at.CORNER + 7 * CAGE
+    border_corner(g, numbers, numbers, at.CORNER)
     for block in range(len(blocks)):
         lanes = blocks[block]
         border_tiles(g, border, lanes)
         clear_rows(lanes, SHARES, SHARES + PLACES)
-        if len(border.partners.ring) > 0:
+        if len(border.ring) > 0:
             _eliminate(border, lanes, RING_X)
             _eliminate(border, lanes, RING_Y)
             _eliminate(border, lanes, RING_Z)
             _eliminate(border, lanes, TILT_X)
             _eliminate(border, lanes, TILT_Y)
         _eliminate(border, lanes, CAGE)
-    if len(border.partners.ring) > 0:
-        chain_solve.invert_tile(border.corner)
+    if len(border.ring) > 0:
+        chain_solve.invert_tile(numbers, at.CORNER)
     else:
-        border.corner[6 * CAGE + CAGE] = 1.0 / border.corner[6 * CAGE + CAGE]
+        numbers[last] = 1.0 / numbers[last]
 
 
 @inlined
@@ -208,7 +211,7 @@ def mixed(ring, lanes, row, apart, k, weights):
 @lean_kernel
 def solve_border(border, blocks):
     """Solves for velocities and spins of balls that do not touch, and the border's velocities; after `border_known`."""
-    ring, solution, corner = border.partners.ring, border.solution, border.corner
+    ring, numbers, speeds = border.ring, border.numbers, at.SOLUTION + PLACES
     for block in range(len(blocks)):
         lanes = blocks[block]
         for k in range(LANES):
@@ -218,16 +221,17 @@ def solve_border(border, blocks):
             put_vector(lanes, SOLUTION + SPIN, k, spin)
             _put_shares(ring, lanes, k, velocity, spin)
         for r in range(PLACES):
-            solution[PLACES + r] -= sum_of(lanes, SHARES + r)
-    right = six(solution, PLACES)
+            numbers[speeds + r] -= sum_of(lanes, SHARES + r)
+    right = six(numbers, speeds)
     if len(ring) > 0:
         for i in range(PLACES):
-            low = corner[i] * right[0] + corner[6 + i] * right[1] + corner[12 + i] * right[2]
-            high = corner[18 + i] * right[3] + corner[24 + i] * right[4] + corner[30 + i] * right[5]
-            solution[PLACES + i] = low + high
+            tile = at.CORNER + i
+            low = numbers[tile] * right[0] + numbers[tile + 6] * right[1] + numbers[tile + 12] * right[2]
+            high = numbers[tile + 18] * right[3] + numbers[tile + 24] * right[4] + numbers[tile + 30] * right[5]
+            numbers[speeds + i] = low + high
     else:
-        solution[PLACES + CAGE] = corner[6 * CAGE + CAGE] * right[5]
-    found = six(solution, PLACES)
+        numbers[speeds + CAGE] = numbers[at.CORNER + 7 * CAGE] * right[5]
+    found = six(numbers, speeds)
     for block in range(len(blocks)):
         lanes = blocks[block]
         for k in range(LANES):

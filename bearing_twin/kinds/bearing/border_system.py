@@ -6,7 +6,8 @@ of one statement a row, so that they become vector instructions.
 """
 
 from bearing_twin.compiled import inlined
-from bearing_twin.kinds.bearing.border import CAGE_SPEED, applied_load, leave_out_spares
+from bearing_twin.kinds.bearing import border_rows as at
+from bearing_twin.kinds.bearing.border import CAGE_SPEED, border_load, leave_out_spares
 from bearing_twin.kinds.bearing.border_solve import mixed, six
 from bearing_twin.kinds.bearing.cage import pocket_answers
 from bearing_twin.kinds.bearing.layout import (
@@ -65,7 +66,7 @@ def _to_cage(row, by_border, lanes, k):
 @lean_kernel
 def _make_even(bearing, border, lanes):
     """Rewrites the Jacobian of balls by their own orbit angle and tangential velocity as one by the cage's."""
-    acceleration, mass = border.rates[CAGE_SPEED], bearing.ball_mass
+    acceleration, mass = border.numbers[at.RATES + CAGE_SPEED], bearing.ball_mass
     last, stride = BORDER_BY_BALL + CAGE * MOTION, 2 * PLACES
     tangential = BALL_BY_BORDER + (TANGENTIAL_VELOCITY - VELOCITY) * stride
     # m r (a - w v_r) with v_t still free, less what the growing inertia takes of the acceleration
@@ -93,7 +94,7 @@ def _make_even(bearing, border, lanes):
     for k in range(LANES):
         for rate in range(DRIVE_WORK, COLUMNS):
             _to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
-    if len(border.partners.ring) > 0:
+    if len(border.ring) > 0:
         for k in range(LANES):
             for i in range(CAGE):
                 _to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
@@ -102,58 +103,59 @@ def _make_even(bearing, border, lanes):
 
 
 @lean_kernel
-def _own_jacobian(drive, border, time):
+def _own_jacobian(drive, numbers, time):
     """What the border's accelerations answer to its own motion without the balls."""
-    partners, own, inverse = border.partners, border.own, border.inverse
-    own[:] = 0.0
+    for i in range(2 * PLACES * PLACES):
+        numbers[at.OWN + i] = 0.0
     for i in range(CAGE):
-        own[i, i] = -inverse[i] * partners.stiffness[i]
-        own[i, PLACES + i] = -inverse[i] * partners.damping[i]
-    spin = partners.polar_inertia * (drive.speed + drive.acceleration * time)
-    own[3, PLACES + 4] -= inverse[3] * spin
-    own[4, PLACES + 3] += inverse[4] * spin
+        inverse, own = numbers[at.INVERSE + i], at.OWN + i * 2 * PLACES + i
+        numbers[own] = -inverse * numbers[at.STIFFNESS + i]
+        numbers[own + PLACES] = -inverse * numbers[at.DAMPING + i]
+    spin = numbers[at.POLAR_INERTIA] * (drive.speed + drive.acceleration * time)
+    numbers[at.OWN + 3 * 2 * PLACES + PLACES + 4] -= numbers[at.INVERSE + 3] * spin
+    numbers[at.OWN + 4 * 2 * PLACES + PLACES + 3] += numbers[at.INVERSE + 4] * spin
 
 
 @lean_kernel
 def border_jacobian(ring, pockets, bearing, drive, border, time, blocks):
     """How balls and border answer to each other, at the motion of the last `border_rates`, after the balls' own."""
-    partners, own, stride = border.partners, border.own, 2 * PLACES
+    numbers, stride = border.numbers, 2 * PLACES
     for block in range(len(blocks)):
         lanes = blocks[block]
         clear_rows(lanes, BALL_BY_BORDER, BALL_TILE)
-        if len(ring) > 0 and len(partners.ring) > 0:
+        if len(ring) > 0 and len(border.ring) > 0:
             ring_answers(ring, bearing, lanes)
         if len(pockets) > 0:
             pocket_answers(pockets, bearing, lanes)
-        if partners.even:
+        if border.even:
             _make_even(bearing, border, lanes)
     leave_out_spares(border.count, blocks, BORDER_BY_BALL, BALL_TILE - BORDER_BY_BALL)
-    _own_jacobian(drive, border, time)
-    first = 0 if len(partners.ring) > 0 else CAGE
+    _own_jacobian(drive, numbers, time)
+    first = 0 if len(border.ring) > 0 else CAGE
     for block in range(len(blocks)):
         lanes = blocks[block]
         for r in range(first, PLACES):
-            inverse = border.inverse[r]
-            at = BORDER_BY_BALL + r * MOTION
-            multiply_rows(lanes, at, at + MOTION, inverse)
+            inverse = numbers[at.INVERSE + r]
+            row = BORDER_BY_BALL + r * MOTION
+            multiply_rows(lanes, row, row + MOTION, inverse)
             for c in range(first, PLACES):
-                at = BORDER_BY_BORDER + r * stride + c
-                own[r, c] += inverse * sum_of(lanes, at)
-                own[r, PLACES + c] += inverse * sum_of(lanes, at + PLACES)
+                row, own = BORDER_BY_BORDER + r * stride + c, at.OWN + r * stride + c
+                numbers[own] += inverse * sum_of(lanes, row)
+                numbers[own + PLACES] += inverse * sum_of(lanes, row + PLACES)
 
 
 @lean_kernel
 def border_known(g, border, blocks):
     """What is known before a stage is solved: of the border, and added to the balls; after the balls' own."""
-    solution, right = border.solution, border.right
+    numbers, speeds = border.numbers, at.SOLUTION + PLACES
     for i in range(PLACES):
-        solution[i] = g * right[i]
+        numbers[at.SOLUTION + i] = g * numbers[at.RIGHT + i]
     for i in range(PLACES):
-        total = right[PLACES + i]
+        total = numbers[at.RIGHT + PLACES + i]
         for j in range(PLACES):
-            total += border.own[i, j] * solution[j]
-        solution[PLACES + i] = total
-    places, ring = six(solution, 0), border.partners.ring
+            total += numbers[at.OWN + i * 2 * PLACES + j] * numbers[at.SOLUTION + j]
+        numbers[speeds + i] = total
+    places, ring = six(numbers, at.SOLUTION), border.ring
     for block in range(len(blocks)):
         lanes = blocks[block]
         for k in range(LANES):
@@ -166,23 +168,23 @@ def border_known(g, border, blocks):
                 row = BALL_BY_BORDER + r * 2 * PLACES
                 increase(lanes, SOLUTION + VELOCITY + r, k, mixed(ring, lanes, row, 1, k, places))
         for r in range(PLACES):
-            solution[PLACES + r] += sum_of(lanes, SHARES + r)
+            numbers[speeds + r] += sum_of(lanes, SHARES + r)
 
 
 @lean_kernel
 def border_follow(g, drive, time, border, blocks):
     """The border's places and integrals by its velocities, those of the balls that follow, and their integrals."""
-    partners, solution = border.partners, border.solution
-    work, lost = border.right[WORK_DONE], border.right[LOST]
+    numbers, ring = border.numbers, border.ring
+    work, lost = numbers[at.RIGHT + WORK_DONE], numbers[at.RIGHT + LOST]
     for i in range(PLACES):
-        solution[i] += g * solution[PLACES + i]
-    if len(partners.ring) > 0:
+        numbers[at.SOLUTION + i] += g * numbers[at.SOLUTION + PLACES + i]
+    if len(ring) > 0:
         for i in range(CAGE):
-            change = partners.free[i] * solution[PLACES + i]
-            work += applied_load(partners, drive, time, i) * change
-            lost += 2.0 * partners.damping[i] * border.start[PLACES + i] * change
-    solution[WORK_DONE], solution[LOST] = g * work, g * lost
-    places, speeds, ring = six(solution, 0), six(solution, PLACES), partners.ring
+            change = numbers[at.FREE + i] * numbers[at.SOLUTION + PLACES + i]
+            work += border_load(numbers, drive, time, i) * change
+            lost += 2.0 * numbers[at.DAMPING + i] * numbers[at.BEGIN + PLACES + i] * change
+    numbers[at.SOLUTION + WORK_DONE], numbers[at.SOLUTION + LOST] = g * work, g * lost
+    places, speeds = six(numbers, at.SOLUTION), six(numbers, at.SOLUTION + PLACES)
     for block in range(len(blocks)):
         lanes = blocks[block]
         for k in range(LANES):
@@ -190,18 +192,18 @@ def border_follow(g, drive, time, border, blocks):
                 row = BALL_BY_BORDER + (integral - VELOCITY) * 2 * PLACES
                 found = mixed(ring, lanes, row, 1, k, places) + mixed(ring, lanes, row + PLACES, 1, k, speeds)
                 increase(lanes, SOLUTION + integral, k, g * found)
-        if partners.even:
-            speed = border.start[CAGE_SPEED]
+        if border.even:
+            speed = numbers[at.BEGIN + CAGE_SPEED]
             for k in range(LANES):
                 radius, grown = get(lanes, START + AXIS_DISTANCE, k), get(lanes, SOLUTION + AXIS_DISTANCE, k)
-                put(lanes, SOLUTION + ORBIT_ANGLE, k, solution[CAGE])
-                put(lanes, SOLUTION + TANGENTIAL_VELOCITY, k, radius * solution[CAGE_SPEED] + speed * grown)
+                put(lanes, SOLUTION + ORBIT_ANGLE, k, places[CAGE])
+                put(lanes, SOLUTION + TANGENTIAL_VELOCITY, k, radius * speeds[CAGE] + speed * grown)
 
 
 @lean_kernel
 def still_balls(border, blocks):
     """Takes from the right-hand sides what an even cage leaves no freedom for."""
-    if border.partners.even:
+    if border.even:
         for block in range(len(blocks)):
             for k in range(LANES):
                 put(blocks[block], RIGHT + ORBIT_ANGLE, k, 0.0)

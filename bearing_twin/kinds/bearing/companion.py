@@ -5,8 +5,8 @@ measure their own ends). Windows are few: they end where the steps' own error es
 force or torque, as far as those exceed what was looked at before in the run; and one more after 1, 2, 4, 8 ... parts,
 where steps are longest. Balls on their own are taken one by one, many in one call; coupled ones, which touch or meet a
 moving ring or a cage, all together. What error the start of a window has from before, no window sees. Where the motion
-is still off at the end of a window, the companion goes on beside the run, with that ball or with all, until it no
-longer is, or has taken its share of steps: what is found is then a lower bound.
+is still off at the end of a window, or a ball is loose, the companion goes on beside the run, with that ball or with
+all, until neither holds, or it has taken its share of steps: what is found is then a lower bound.
 """
 
 from typing import NamedTuple
@@ -26,13 +26,16 @@ from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import ROSENBROCK
 
 METHOD = "rodas4"  # of the companion, whatever the run's
-TIGHTER = 0.1  # of the run's tolerance
+TIGHTER = 0.3  # of the run's tolerance: what the companion errs by itself is as great a share, and is added
 MOST = 3  # windows looked at for force, and for torque, whatever the length of the run, unless later ones exceed them
 RAISED, FAR_RAISED = 1.2, 3.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.2  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
 INHERITED = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
-FOLLOWING, THREATENED = 0.3, 1.0  # of the run's steps: where no more is followed; where it is off by the tolerance
+FOLLOWING, THREATENED = (
+    0.15,
+    0.6,
+)  # of the run's steps: where no more is followed; where it is off by the tolerance, or loose
 
 
 class Followed(NamedTuple):
@@ -150,7 +153,7 @@ class Companion:
                 begin = part.elapsed + part.start(window.begin)
                 rows.append(self._row(part, window, begin, each, tolerance, found, None if whole else place))
                 left = left_over(part, window, found, place, self._allowed)
-                if left > INHERITED:
+                if left > INHERITED or _loose(part, window):
                     off.append((left, window, begin))
         rows += self._follow(part, off, scales, tolerance)
         rows.sort(key=lambda row: row[:3])
@@ -162,7 +165,8 @@ class Companion:
 
     def _row(self, part, window, begin, each, tolerance, found, place) -> list[float]:
         end = part.elapsed + part.start(window.begin + window.length)
-        return [end, begin, window.ball, each, tolerance, *deviations(part, window, found, place, self.greatest_load)]
+        off = deviations(part, window, found, place, self.greatest_load)
+        return [end, begin, window.ball, each, tolerance, *(one / (1.0 - TIGHTER) for one in off)]
 
     def _follow(self, part: Part, off: list, scales, tolerance: float) -> list[list[float]]:
         """Goes on with what was followed, and with what was found `off`, worst first, as far as steps allow."""
@@ -173,7 +177,8 @@ class Companion:
         those += [(left, at._replace(length=len(part.times) - 1 - at.begin), begin, None) for left, at, begin in new]
         for left, window, begin, last in those:
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or len(self.followed) == AT_A_TIME
-            spent = self.steps > (THREATENED if left > 1.0 else FOLLOWING) * part.taken
+            share = THREATENED if left > 1.0 or _loose(part, window) else FOLLOWING
+            spent = self.steps > share * part.taken
             if taken or spent or (part.coupled and window.ball >= 0):
                 continue
             alone = window.ball >= 0
@@ -188,7 +193,7 @@ class Companion:
             each = found.steps if alone else found.steps / len(part.near)
             rows.append(self._row(part, window, begin, each, tolerance, found, 0 if alone else None))
             left = left_over(part, window, found, 0, self._allowed)
-            if left > INHERITED:
+            if left > INHERITED or _loose(part, window):
                 self.followed.append(Followed(window.ball, begin, found.last, left))
         return rows
 
@@ -229,6 +234,12 @@ class Companion:
         filled = results.states, results.orientations, results.border
         write_outputs(self.parameters, part.bearing, partners, drive, times, *filled, out.numbers, 0)
         return Found(out, results.states, moving, int(results.counts[STEPS]))
+
+
+def _loose(part: Part, window: Window) -> bool:
+    """Whether the ball of a window touches neither raceway at an output from there on: bounces make errors grow."""
+    load = part.out["normal_load"][max(window.begin, 0) :, window.ball]
+    return window.ball >= 0 and bool((load.max(axis=1) == 0.0).any())
 
 
 def _nowhere(part: Part, window: Window, tolerance: float) -> list[float]:

@@ -96,7 +96,7 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
     orbit = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, theirs)]
     before = 0.0 if window.begin < 0 else part.times[window.begin]
     seconds = float(part.times[rows][-1] - before)
-    integrals = np.abs((mine - theirs)[-1]).sum(axis=0)
+    integrals = np.abs((mine - theirs)[-1].mean(axis=0))  # what one ball gets too much another may get too little
     speed = abs(part.drive.speed) + abs(part.drive.acceleration) * part.duration
     ring = [0.0, 0.0]
     if place is None:
@@ -107,6 +107,7 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
         friction,
         float(torque.max()),
         float((np.abs(off("contact_angle")) * (load > 0.0)).max()),
+        float(np.abs((mine - theirs)[-1, :, ORBIT_ANGLE]).max()),
         float(np.abs(orbit[0] - orbit[1]).max()),
         float(np.abs(off("roll_rate")).max()),
         float(integrals[DRIVE_WORK]) / (speed * seconds) if speed > 0.0 else 0.0,

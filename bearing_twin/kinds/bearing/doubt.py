@@ -11,19 +11,19 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.growth import FLOOR, Growth
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.windows import ALL, PLACE, WINDOW
-from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
 UNSEEN = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
 CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
-FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
 SIDES = ("inner", "outer")
 
 
@@ -36,20 +36,16 @@ class BearingDoubt:
         self.worst = np.zeros((2, len(WINDOW.columns)))  # of single balls, and of windows with all of them
         self.rows = {name: np.zeros(len(WINDOW.columns)) for name in ("load", "friction")}  # the worst of each
         self.windows = self.outputs = 0
+        self.steepest = 0.0  # change of a load as its ball goes round [N/rad]
+        self.growth = Growth(parameters.wanted.tolerance)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
         self.rubbed = np.zeros((balls, 2))  # sums of load^(4/3) times spin
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
-        for row in block.records.get(WINDOW.name, ()):
-            self.windows += 1
-            whole = int(row[PLACE["ball"]] == ALL)
-            self.worst[whole] = np.maximum(self.worst[whole], row)
-            for name, kept in self.rows.items():
-                if row[PLACE[name]] > kept[PLACE[name]]:
-                    self.rows[name] = row.copy()
         load = block.values["normal_load"]
+        self._follow_round(block, load)
         self.outputs += len(block)
         self.rubbed += (np.cbrt(load) ** 4 * np.abs(block.values["spin_rate"])).sum(axis=0)
         better = load.max(axis=0) > self.load
@@ -58,6 +54,23 @@ class BearingDoubt:
             self.load[better] = np.take_along_axis(load, at, axis=0)[0][better]
             for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
                 kept[better] = np.take_along_axis(block.values[name], at, axis=0)[0][better]
+        for row in block.records.get(WINDOW.name, ()):
+            if len(row) != len(WINDOW.columns):  # a log of an earlier version
+                continue
+            self.windows += 1
+            self.growth.add(row, float(self.load.max()))
+            whole = int(row[PLACE["ball"]] == ALL)
+            self.worst[whole] = np.maximum(self.worst[whole], row)
+            for name, kept in self.rows.items():
+                if row[PLACE[name]] > kept[PLACE[name]]:
+                    self.rows[name] = row.copy()
+
+    def _follow_round(self, block: Block, load) -> None:
+        """Keeps how fast loads change as balls go round [N/rad], in the steepest place."""
+        turned = np.abs(np.diff(block.values["orbit_angle"], axis=0))[..., None]
+        change = np.abs(np.diff(load, axis=0))
+        steep = np.divide(change, turned, out=np.zeros_like(change), where=turned > 0.0)
+        self.steepest = max(self.steepest, float(steep.max(initial=0.0)))
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The errors of these figures so far."""
@@ -83,7 +96,8 @@ class BearingDoubt:
 
     def _seen(self, name: str) -> float:
         """The greatest error of the method in a quantity: what single balls had, and a bound for coupled ones."""
-        return float(max(self.worst[0, PLACE[name]], self._unseen * self.worst[1, PLACE[name]]))
+        seen = float(max(self.worst[0, PLACE[name]], self._unseen * self.worst[1, PLACE[name]]))
+        return seen + self._seen("orbit_angle") * self.steepest if name == "load" else seen
 
     @property
     def _unseen(self) -> float:
@@ -102,6 +116,7 @@ class BearingDoubt:
         free = dimension_of(self.parameters) == FREE_RING
         ring = seen["ring_force"] or balls * seen["load"]
         turned = torque * abs(figures["inner_ring_speed_at_end_rad_s"])
+        moved = seen["ring_displacement"] if free else 0.0
         return {
             **self._of_loads(figures, share),
             **{f"{key}_{side}_n": [seen["load"]] * balls for key in LOADS_OF for side in SIDES},
@@ -109,9 +124,11 @@ class BearingDoubt:
             "cage_speed_rad_s": seen["orbit_speed"],
             "roll_rate_rad_s": seen["roll_rate"],
             "drive_torque_nm": torque,
-            "drive_work_j": turned * self._seconds,
+            "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
             "dissipated_j": balls * seen["loss"] * self._seconds,
-            "ring_displacement_m": [seen["ring_displacement"] if free else 0.0] * 3,
+            "ring_displacement_m": [moved] * 3,
+            # A tilt is integrated as exactly as the displacement that it makes at the balls.
+            "misalignment_rad": [moved / (0.5 * pitch)] * 2,
             "ring_force_n": [ring] * 3,
             "ring_moment_nm": [0.5 * ring * pitch] * 2,
             "friction_torque_nm": [seen["torque"]] * balls,
@@ -154,13 +171,17 @@ class BearingDoubt:
             0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
             for key, arm in (("ring_force_n", 1.0), ("ring_moment_nm", pitch))
         )
-        moved = 2.0 / 3.0 * greatest * math.hypot(*figures["ring_displacement_m"]) if given else 0.0
+        moved, tilted = (
+            2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
+            for key in ("ring_displacement_m", "misalignment_rad")
+        )
         return {
             **found,
             **self._of_loads(figures, share),
             "ring_force_n": [force] * 3,
             "ring_moment_nm": [moment] * 2,
             "ring_displacement_m": [moved] * 3,
+            "misalignment_rad": [tilted] * 2,
         }
 
     @staticmethod
@@ -228,6 +249,8 @@ class BearingDoubt:
 
     def _mend(self) -> str:
         """What makes the method's error smaller."""
+        if self.growth.grown:
+            return LATER
         if self.choice.stepper in FIXED_STEP:
             return "halve solver.step, or set solver.stepper: rodas4"
         if self.choice.stepper not in ("rodas4", "auto"):
@@ -255,7 +278,7 @@ class BearingDoubt:
                 "contact.friction: point holds no drilling: what the spots' spin would add is in the errors; "
                 "contact.friction: spot computes it"
             )
-        return notes | left_out(self.parameters)
+        return notes | self.growth.notes | left_out(self.parameters)
 
 
 LOADS_OF = ("normal_load", "greatest_normal_load")

@@ -11,14 +11,14 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import (
-    WIDEST_IN_GROOVE,
     gathered,
+    groove_doubt,
     law_doubt,
     pressure_doubt,
     wave_doubt,
     wave_transit,
-    width_doubt,
 )
+from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -34,42 +34,6 @@ PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent 
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
 STILL = 1e-5  # of the energy held: what is less is no work
 STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
-HALF = "over the second half of the run"
-LATE = f"mean {HALF}"
-PEAK = "at the contact's greatest load"
-MEANINGS = {
-    "inner_ring_speed_at_end_rad_s": "of the inner ring, at the end",
-    "cage_speed_rad_s": f"of the balls about the axis, {LATE}",
-    "cage_speed_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
-    "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
-    "roll_rate_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
-    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved",
-    "drive_work_j": "work of the drive since the start, at the end",
-    "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
-    "drive_torque_nm": f"that turns the inner ring, {LATE}; work over angle if it is held; none from equilibria",
-    "ring_displacement_m": f"of the inner ring's centre, {LATE}",
-    "misalignment_rad": f"of the inner ring about x and y, {LATE}",
-    "ring_force_n": f"on the inner ring by the balls, {LATE}",
-    "ring_moment_nm": f"on the inner ring by the balls about x and y, {LATE}",
-    "ring_displacement_range_m": f"greatest minus least displacement, {HALF}",
-    "ring_force_range_n": f"greatest minus least force of the balls, {HALF}",
-    **{
-        f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
-        for key, suffix, words in (
-            ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
-            ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest over the run"),
-            ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}"),
-            ("semi_major", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
-            ("semi_minor", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
-            ("peak_pressure", "_pa", f"on the {{ring}} raceway, {PEAK}"),
-            ("share_without_contact", "", "share of the outputs without a load on the {ring} raceway, whole run"),
-        )
-        for ring in ("inner", "outer")
-    },
-    "cage_slip": f"1 - speed of the cage / that of balls that roll at contact angle 0, {LATE}; 0 without a cage",
-    "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run",
-    "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
-}
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
 
 
@@ -132,11 +96,15 @@ class BearingFigures:
             before = {"time": times[first - 1], "orbit_angle": angles[first - 1], "turned": turned[first - 1]}
         return self._sums.from_row(first), before
 
-    def _held(self, late: dict) -> bool:
-        """Whether the ring was held without a shift over this part of the run, so that all work is that of turning."""
+    def _work_known(self, late: dict, before: dict) -> bool:
+        """Whether the work of turning the ring is known over this part of the run: apart from loads, without a shift.
+
+        A shift of a ring that is held is work of the drive. Logs of earlier versions hold no work of loads.
+        """
         change = self.parameters.drive.change
-        shifted = change.time and any(change.offset) and late["time"] >= change.time
-        return dimension_of(self.parameters) == PRESCRIBED and not shifted
+        shifted = change.time and any(change.offset) and before["time"] <= change.time <= late["time"]
+        apart = "inner_ring_load_work" in self._layout.places or dimension_of(self.parameters) == PRESCRIBED
+        return apart and not shifted
 
     @property
     def energy_closure(self) -> float:
@@ -221,15 +189,16 @@ class BearingFigures:
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
         peaks = self._peaks()
-        pressure, width = peaks["peak_pressure"].max(), peaks["semi_major"].max()
+        pressure, widths = peaks["peak_pressure"].max(), peaks["semi_major"].max(axis=0)
         materials = self.parameters.materials
-        ball, diameter = materials.ball, self.parameters.geometry.ball_diameter
+        ball, geometry = materials.ball, self.parameters.geometry
+        diameter, conformities = geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)
         return gathered(
             pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
             f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
             if pressure > PERMANENT_PRESSURE
             else None,
-            width_doubt(width, 0.5 * diameter, WIDEST_IN_GROOVE),
+            groove_doubt(widths, 0.5 * diameter, conformities),
             self._law_doubt(),
             self._cage_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
@@ -241,7 +210,7 @@ class BearingFigures:
         return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
 
     def figures(self) -> dict:
-        """The run in numbers, SI unit at the end of each key; one value a ball where it is a list. See MEANINGS."""
+        """The run in numbers, SI unit at the end of a key; one value a ball where it is a list: see `figure_rows`."""
         geometry = self.parameters.geometry
         late, before = self._second_half()
         span = late["time"] - before["time"]
@@ -264,7 +233,7 @@ class BearingFigures:
         ):
             for side, ring in enumerate(("inner", "outer")):
                 pairs[f"{key}_{ring}_{unit}".rstrip("_")] = [float(v) for v in array[:, side]]
-        return {
+        found = {
             "inner_ring_speed_at_end_rad_s": self.last["inner_ring_speed"],
             "cage_speed_rad_s": float(orbit / span) if span > 0.0 else 0.0,
             "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
@@ -272,8 +241,8 @@ class BearingFigures:
             "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
-            "dissipated_j": None if self.still else self.last["dissipated"],
-            "drive_torque_nm": None if self.still else mean_torque(late, before, self._held(late)),
+            "dissipated_j": self.last["dissipated"],
+            "drive_torque_nm": mean_torque(late, before, self._work_known(late, before)),
             "ring_displacement_m": place.tolist(),
             "misalignment_rad": tilt.tolist(),
             "ring_force_n": force.tolist(),
@@ -285,11 +254,13 @@ class BearingFigures:
             "greatest_pocket_force_n": float(self._sums.greatest.pocket_force[0]),
             "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
         }
+        absent = missing(self.parameters, self.still)
+        return {key: value for key, value in found.items() if key not in absent}
 
 
 def meanings() -> dict[str, str]:
     """What each key of the figures is."""
-    return MEANINGS
+    return dict(MEANINGS)
 
 
 def tables(parameters: BearingScene) -> tuple[Table, ...]:

@@ -7,16 +7,16 @@ Balls stand in blocks of lanes. Balls alone have a step size each and are solved
 import math
 
 from bearing_twin.compiled import inlined
-from bearing_twin.kinds.bearing.border import (
+from bearing_twin.kinds.bearing import border_rows as at
+from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_border
+from bearing_twin.kinds.bearing.border_step import (
     border_finish,
     border_keep,
-    border_rates,
     border_right,
+    border_slope,
     border_stage_state,
-    follow_cage,
-    put_border,
+    copy_state,
 )
-from bearing_twin.kinds.bearing.border_state import border_slope, copy_border
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -49,10 +49,12 @@ from bearing_twin.kinds.bearing.layout import (
     TURNED,
     from_lane,
     get,
+    get_from,
     get_quaternion,
     get_vector,
     increase,
     put,
+    put_from,
     put_quaternion,
 )
 from bearing_twin.kinds.bearing.linear_system import (
@@ -67,16 +69,10 @@ from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.kinds.bearing.steps import spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.steppers import rosenbrock_dense
+from bearing_twin.numerics.steppers import five, rosenbrock_dense
 
 # Share of the step over which the rates' explicit change with time is taken: at 1e-3 the order fell from 4 to 2.
 SLOPE_STEP = 1e-6
-
-
-@inlined
-def _five(weights):
-    """The weights of the earlier stages as a tuple."""
-    return (weights[0], weights[1], weights[2], weights[3], weights[4])
 
 
 @inlined
@@ -99,7 +95,7 @@ def _rates_at(coupling, bearing, drive, source, alpha, blocks):
     for block in range(len(blocks)):
         lanes = blocks[block]
         for i in range(MOTION_SPAN):
-            put(lanes, AXIS_DISTANCE, i, get(lanes, source, i))
+            put(lanes, AXIS_DISTANCE, i, get_from(lanes, source, i))
         for k in range(LANES):
             moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
             put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
@@ -113,7 +109,7 @@ def _add_coupled(coupling, bearing, drive, alpha, blocks):
     """Adds what balls do to each other, and finds the rates of the border."""
     if coupling.pairs.touching:
         add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
-    if coupling.border.partners.active:
+    if coupling.border.active:
         border_rates(bearing, drive, coupling.border, _moment(alpha, blocks), blocks)
 
 
@@ -127,7 +123,7 @@ def _moment(alpha, blocks):
 def _loads_vary(coupling):
     """Whether what acts on the ring changes with time."""
     if len(coupling) > 0:
-        return coupling.border.partners.varying
+        return coupling.border.varying
     return False
 
 
@@ -156,7 +152,7 @@ def _take_slope(lanes):
 @lean_kernel
 def _stage_state(a, lanes):
     """The state at which a stage takes its rates."""
-    weights = _five(a)
+    weights = five(a)
     for i in range(STATE_SPAN):
         put(lanes, END, i, get(lanes, START, i) + _mixed(weights, lanes, i))
 
@@ -164,7 +160,7 @@ def _stage_state(a, lanes):
 @lean_kernel
 def _stage_right(c, d, lanes):
     """The right-hand side of a stage from its rates."""
-    weights = _five(c)
+    weights = five(c)
     for i in range(STATE_SPAN):
         known = get(lanes, LANE_RATES, i) + d * get(lanes, SLOPE, i)
         put(lanes, RIGHT, i, known + _mixed(weights, lanes, i) * get(lanes, INVERSE_STEP, i))
@@ -176,7 +172,7 @@ def _keep_stage(stage, lanes):
     row = FIRST_STAGE + stage * COLUMNS
     for i in range(STATE_SPAN):
         value = get(lanes, SOLUTION, i)
-        put(lanes, row, i, value if abs(value) < math.inf else 0.0)
+        put_from(lanes, row, i, value if abs(value) < math.inf else 0.0)
 
 
 @lean_kernel
@@ -187,14 +183,14 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     for block in range(len(blocks)):
         _prepare(method.gamma, blocks[block])
     if len(coupling) > 0:
-        copy_border(coupling.border.start, coupling.border.now)
+        copy_state(coupling.border.numbers, at.BEGIN, at.NOW)
     if varies:
         # Times h, as the method wants it; at constant speed and load these rows stay zero.
         _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
         for block in range(len(blocks)):
             _keep_rates(blocks[block])
         if len(coupling) > 0:
-            copy_border(coupling.border.rates, coupling.border.slope)
+            copy_state(coupling.border.numbers, at.RATES, at.SLOPE)
     _rates_at(coupling, bearing, drive, START, 0.0, blocks)
     for block in range(len(blocks)):
         if varies:
@@ -202,7 +198,7 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         lane_jacobian(bearing.spot, bearing, blocks[block])
     if len(coupling) > 0:
         if varies:
-            border_slope(SLOPE_STEP, coupling.border)
+            border_slope(SLOPE_STEP, coupling.border.numbers)
         couple_jacobians(bearing.ring, bearing.pockets, bearing, drive, _moment(0.0, blocks), coupling, blocks)
         factorise_together(coupling, blocks)
     else:
@@ -212,16 +208,16 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         for block in range(len(blocks)):
             _stage_state(method.a[stage], blocks[block])
         if len(coupling) > 0:
-            border_stage_state(method.a[stage], coupling.border)
-            follow_cage(coupling.border, coupling.border.now, blocks, END)
+            border_stage_state(method.a[stage], coupling.border.numbers)
+            follow_cage(coupling.border, at.NOW, blocks, END)
         if stage > 0:
             _rates_at(coupling, bearing, drive, END, method.alpha[stage], blocks)
         for block in range(len(blocks)):
             _stage_right(method.c[stage], method.d[stage], blocks[block])
         if len(coupling) > 0:
-            border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), coupling.border)
+            border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), coupling.border.numbers)
             solve_together(drive, _moment(0.0, blocks), coupling, blocks)
-            border_keep(stage, coupling.border)
+            border_keep(stage, coupling.border.numbers)
         else:
             for block in range(len(blocks)):
                 solve_alone(blocks[block])
@@ -230,9 +226,9 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     for block in range(len(blocks)):
         _finish(scales, blocks[block])
     if len(coupling) > 0:
-        border_finish(method.dense, coupling.border)
-        follow_cage(coupling.border, coupling.border.end, blocks, END)
-        put(blocks[0], ERROR, 0, max(get(blocks[0], ERROR, 0), coupling.border.error[0]))
+        border_finish(method.dense, coupling.border.numbers)
+        follow_cage(coupling.border, at.FINISH, blocks, END)
+        put(blocks[0], ERROR, 0, max(get(blocks[0], ERROR, 0), coupling.border.numbers[at.ERROR]))
     for block in range(len(blocks)):
         _turn_lanes(method.dense, blocks[block])
 
@@ -265,7 +261,7 @@ def _lane_spin(lanes, state, k):
 @lean_kernel
 def _turn_lanes(dense, lanes):
     """The middle of every lane's step by its interpolant, and the orientation at its end."""
-    third, fourth = _five(dense[0]), _five(dense[1])
+    third, fourth = five(dense[0]), five(dense[1])
     for i in range(STATE_SPAN):
         start, end = get(lanes, START, i), get(lanes, END, i)
         middle = rosenbrock_dense(0.5, start, end, _mixed(third, lanes, i), _mixed(fourth, lanes, i))
@@ -292,7 +288,7 @@ def dense_ends(lanes, k, dense):
 @lean_kernel
 def dense_terms(weights, lanes, k, dense):
     """Fills the two terms of one lane's interpolant by the method's dense weights."""
-    third, fourth = _five(weights[0]), _five(weights[1])
+    third, fourth = five(weights[0]), five(weights[1])
     for column in range(COLUMNS):
         i = column * LANES + k
         dense.third[column] = _mixed(third, lanes, i)

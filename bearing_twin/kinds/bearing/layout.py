@@ -107,6 +107,18 @@ def put(lanes, row, k, value):
 
 
 @inlined
+def get_from(lanes, row, i):
+    """`get` of a row that is known only when the kernel runs: an unsigned index is not looked at for its sign."""
+    return lanes[np.uint64(row * LANES + i)]
+
+
+@inlined
+def put_from(lanes, row, i, value):
+    """`put` into a row that is known only when the kernel runs."""
+    lanes[np.uint64(row * LANES + i)] = value
+
+
+@inlined
 def increase(lanes, row, k, value):
     """Adds to the number in `row` of lane k."""
     lanes[row * LANES + k] += value
@@ -124,14 +136,14 @@ def sum_of(lanes, row):
 def multiply_rows(lanes, first, after, factor):
     """Multiplies the numbers in the rows from `first` on, those from `after` on not."""
     for i in range(first * LANES, after * LANES):
-        lanes[i] *= factor
+        lanes[np.uint64(i)] *= factor
 
 
 @inlined
 def clear_rows(lanes, first, after):
     """Puts zeros into the rows from `first` on, those from `after` on not."""
     for i in range(first * LANES, after * LANES):
-        lanes[i] = 0.0
+        lanes[np.uint64(i)] = 0.0
 
 
 @inlined

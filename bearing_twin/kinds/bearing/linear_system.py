@@ -7,6 +7,7 @@ a ring of balls that is closed the last ball is the system's border (`numerics.c
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import Border, new_border
 from bearing_twin.kinds.bearing.border_solve import border_tiles, factorise_border, put_border_tiles, solve_border
 from bearing_twin.kinds.bearing.border_system import border_follow, border_jacobian, border_known, still_balls
@@ -152,7 +153,7 @@ def couple_jacobians(ring, pockets, bearing, drive, time, coupling, blocks):
     """
     if coupling.pairs.touching:
         add_answers(bearing, coupling.pairs, blocks)
-    if coupling.border.partners.active:
+    if coupling.border.active:
         border_jacobian(ring, pockets, bearing, drive, coupling.border, time, blocks)
 
 
@@ -176,9 +177,9 @@ def _factorise_chain(coupling, blocks):
     for block in range(len(blocks)):
         _system(blocks[block])
         pair_tiles(g, pairs.blocks[block])
-        if border.partners.active:
+        if border.active:
             border_tiles(g, border, blocks[block])
-    if border.partners.active:
+    if border.active:
         put_border_tiles(g, border, chain, blocks)
     for place in range(pairs.count):
         lanes, pair, k = blocks[place // LANES], pairs.blocks[place // LANES], place % LANES
@@ -230,9 +231,9 @@ def _solve_chain(coupling, blocks):
     """Velocities and spins of balls that touch, and velocities of the border, from what is known."""
     pairs, right, border = coupling.pairs, coupling.chain.right, coupling.border
     last = len(right) - 1
-    if border.partners.active:
+    if border.active:
         for i in range(chain_solve.SIDE):
-            right[last, i] = border.solution[PLACES + i]
+            right[last, i] = border.numbers[at.SOLUTION + PLACES + i]
     for place in range(pairs.count):
         for i in range(chain_solve.SIDE):
             right[place, i] = get(blocks[place // LANES], SOLUTION + VELOCITY + i, place % LANES)
@@ -241,9 +242,9 @@ def _solve_chain(coupling, blocks):
         for i in range(chain_solve.SIDE):
             solved = right[place, i] if place < pairs.count else 0.0
             put(blocks[place // LANES], SOLUTION + VELOCITY + i, place % LANES, solved)
-    if border.partners.active:
+    if border.active:
         for i in range(chain_solve.SIDE):
-            border.solution[PLACES + i] = right[last, i]
+            border.numbers[at.SOLUTION + PLACES + i] = right[last, i]
 
 
 @lean_kernel
@@ -255,7 +256,7 @@ def solve_together(drive, time, coupling, blocks):
         _known(blocks[block])
     if pairs.touching:
         add_known(pairs, blocks, SOLUTION)
-    if border.partners.active:
+    if border.active:
         border_known(g, border, blocks)
     if pairs.touching:
         _solve_chain(coupling, blocks)
@@ -265,5 +266,5 @@ def solve_together(drive, time, coupling, blocks):
         _follow(blocks[block])
     if pairs.touching:
         add_losses(g, pairs, blocks, SOLUTION)
-    if border.partners.active:
+    if border.active:
         border_follow(g, drive, time, border, blocks)

@@ -12,6 +12,7 @@ from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, pre
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
+from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift
 from bearing_twin.report import Choice
 
 DEFAULT = "rodas4"  # where nothing was measured
@@ -104,9 +105,7 @@ def choose(parameters) -> Choice:
         if pinned_law == "hertz":
             warnings.append("contact.normal = hertz ends at b/a = 0.01: hertz_exact, the same law, takes its place")
     elif pinned_law == "auto":
-        reasons.append(
-            "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
-        )
+        reasons.append(HERTZ_FOLLOWS)
     else:
         reasons.append(f"{law}, as the scene asks")
     error = law_error(law, parameters)
@@ -115,10 +114,7 @@ def choose(parameters) -> Choice:
             f"the law {law} is {100 * error:.2g} % off exact Hertz here, more than the wanted "
             f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
-
-    state = LAWS[law].state
-    if state is not None and not state.projects:
-        warnings.append(f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does")
+    warnings += drift(law)
 
     dimension, why = _dimension(parameters, law, warnings)
     reasons.append(why)

@@ -12,6 +12,7 @@ from bearing_twin.kinds.bearing.error_scales import error_scales
 from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
+from bearing_twin.kinds.bearing.overload import explained
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
@@ -46,7 +47,7 @@ class BearingMotion:
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters = parameters
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
-        self.stepper = choice.stepper
+        self.stepper, self.law = choice.stepper, choice.law
         self.stop = SIGNALLED
         self.loading = Loading(parameters)
         partners = partners_of(parameters)
@@ -286,12 +287,14 @@ class BearingMotion:
         """What is done with a part once it is integrated: nothing."""
 
     def _integrate(self, drive, partners, near, times, duration, filled):
-        failure = np.zeros(2)
-        states, orientations, borders = filled
+        failure, (states, orientations, borders) = np.zeros(2), filled
         borders[:] = self.border
         last = self.border, self._pointer(len(times))
         results = Results(states, orientations, self.counts, failure, self.stop, self.carried, borders, *last)
         chunk = Chunk(self.bearing, drive, partners, near, times, duration, self.step, self.scales)
         moving = self.state, self.orientation, self.steps
-        check(integrated(self.stepper, chunk, moving, results), self.elapsed, failure)
+        try:
+            check(integrated(self.stepper, chunk, moving, results), self.elapsed, failure)
+        except IntegrationError as error:
+            raise explained(error, self.parameters, self.law, chunk, self.elapsed) from None
         return results.pointer

@@ -53,6 +53,15 @@ def _hold_even(bearing, partners, state, border, row, first, force):
                 row[first + k] = mass * radius * growth + swing - along
 
 
+@inlined
+def _load(partners, drive, time, i):
+    """What acts on the ring from outside along coordinate i, if that is free."""
+    if partners.free[i] == 0.0:
+        return 0.0
+    load, load_rate = partners.load[i], partners.load_rate[i]
+    return applied_load(load, load_rate, partners.unbalance, partners.phase, drive, time, i)
+
+
 @kernel
 def write_border(bearing, partners, drive, rolling, times, states, borders, places, out, first):
     """Adds ring and cage to the rows of `out` from `first` on, at `times` [s] into a part with these loads.
@@ -63,17 +72,18 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
     for sample in range(len(times)):
         row, border, time = out[first + sample], borders[sample], times[sample]
         for i in range(3):
-            row[places.ring + 12 + i] = applied_load(partners, drive, time, i) if partners.free[i] > 0.0 else 0.0
+            row[places.ring + 12 + i] = _load(partners, drive, time, i)
         for i in range(PLACES):
             speed, off = border[PLACES + i], border[i] - partners.rest[i]
             row[shared] += 0.5 * partners.free[i] * partners.mass[i] * speed * speed
             row[shared + 1] += 0.5 * partners.free[i] * partners.stiffness[i] * off * off
             row[shared + 2] -= partners.free[i] * partners.weight[i] * border[i]
+        row[places.ring + 15] = border[WORK_DONE]
         row[shared + 3] += border[WORK_DONE]
         row[shared + 4] += border[LOST]
         row[shared + 5] += abs(border[WORK_DONE])
         if partners.free[CAGE] > 0.0:
-            cage, pocket = places.ring + 15, places.ring + 18
+            cage, pocket = places.ring + 16, places.ring + 19
             speed = rolling * (drive.speed + drive.acceleration * time)
             row[cage], row[cage + 1] = border[CAGE], border[CAGE_SPEED]
             row[cage + 2] = 1.0 - border[CAGE_SPEED] / speed if speed != 0.0 else 0.0

@@ -55,6 +55,7 @@ def _channels(n: int) -> tuple[Channel, ...]:
             "inner_ring_tilt_rate", "rad/s", (2,), "of the inner ring about x and y, its spin left out", ("about",)
         ),
         Channel("inner_ring_load", "N", (3,), "on a ring with mass from outside, its weight left out; 0 where held"),
+        Channel("inner_ring_load_work", "J", (), "of that load since the start; 0 where held"),
         Channel("cage_angle", "rad", (), "of the cage, which is 0 where ball 0 is in the middle; 0 without a cage"),
         Channel("cage_speed", "rad/s", (), "of the cage about +z; 0 without one"),
         Channel("cage_slip", "1", (), "1 - cage speed / that of balls that roll at contact angle 0; 0 without a cage"),

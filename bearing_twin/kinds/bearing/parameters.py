@@ -227,7 +227,8 @@ def check(parameters: BearingScene) -> list[str]:
             f"geometry.outer_conformity = {geometry.outer_conformity:g} makes the groove wider than the outer ring; "
             f"it must be below {widest:.6g} for this ball and pitch diameter"
         )
-    if not -GREATEST_INTERFERENCE * ball <= geometry.radial_clearance <= GREATEST_CLEARANCE * ball:
+    legal = -GREATEST_INTERFERENCE * ball <= geometry.radial_clearance <= GREATEST_CLEARANCE * ball
+    if not legal:
         problems.append(
             f"geometry.radial_clearance = {geometry.radial_clearance:g} m is outside what a ball of {ball:g} m bears; "
             f"it must be between {-GREATEST_INTERFERENCE * ball:.6g} and {GREATEST_CLEARANCE * ball:.6g} m"
@@ -236,7 +237,7 @@ def check(parameters: BearingScene) -> list[str]:
     changed = tuple(a + b for a, b in zip(first, added, strict=True))
     for key, vector in (("drive.offset", first), ("drive.offset + drive.change.offset", changed)):
         found = _check_offset(key, vector, geometry)
-        if found:
+        if found and legal:
             problems.append(found)
             break
     problems += ring_problems(parameters)

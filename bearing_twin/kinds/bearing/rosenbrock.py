@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.border import bearing_at, border_inside, follow_cage, put_pockets
-from bearing_twin.kinds.bearing.border_state import copy_border
+from bearing_twin.kinds.bearing import border_rows as at
+from bearing_twin.kinds.bearing.border import bearing_at, follow_cage, put_pockets
+from bearing_twin.kinds.bearing.border_step import border_at, border_inside, copy_state
 from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
@@ -139,9 +140,9 @@ def _accept_border(task, coupling, cursor, lanes, results):
     time, step = get(lanes, TIME, 0), get(lanes, STEP, 0)
     until = math.inf if time + step >= task.duration * (1.0 - NOTHING) else time + step
     while cursor < len(times) and times[cursor] <= until:
-        border_inside(border, (times[cursor] - time) / step, results.border[cursor])
+        border_inside(border.numbers, (times[cursor] - time) / step, results.border[cursor])
         cursor += 1
-    copy_border(border.end, border.start)
+    copy_state(border.numbers, at.FINISH, at.BEGIN)
 
 
 @lean_kernel
@@ -159,15 +160,15 @@ def _begin_border(coupling, task, balls, blocks):
         put_still_ring(task.bearing.ring, task.bearing, blocks[block])
     if len(coupling) > 0:
         put_pockets(task.bearing, balls, blocks)
-        follow_cage(coupling.border, coupling.border.start, blocks, START)
+        follow_cage(coupling.border, at.BEGIN, blocks, START)
 
 
 @lean_kernel
 def _bearing_now(ring, coupling, bearing):
     """The bearing with its ring where the last accepted step left it; `ring` is the bearing's."""
     if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
-        if coupling.border.partners.active:
-            return bearing_at(ring, bearing, coupling.border.start)
+        if coupling.border.active:
+            return bearing_at(ring, bearing, coupling.border.numbers, at.BEGIN)
     return bearing
 
 
@@ -175,7 +176,7 @@ def _bearing_now(ring, coupling, bearing):
 def _end_border(coupling, results):
     """Hands the state of ring and cage at the end of the chunk on."""
     if len(coupling) > 0:
-        copy_border(coupling.border.start, results.last_border)
+        border_at(coupling.border.numbers, at.BEGIN, results.last_border)
 
 
 @lean_kernel
@@ -295,6 +296,5 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
     `coupling` is empty for balls alone, else a `linear_system.Coupling`.
     """
     blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
-    places = LANES * len(blocks)
-    ball, cursor = np.full(places, IDLE), np.zeros(places, np.int64)
-    return _advance(task, coupling, balls, state, orientation, steps, results, ball, cursor, dense, blocks)
+    ball = np.full(LANES * len(blocks), IDLE)
+    return _advance(task, coupling, balls, state, orientation, steps, results, ball, np.zeros_like(ball), dense, blocks)

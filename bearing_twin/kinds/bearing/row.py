@@ -21,6 +21,7 @@ BEARING = Kind(
     meanings=late(f"{HERE}.figures:meanings"),
     doubt=late(f"{HERE}.doubt:BearingDoubt"),
     quantities=late(f"{HERE}.quantities:quantities"),
+    steered=True,
     commands=late(f"{HERE}.topics:commands"),
     check_load=late(f"{HERE}.quasi_static.operating:check_load"),
     operating_point=late(f"{HERE}.quasi_static.operating:operating_point"),

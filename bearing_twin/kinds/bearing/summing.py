@@ -15,7 +15,7 @@ RING_WIDTH = sum(RING.values())
 AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
 _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
-    "pocket_force", "drive_work", "inner_ring_angle", *AT_GREATEST, *RING,
+    "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING,
 )  # fmt: skip
 MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0
 
@@ -37,8 +37,7 @@ class Greatest(NamedTuple):
 class Stretches(NamedTuple):
     """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
 
-    So are `turned` (2,), the drive's work [J] and the inner ring's angle [rad].
-
+    So are `turned` (2,), the work [J] of turning the inner ring and its angle [rad].
     Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side.
     """
 
@@ -88,7 +87,7 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
     Returns how many outputs found room and the row after the last; every call begins a stretch.
     """
     load_at, torque_at, drive_at, roll_at = columns[0], columns[1], columns[2], columns[3]
-    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 10
+    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 11
     ring_at = there_at + len(greatest.there)
     balls = sums.orbit_angle.shape[1]
     even = 2.0 * math.pi / balls
@@ -123,6 +122,8 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
         for k in range(2):
             column = columns[8 + k]
             sums.turned[stretch, k] = row[column] if column != MISSING else math.nan
+        if columns[10] != MISSING:
+            sums.turned[stretch, 0] -= row[columns[10]]
         sums.speed[stretch] += row[speed_at]
         sums.cage_slip[stretch] += row[slip_at] if slip_at != MISSING else 0.0
         place = 0
@@ -193,13 +194,13 @@ class Sums:
         return self._kept.time[rows], self._kept.orbit_angle[rows], self._kept.turned[rows]
 
 
-def mean_torque(late: dict, before: dict, held: bool) -> float:
+def mean_torque(late: dict, before: dict, known: bool) -> float:
     """The mean torque of the drive [N m] over `late`, which follows the instant `before`.
 
-    Of a ring that is `held` it is work over angle, which keeps no noise of single outputs; else, or where the ring did
-    not turn, the mean of the outputs.
+    Where the work of turning is `known` it is work over angle, which keeps no noise of single outputs; else, or where
+    the ring did not turn, the mean of the outputs.
     """
     (work, angle), (work_before, angle_before) = late["turned"], before["turned"]
-    if not held or angle == angle_before or math.isnan(work):
+    if not known or angle == angle_before or math.isnan(work):
         return float(late["drive_torque"] / late["count"])
     return float((work - work_before) / (angle - angle_before))

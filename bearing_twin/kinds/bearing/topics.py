@@ -10,11 +10,12 @@ from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_atti
 from bearing_twin.kinds.bearing.markers import markers, solids
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.row import BEARING
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.topics import FLOAT, MARKER_ARRAY, POSE, TWIST, WRENCH, body_topics, contacts_topic
 from bearing_twin.sample import Sample
 
-FRAME = "bearing_link"
+FRAME = BEARING.frame
 STATE_ARRAYS = ("orbit_angle", "position", "velocity", "orientation", "angular_velocity", "roll_rate")
 STATE_NUMBERS = (
     "inner_ring_angle", "inner_ring_speed", "kinetic_energy", "elastic_energy", "potential_energy", "drive_work",

@@ -22,10 +22,11 @@ WINDOW = Table(
         Channel("friction", "1", (), "error of friction, over what it could be: mu N of a contact, mu N R of a ball"),
         Channel("torque", "N m", (), "error of the raceways' torque on a ball"),
         Channel("contact_angle", "rad", (), "error of a contact angle"),
+        Channel("orbit_angle", "rad", (), "how far a ball is off its way round at the end"),
         Channel("orbit_speed", "rad/s", (), "error of a ball's speed about the axis"),
         Channel("roll_rate", "rad/s", (), "error of a ball's roll rate"),
-        Channel("drive_torque", "N m", (), "error of the drive's work on a ball, over the angle turned"),
-        Channel("loss", "W", (), "error of the power lost at a ball, mean over the window"),
+        Channel("drive_torque", "N m", (), "error of the drive's work on a ball (mean of all), over the angle turned"),
+        Channel("loss", "W", (), "error of the power lost at a ball (mean of all), mean over the window"),
         Channel("ring_displacement", "m", (), "error of the place of the inner ring's centre"),
         Channel("ring_force", "N", (), "error of the force of the balls on the inner ring"),
     ),
@@ -56,13 +57,12 @@ def bend(array: np.ndarray) -> np.ndarray:
 
 def window_at(ball: int, cell: int, steps: np.ndarray) -> Window:
     """The window of LEAST_STEPS that ends one output behind `cell`; at the beginning of a part it grows forwards."""
-    end = min(cell + 1, len(steps) - 1)
-    begin = cell - 1
-    while begin >= 0 and steps[begin + 1 : end + 1].sum() < LEAST_STEPS:
-        begin -= 1
-    while end < len(steps) - 1 and steps[begin + 1 : end + 1].sum() < LEAST_STEPS:
-        end += 1
-    return Window(ball, begin, end - begin)
+    before = np.concatenate(([0.0], np.cumsum(steps)))  # steps are whole numbers: their sums are exact in any order
+    end = min(cell + 2, len(steps))
+    begin = max(int(np.searchsorted(before[: cell + 1], before[end] - LEAST_STEPS, side="right")) - 1, 0)
+    enough = int(np.searchsorted(before, before[begin] + LEAST_STEPS))
+    end = max(end, min(enough, len(steps)))
+    return Window(ball, begin - 1, end - begin)
 
 
 def within(window: Window, other: Window) -> bool:

@@ -12,15 +12,6 @@ from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
 from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.sample import Block
 
-FINER, FINEST, COARSEST = 0.1, 1e-12, 1e-9
-"""Tolerance of the second motion over the first one's, the least there is, and the greatest at which the tolerance, and
-not the contact's own time, sets its steps."""
-
-
-def finer_tolerance(setting: float) -> float:
-    """Tolerance of the second motion beside one with this tolerance of a step."""
-    return max(min(FINER * setting, COARSEST), FINEST)
-
 
 def wanted_errors(figures: EllipsoidFigures, finer: EllipsoidFigures) -> dict[str, float]:
     """The error of WANTED: contacts in their order; one that the other motion does not have counts whole."""

@@ -1,9 +1,9 @@
 """Law and stepper of an ellipsoid on a plane: laws are weighed over the whole surface."""
 
 from bearing_twin.contact.friction import FRICTIONS, roughness
-from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
+from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift
 from bearing_twin.report import Choice
 
 RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz
@@ -16,18 +16,13 @@ def choose(parameters) -> Choice:
     law = "hertz" if pinned == "auto" else pinned
     stepper = "dop853" if solver.stepper == "auto" else solver.stepper
     error = law_error_over(parameters, law)
-    if pinned == "auto":
-        reason = "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
-    else:
-        reason = f"{law}, as the scene asks"
+    reason = HERTZ_FOLLOWS if pinned == "auto" else f"{law}, as the scene asks"
     if error > max(parameters.wanted.tolerance, RATIONAL):
         warnings.append(
             f"the law {law} is {100.0 * error:.2g} % off exact Hertz somewhere on this body, more than "
             f"wanted.tolerance = {parameters.wanted.tolerance:g}; contact.normal: hertz costs no more"
         )
-    state = LAWS[law].state
-    if state is not None and not state.projects:
-        warnings.append(f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does")
+    warnings += drift(law)
     warnings += roughness(FRICTIONS[parameters.contact.friction])
     if solver.stepper == "auto":
         reason += "; dop853, because its steps follow the contact's own time and its error is controlled"

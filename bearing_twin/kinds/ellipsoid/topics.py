@@ -5,8 +5,9 @@ The frame of the scene lies in the plane, z up; the frame of the plane is the sa
 
 import numpy as np
 
-from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.contract import MARKERS, Output, Topic
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
+from bearing_twin.kinds.ellipsoid.row import ELLIPSOID_ON_PLANE
 from bearing_twin.kinds.markers import (
     BLUE,
     CUBE,
@@ -21,12 +22,12 @@ from bearing_twin.kinds.markers import (
     marker,
     outlines,
 )
-from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
 from bearing_twin.kinds.urdf import Solid, box, sphere
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.sample import Sample, Wrench
 
-FRAME = "ellipsoid_on_plane_link"
+FRAME = ELLIPSOID_ON_PLANE.frame
 BODY, PLANE = "body", "plane"
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque")
 
@@ -40,7 +41,7 @@ def topics(parameters: EllipsoidOnPlaneScene) -> tuple[Topic, ...]:
     return (
         *body_topics(FRAME, wrenches, origins, texts, solids),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
-        Topic("pose", POSE, PUBLISH, pose, "centre and orientation of the body", FRAME),
+        pose_topic("pose", FRAME, "centre and orientation of the body"),
         Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "body, contact ellipse, load to look at", FRAME),
     )
 
@@ -74,11 +75,6 @@ def contacts(parameters: EllipsoidOnPlaneScene, sample: Sample) -> dict:
         **{name: sample[name] for name in ("friction_force", "slip", "major_axis")},
         spin_rate=float(sample["angular_velocity"][2]), point=sample["contact_point"], normal=(0.0, 0.0, 1.0),
     )  # fmt: skip
-
-
-def pose(output: Output) -> dict:
-    """geometry_msgs/PoseStamped of the body's own axes."""
-    return {"pose": {"position": output.sample["position"], "orientation": output.sample["orientation"]}}
 
 
 def marker_fields(output: Output) -> dict:

@@ -53,6 +53,7 @@ def companion_row(end, spring, reduced_mass, speed, expected, tolerance, contact
         (contact.duration, exact.duration),
         (deepest, found.greatest_approach),
         (restitution, found.leaving_speed / speed),
+        (contact.impulse, exact.impulse),
     )
     errors = {key: difference(*pair) for key, pair in zip(FIGURES, pairs, strict=True)}
     return row_of(WATCH, end, True, found.steps, wanted, errors)
@@ -60,7 +61,7 @@ def companion_row(end, spring, reduced_mass, speed, expected, tolerance, contact
 
 def row_of_exact(end: float, contact, deepest: float, restitution: float) -> np.ndarray:
     """The record of a closed form, which is exact but for rounding."""
-    values = contact.peak_force, contact.duration, deepest, restitution
+    values = contact.peak_force, contact.duration, deepest, restitution, contact.impulse
     errors = {key: ROUNDED * abs(value) for key, value in zip(FIGURES, values, strict=True)}
     return row_of(WATCH, end, True, 0, dict.fromkeys(OUTPUTS, ROUNDED), errors)
 
@@ -116,7 +117,9 @@ class SphereDoubt(PairDoubt):
         width = spot_radius(figures["peak_force_n"], radius, modulus)
         found = self.scaled(figures, (width / min(first.radius, second.radius)) ** 2 / 2.5)
         waves = min(bar_speed(one.material.young_modulus, one.material.density) for one in (first, second))
-        return found | {"restitution": restitution_lost_between_spheres(self.parameters.motion.speed, waves)}
+        lost = restitution_lost_between_spheres(self.parameters.motion.speed, waves)
+        impulse = figures["impulse_ns"] * lost / (1.0 + figures["restitution"])
+        return found | {"restitution": lost, "impulse_ns": impulse}
 
     def notes(self) -> dict[str, str]:
         """What is not in the errors."""

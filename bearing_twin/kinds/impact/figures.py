@@ -30,9 +30,10 @@ MEANINGS = {
     "greatest_approach_m": "mutual approach, greatest over all contacts that have ended",
     "restitution": "relative speed away over that before, after the last contact that has ended",
     "energy_closure": "energy gained (+) or lost (-) by the numbers, as a share of what was brought, whole motion",
+    "impulse_ns": "of the contact force, sum over all contacts that have ended",
     "impact_speed_m_s": "relative speed at the first touch",
 }
-FIGURES = ("peak_force_n", "contact_duration_s", "greatest_approach_m", "restitution")
+FIGURES = ("peak_force_n", "contact_duration_s", "greatest_approach_m", "restitution", "impulse_ns")
 OUTPUTS = {"peaks": "of peak force or contact time", "forces": "over the greatest"}
 WATCH = Watch(FIGURES, OUTPUTS)
 START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
@@ -115,6 +116,7 @@ class ImpactFigures:
             "greatest_approach_m": self.greatest_approach,
             "restitution": self.restitution,
             "energy_closure": self.energy_closure,
+            "impulse_ns": math.fsum(contacts[:, IMPULSE]),
             "impact_speed_m_s": self.speed,
         }
 

@@ -3,17 +3,13 @@
 from bearing_twin.kinds.contract import Quantity, late, read_off
 
 
-def _total_impulse(contacts) -> float:
-    return sum(float(contact["impulse_ns"]) for contact in contacts)
-
-
 def impact_quantities(**closed) -> dict[str, Quantity]:
     """What a study may ask of any impact; closed forms by the quantity's name."""
     rows = {
         "contact_duration": Quantity("s", "total time in contact", read_off("contact_duration_s")),
         "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
         "greatest_approach": Quantity("m", "greatest mutual approach", read_off("greatest_approach_m")),
-        "impulse": Quantity("N s", "of the contact force, over all contacts", read_off("contacts", _total_impulse)),
+        "impulse": Quantity("N s", "of the contact force, over all contacts", read_off("impulse_ns")),
         "restitution": Quantity("1", "relative speed away over relative speed before", read_off("restitution")),
     }
     return {name: row._replace(closed=closed.get(name)) for name, row in rows.items()}

@@ -13,6 +13,7 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
+from bearing_twin.kinds.impact.row import TWO_DISCS, TWO_SPHERES
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GREEN, ORANGE, SPHERE, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.urdf import Solid, cylinder, sphere
@@ -32,8 +33,8 @@ def topics(link: str, parameters) -> tuple[Topic, ...]:
     )
 
 
-spheres_topics = partial(topics, "two_spheres_link")
-discs_topics = partial(topics, "two_discs_link")
+spheres_topics = partial(topics, TWO_SPHERES.frame)
+discs_topics = partial(topics, TWO_DISCS.frame)
 
 
 def radii(parameters) -> tuple[float, float]:

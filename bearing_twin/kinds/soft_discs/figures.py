@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from bearing_twin.kinds.impact.figures import ENERGY_GAIN
+from bearing_twin.kinds.contract import ENERGY_GAIN
+from bearing_twin.kinds.impact.figures import OUTPUTS as IMPACT_OUTPUTS
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
@@ -57,10 +58,7 @@ FIGURES = (
     *("peak_force_n", "peak_time_s", "contact_duration_s", "impulse_ns", "restitution"),
     *("greatest_penetration_m", "least_stretch", "touches"),
 )
-OUTPUTS = {
-    "peaks": "of peak force or contact time",
-    "forces": "root mean square over the contact, over that of the force",
-}
+OUTPUTS = IMPACT_OUTPUTS | {"forces": "root mean square over the contact, over that of the force"}
 WATCH = Watch(FIGURES, OUTPUTS)
 
 

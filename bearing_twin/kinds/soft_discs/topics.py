@@ -13,12 +13,13 @@ from bearing_twin.kinds.markers import BLUE, GLASS, GREEN, LINE_STRIP, ORANGE, S
 from bearing_twin.kinds.soft_discs.derived import resolve
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+from bearing_twin.kinds.soft_discs.row import SOFT_DISCS
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.urdf import Solid, cylinder
 from bearing_twin.sample import Sample, Wrench
 
-FRAME = "soft_discs_link"
+FRAME = SOFT_DISCS.frame
 STILL = (0.0, 0.0, 0.0)
 
 

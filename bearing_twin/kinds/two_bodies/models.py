@@ -5,6 +5,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift
 from bearing_twin.kinds.two_bodies.derived import start_contact
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP
 from bearing_twin.report import Choice
@@ -35,15 +36,13 @@ def choose(parameters) -> Choice:
     elif flat:
         reason = "overlap, because a superellipsoid has places where no contact is an ellipse"
     else:
-        reason = "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
+        reason = HERTZ_FOLLOWS
     error = law_error(parameters, law)
     if error > parameters.wanted.tolerance and not flat:
         warnings.append(
             f"the law {law} is {100.0 * error:.2g} % off exact Hertz here, more than wanted.tolerance = "
             f"{parameters.wanted.tolerance:g}; contact.normal: hertz is exact"
         )
-    state = LAWS[law].state if law in LAWS else None
-    if state is not None and not state.projects:
-        warnings.append(f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does")
+    warnings += drift(law)
     warnings += roughness(FRICTIONS[contact.friction])
     return Choice(law, "dop853", error, f"{reason}; dop853, whose steps follow the contact's own time", tuple(warnings))

@@ -1,10 +1,8 @@
 """The topics of two bodies: wrenches, the contact, poses, frames and markers, as fields of messages."""
 
-import functools
-
 import numpy as np
 
-from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.contract import MARKERS, Output, Topic
 from bearing_twin.kinds.markers import (
     BLUE,
     CUBE,
@@ -19,13 +17,14 @@ from bearing_twin.kinds.markers import (
     marker,
     outlines,
 )
-from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
 from bearing_twin.kinds.two_bodies.parameters import Shaped, TwoBodiesScene
+from bearing_twin.kinds.two_bodies.row import TWO_BODIES
 from bearing_twin.kinds.two_bodies.wire import lines_of
 from bearing_twin.kinds.urdf import Solid, sphere
 from bearing_twin.sample import Sample, Wrench
 
-FRAME = "two_bodies_link"
+FRAME = TWO_BODIES.frame
 FIRST, SECOND = "first", "second"
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque", "spin_rate")
 
@@ -37,12 +36,9 @@ def topics(parameters: TwoBodiesScene) -> tuple[Topic, ...]:
         SECOND: "on the second body, by the first, about its centre",
     }
     poses = (
-        Topic(
-            f"{body}/pose", "geometry_msgs/msg/PoseStamped", PUBLISH, functools.partial(_pose, prefix),
-            f"centre and orientation of the {body} body", FRAME,
-        )
+        pose_topic(f"{body}/pose", FRAME, f"centre and orientation of the {body} body", prefix)
         for body, prefix in ((FIRST, ""), (SECOND, "second_"))
-    )  # fmt: skip
+    )
     return (
         *body_topics(FRAME, wrenches, origins, texts, solids),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
@@ -81,12 +77,6 @@ def contacts(parameters: TwoBodiesScene, sample: Sample) -> dict:
         **{name: sample[name] for name in ("friction_force", "slip", "major_axis")},
         point=sample["contact_point"], normal=-sample["normal"],
     )  # fmt: skip
-
-
-def _pose(prefix: str, output: Output) -> dict:
-    """geometry_msgs/PoseStamped of a body's own axes."""
-    sample = output.sample
-    return {"pose": {"position": sample[f"{prefix}position"], "orientation": sample[f"{prefix}orientation"]}}
 
 
 def _body_marker(name: str, one: Shaped, sample: Sample, prefix: str, longest: float) -> dict:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import WIDEST_IN_GROOVE, gathered, pressure_doubt, width_doubt
+from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.outputs import ellipses
@@ -92,8 +92,8 @@ def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) 
 
 def flags_of(parameters, solver: Solver, support: Support, found: Equilibrium, spots, safety: float) -> list[str]:
     """What is doubtful about an equilibrium, one sentence each."""
-    materials, contacts = parameters.materials, found.contacts
-    pressure, width = spots[2].max(), spots[0].max()
+    materials, contacts, geometry = parameters.materials, found.contacts, parameters.geometry
+    pressure, widths = spots[2].max(), spots[0].max(axis=0)
     limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
@@ -106,7 +106,7 @@ def flags_of(parameters, solver: Solver, support: Support, found: Equilibrium, s
         if pressure > PERMANENT_PRESSURE
         else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
-        width_doubt(width, 0.5 * parameters.geometry.ball_diameter, WIDEST_IN_GROOVE),
+        groove_doubt(widths, 0.5 * geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)),
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,

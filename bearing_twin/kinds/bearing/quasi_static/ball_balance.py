@@ -16,7 +16,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.forces import TINY, gradient_of, level_load, push_of, speeds_of
 
-MOST_STEPS, MOST_HALVINGS, MOST_BISECTIONS = 40, 6, 70
+MOST_STEPS, MOST_HALVINGS, MOST_BISECTIONS = 40, 6, 40
 EXACT = 1e-12  # of the loads: what is left of a ball's balance
 ENOUGH = 1e-9  # of the loads: as above, where rounding lets no step improve any more
 SMALLEST_STEP = 4e-17  # of the groove's radius: a step below it changes nothing any more

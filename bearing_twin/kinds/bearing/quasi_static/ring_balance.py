@@ -15,7 +15,7 @@ from bearing_twin.kinds.bearing.quasi_static.ball_balance import ball_in_balance
 from bearing_twin.kinds.bearing.quasi_static.forces import push_of
 
 COORDINATES = 5
-MOST_STEPS, MOST_TRIALS = 80, 40
+MOST_STEPS, MOST_TRIALS, MOST_LOOKS = 80, 40, 300  # what is found takes 226 looks at all balls at most, most 50
 PLACES = 8  # numbers kept of a ball's balance
 EXACT = 1e-11  # of the loads: what is left of the ring's balance
 ENOUGH = 1e-10  # of the loads: as above, where no step improves any more
@@ -251,7 +251,7 @@ def ring_in_balance(setting, azimuths, q, free, wanted, place, weight, longest, 
     asked = 0.0
     for i in range(COORDINATES):
         asked = max(asked, abs(wanted[i]) / scales[i] if free[i] else 0.0)
-    cap = 0.05 * longest
+    cap, looks = 0.05 * longest, 0
     rounding = ROUNDING * (setting.inner.locus_radius - setting.outer.locus_radius)
     for _ in range(MOST_STEPS):
         if size <= EXACT * max(asked, 1e-3 * scale) or size <= rounding * _stiffest(stiffness, scales):
@@ -269,6 +269,7 @@ def ring_in_balance(setting, azimuths, q, free, wanted, place, weight, longest, 
         begin = _work(step, left)
         before, factor, low, high = size, 1.0, 0.0, math.inf
         for _ in range(MOST_TRIALS):
+            looks += 1
             _along(q, step, factor, trial)
             if _size(trial, scales) > longest:
                 return TOO_MUCH, size, scale
@@ -287,7 +288,7 @@ def ring_in_balance(setting, azimuths, q, free, wanted, place, weight, longest, 
         stalled = size >= before
         for i in range(COORDINATES):
             q[i] = trial[i]
-        if stalled and size <= ENOUGH * max(asked, 1e-3 * scale):
+        if looks >= MOST_LOOKS or (stalled and size <= ENOUGH * max(asked, 1e-3 * scale)):
             break
     carried = abs(load[0]) + abs(load[1]) + abs(load[2]) + abs(load[3]) + abs(load[4])
     if size > max(1e-9 * max(asked, 1e-3 * scale), rounding * _stiffest(stiffness, scales)):

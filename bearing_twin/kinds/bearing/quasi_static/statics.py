@@ -29,6 +29,7 @@ CONTROLS = {"shared": (1.0, 1.0), "outer": (0.0, 2.0)}
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 STAGES = 12  # a load that is not found at once is approached in so many parts
 COARSE, HALVINGS = 8.0, 12  # of the search for the greatest load: steps down, then halvings of the last of them
+UNFOUND = 4  # halvings that one counts for whose balance is not found, which takes long
 CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
 UNITS = ("N", "N", "N", "N m", "N m")
 
@@ -200,7 +201,7 @@ class Solver:
                 ratios = self._legal() if legal else ratios
             else:
                 high = share
-            halvings += low > 0.0
+            halvings += (1 if status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low > 0.0 else 0
             share = 0.5 * (low + high) if low else high / COARSE
         return low, ratios
 

@@ -1,0 +1,28 @@
+"""Ring and cage in a step: where their numbers stand in the one array they live in, by name.
+
+One array, because Numba hands every array of a named tuple from kernel to kernel as seven numbers: with an array for
+each of these, handing them over took half the time of a step. Stretches of WIDTH numbers hold a state or its like, the
+last two of them zero, so that loops over WIDTH become vector instructions.
+"""
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.layout import PLACES
+from bearing_twin.numerics.steppers import MOST_STAGES
+
+WIDTH = 16  # numbers kept for BORDER of them
+
+# States: at a step's start, at its end, where the rates are taken. Rates and their explicit change with time; a stage's
+# right-hand side and what it solves to; the terms of the interpolant; what a step may err by; the stages.
+NOW, BEGIN, FINISH, SLOPE, RATES, RIGHT, SOLUTION, THIRD, FOURTH, INVERSE_SCALES, STAGES = WIDTH * np.arange(11)
+
+# Of each place: whether it is free, its mass, its support, weight, load and growth of the load; of the ring, the rest.
+FREE, MASS, STIFFNESS, DAMPING, REST, WEIGHT, LOAD, LOAD_RATE = STAGES + WIDTH * MOST_STAGES + PLACES * np.arange(8)
+POLAR_INERTIA, UNBALANCE, PHASE, ERROR = LOAD_RATE + PLACES + np.arange(4)
+
+# The inverse of each place's inertia; the Jacobian of the border's accelerations by its own places and velocities, row
+# after row; and what the elimination of the balls leaves of the linear system, column after column.
+INVERSE = ERROR + 1
+OWN = INVERSE + PLACES
+CORNER = OWN + PLACES * 2 * PLACES
+NUMBERS = CORNER + PLACES * PLACES

@@ -1,0 +1,62 @@
+"""The figures of a bearing run: what each is, and of which part of the bearing; one without its part does not exist."""
+
+from bearing_twin.kinds.bearing.rings import free_coordinates
+
+HALF = "over the second half of the run"
+LATE = f"mean {HALF}"
+PEAK = "at the contact's greatest load"
+MEANINGS = {
+    "inner_ring_speed_at_end_rad_s": "of the inner ring, at the end",
+    "cage_speed_rad_s": f"of the balls about the axis, {LATE}",
+    "cage_speed_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
+    "roll_rate_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved",
+    "drive_work_j": "work of the drive and of the loads on a ring with mass since the start, at the end",
+    "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
+    "drive_torque_nm": f"that turns the inner ring, {LATE}: work over angle, less that of loads; none from equilibria",
+    "ring_displacement_m": f"of the inner ring's centre, {LATE}; none of a ring that is held",
+    "misalignment_rad": f"of the inner ring about x and y, {LATE}; none where tilts are held",
+    "ring_force_n": f"on the inner ring by the balls, {LATE}",
+    "ring_moment_nm": f"on the inner ring by the balls about x and y, {LATE}",
+    "ring_displacement_range_m": f"greatest minus least displacement, {HALF}; none of a ring that is held",
+    "ring_force_range_n": f"greatest minus least force of the balls, {HALF}",
+    **{
+        f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
+        for key, suffix, words in (
+            ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
+            ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest over the run"),
+            ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}"),
+            ("semi_major", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
+            ("semi_minor", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
+            ("peak_pressure", "_pa", f"on the {{ring}} raceway, {PEAK}"),
+            ("share_without_contact", "", "share of the outputs without a load on the {ring} raceway, whole run"),
+        )
+        for ring in ("inner", "outer")
+    },
+    "cage_slip": f"1 - speed of the cage / that of balls that roll at contact angle 0, {LATE}; none without a cage",
+    "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run; none without a cage",
+    "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
+}
+"""What each key of the figures is, in their order."""
+FIGURES_OF = {
+    "losses": ("dissipated_j", "drive_torque_nm"),
+    "displacement": ("ring_displacement_m", "ring_displacement_range_m"),
+    "tilt": ("misalignment_rad",),
+    "cage": ("cage_slip", "greatest_pocket_force_n"),
+}
+
+
+def missing(parameters, still: bool) -> frozenset[str]:
+    """Keys of figures whose part a scene does not have; `still`: the run is one of equilibria.
+
+    A ring that is held has its place and tilt from the scene; equilibria lose nothing, and their cage is no body.
+    """
+    free = free_coordinates(parameters)
+    there = {
+        "losses": not still,
+        "displacement": any(free[:3]),
+        "tilt": any(free[3:]),
+        "cage": parameters.cage.kind != "none" and not still,
+    }
+    return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)

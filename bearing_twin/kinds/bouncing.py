@@ -1,0 +1,130 @@
+"""A contact that opens and closes: what the motions of an ellipsoid on a plane and of two bodies share.
+
+Each has a kernel `advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop)` in a
+module that also names the entries of its clock and record. Their counts begin with COUNTED.
+"""
+
+import functools
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
+from bearing_twin.contact.friction import FRICTIONS, friction_number
+from bearing_twin.contact.materials import Material, compliance
+from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.second_run import SHORT, WithSecondRun, is_watched
+from bearing_twin.numerics.statuses import FULL, OK, STOPPED
+from bearing_twin.report import Choice
+from bearing_twin.stopping import SIGNALLED
+
+FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
+RECORDS = 256  # completed in one call of the kernel
+COUNTED, COUNTS = ("steps", "rejections", "evaluations"), 4
+FINER, FINEST, COARSEST = 0.1, 1e-12, 1e-9
+"""Tolerance of the second motion over the first one's, the least there is, and the greatest at which the tolerance, and
+not the contact's own time, sets its steps."""
+
+
+def contact_numbers(contact, first: Material, second: Material) -> dict[str, float]:
+    """What the equations of motion take from the section `contact`, by name, and `sink`, the first body's share of the
+    compliance [1].
+    """
+    steady = contact.restitution < 1.0 and contact.damping_law == "steady"
+    damping = contact.damping
+    if contact.restitution < 1.0 and not steady:
+        damping = damping_for_restitution(contact.restitution, contact.restitution_speed)
+    return {
+        "sink": compliance(first) / (compliance(first) + compliance(second)),
+        "damping": float(damping),
+        "relaxation_time": float(contact.relaxation_time),
+        "damping_ratio": steady_ratio(contact.restitution) if steady else 0.0,
+        "viscosity": float(contact.viscosity),
+        "friction": float(contact.friction_coefficient),
+        "regularisation": float(contact.friction_regularisation),
+        "rubbing": friction_number(contact.friction),
+        "over_spot": FRICTIONS[contact.friction].over_spot,
+    }
+
+
+def finer_tolerance(setting: float) -> float:
+    """Tolerance of the second motion beside one with this tolerance of a step."""
+    return max(min(FINER * setting, COARSEST), FINEST)
+
+
+def motion_of(motion, parameters, choice: Choice, channels, figures, watch, wanted_errors, short=SHORT):
+    """A `motion` of the scene, with a finer one beside it unless the scene wants none; see `WithSecondRun`."""
+    own = motion(parameters, choice)
+    if not is_watched(parameters):
+        return own
+    finer = motion(parameters, choice._replace(stepper="dop853"))
+    finer.plan = finer.plan._replace(tolerance=finer_tolerance(own.plan.tolerance))
+    writer = functools.partial(figures, parameters, choice)
+    return WithSecondRun((own, finer), channels(parameters), writer, watch, wanted_errors, parameters, short)
+
+
+class BouncingMotion:
+    """Bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts.
+
+    A kind gives `kernels`, the module described above, `start()` with the first state, `work()` with the kernel's room,
+    `outputs(states)` and `contacts(records)`, the rows of contacts that have ended; `failures` are sentences by status.
+    """
+
+    kernels: Any
+
+    def __init__(self, body, plan, failures: Mapping[int, str]):
+        self.body, self.plan, self.failures, self.stop = body, plan, failures, SIGNALLED
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start."""
+        kernels = self.kernels
+        self.state, self.clock = self.start(), np.zeros(kernels.CLOCK)
+        self.clock[kernels.STEP] = math.inf
+        self.record, self.counts = np.zeros(kernels.RECORD), np.zeros(COUNTS, np.int64)
+        self._ended: list[np.ndarray] = []  # contacts since records were taken
+        self._touched = -math.inf  # begin [s] of the last touch recorded
+        self._work = self.work()
+        self._now = 0.0
+
+    def first_outputs(self):
+        """The outputs at the present instant."""
+        return self.outputs(self.state[None].copy())
+
+    def advance(self, times: np.ndarray, duration: float):
+        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
+        kernels, due, until = self.kernels, self._now + np.asarray(times, float), self._now + duration
+        states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, kernels.RECORD))
+        self.clock[kernels.CURSOR] = 0.0
+        status = FULL
+        while status == FULL:
+            status, count = kernels.advance(
+                self.body, self.plan, self.state, self.clock, due, until, states, self.record, finished, self.counts,
+                self._work, self.stop,
+            )  # fmt: skip
+            self._ended.extend(finished[:count].copy())
+        if status == STOPPED:
+            raise Stopped(f"the computation was stopped at {self.clock[kernels.TIME]:.9g} s")
+        if status != OK:
+            raise self.failure(status)
+        self._now = until
+        return self.outputs(states)
+
+    def failure(self, status: int) -> IntegrationError:
+        """When it cannot go on, why, and what to do."""
+        return IntegrationError(f"at {self.clock[self.kernels.TIME]:.9g} s {self.failures[status]}")
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """The touches and the ends of contacts since the last call."""
+        rows = [*self._ended, self.record] if self.clock[self.kernels.IN_CONTACT] else self._ended
+        began = [row[self.kernels.BEGAN] for row in rows if row[self.kernels.BEGAN] > self._touched]
+        ended = self.contacts(np.array(self._ended).reshape(-1, self.kernels.RECORD))
+        self._ended = []
+        self._touched = max(began, default=self._touched)
+        return {"touch": np.array(began).reshape(-1, 1), "contact": ended}
+
+    def costs(self) -> dict[str, int]:
+        """Steps, rejected steps and evaluations of the rates."""
+        return dict(zip(COUNTED, self.counts.tolist(), strict=False))

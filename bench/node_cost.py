@@ -1,0 +1,66 @@
+"""What nodes take in real time: `python bench/node_cost.py`, per cent of a core of sim_node and of recorder_node.
+
+The 6203 runs alone, then with a recorder that logs every message; of a few spans the least is told, because what else
+runs on the machine only adds. What a recorder lost it counts itself: messages of all topics, and solver outputs.
+"""
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from watch_cost import PATIENCE, shares
+
+from bearing_twin import load_scene, read_log
+from bearing_twin.log.raw_log import RECORDING_RECORD
+from bearing_twin.nodes.processes import node_command, started
+
+RATES = ((100, 100), (1000, 100), (1000, 1000), (4000, 1000))  # outputs, and messages of a topic, a second
+ROUNDS = 3
+SETTLING = 4.0  # s
+
+
+def heard(node, word: str) -> None:
+    """Waits until a node says `word`."""
+    end = time.monotonic() + PATIENCE
+    while word not in node.said.read_text(errors="replace"):
+        node.look(time.monotonic())
+        if time.monotonic() > end:
+            sys.exit(f"{node.said} does not say {word!r}")
+        time.sleep(0.2)
+
+
+def least(nodes) -> list[float]:
+    """Per cent of a core of each node, the least of several spans."""
+    time.sleep(SETTLING)
+    return [min(column) for column in zip(*(shares(nodes) for _ in range(ROUNDS)), strict=True)]
+
+
+def row(outputs: int, messages: int, folder: Path) -> str:
+    """One line of the table."""
+    rates = [f"run.output_rate={outputs}", f"run.publish_rate={messages}"]
+    scene, log = folder / f"{outputs}_{messages}.yaml", folder / f"{outputs}_{messages}.mcap"
+    scene.write_text(load_scene("bearing_6203", rates).text, encoding="utf-8")
+    recording = {"log": str(log), "full": True}
+    with started("sim_node", node_command("sim_node", {"scene": str(scene)}), folder) as simulating:
+        heard(simulating, "ready after")
+        [alone] = least([simulating])
+        with started("recorder_node", node_command("recorder_node", recording), folder) as recorder:
+            beside, wrote = least([simulating, recorder])
+    told = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
+    lost = f"{told['messages_lost']} of {told['messages']}", f"{told['samples_lost']} of {told['samples_received']}"
+    return f"{outputs:8}{messages:10}{alone:10.1f}{beside:10.1f}{wrote:10.1f}{lost[0]:>18}{lost[1]:>16}"
+
+
+def main() -> None:
+    print(f"bearing_6203 in real time, {len(os.sched_getaffinity(0))} processors; per cent of one:")
+    print(f"{'outputs':>8}{'messages':>10}{'sim_node':>10}{'sim_node':>10}{'recorder':>10}{'lost':>18}{'lost':>16}")
+    print(f"{'1/s':>8}{'1/s':>10}{'alone':>10}{'recorded':>10}{'':10}{'messages':>18}{'outputs':>16}")
+    with tempfile.TemporaryDirectory() as folder:
+        for outputs, messages in RATES:
+            print(row(outputs, messages, Path(folder)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,20 @@
+"""Python files of the checkout as syntax trees, each parsed once in a session, when the first test asks for it."""
+
+import ast
+import functools
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "bearing_twin"
+
+
+@functools.cache
+def tree_of(path: Path) -> ast.Module:
+    """A file's tree, which nobody may change."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@functools.cache
+def package_trees() -> dict[Path, ast.Module]:
+    """The trees of all files of the package by their paths, sorted."""
+    return {path: tree_of(path) for path in sorted(PACKAGE.rglob("*.py"))}

@@ -1,0 +1,107 @@
+"""Errors of a study's quantities: how they follow from those of figures, where they are found, and who tells them."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from bearing_twin import load_study, run_study
+from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.log.study_log import read_study, write_study
+from bearing_twin.uq.model_error import chosen, told_of_model
+from bearing_twin.uq.quantities import errors_of, quantities_of
+from bearing_twin.uq.study_file import parse_study
+from bearing_twin.view.study_page import document_of_study
+
+SPHERES = {
+    "scene": "two_spheres",
+    "inputs": {"motion.first_velocity": {"distribution": "uniform", "low": 0.05, "high": 0.1}},
+    "quantities": ["peak_force", "contact_duration", "restitution"],
+    "samples": 40,
+    "method": "ensemble",
+    "modality": "no",
+}
+
+
+def of(name, **more):
+    return run_study(parse_study({**SPHERES, **more}, "study of spheres")).as_dict()["quantities"][name]
+
+
+def test_errors_go_through_what_a_quantity_makes_of_figures():
+    length = Quantity("m", "", read_off("at", lambda vector: math.hypot(*vector)))
+    figures = {"at": [3.0, -4.0], "else": 1.0}
+    found = errors_of(length, figures, {"at": {"method": [0.3, 0.4], "law": 0.0}, "else": {"left_out": 9.0}})
+    assert found == pytest.approx({"method": 0.5, "law": 0.0})
+    assert errors_of(length, figures, {"else": {"method": 1.0}}) == {}
+    greatest = quantities_of("bearing")["greatest_ball_load"]
+    loads = {"greatest_normal_load_inner_n": [5.0, 9.0], "greatest_normal_load_outer_n": [6.0, 8.0]}
+    # The error of a ball that carries less counts where it may carry most.
+    errors = {"greatest_normal_load_outer_n": {"method": [4.0, 0.5]}}
+    assert errors_of(greatest, loads, errors) == pytest.approx({"method": 1.0})
+
+
+def test_realisations_are_chosen_by_the_watched_quantity_first():
+    sample = np.array([[5.0, 0.0], [1.0, 9.0], [np.nan, np.nan], [9.0, 1.0], [3.0, 2.0]])
+    assert chosen(sample, 0, 3) == [0, 3, 1]
+    assert chosen(sample, 1, 2) == [4, 1]
+    assert chosen(sample, 0, 9) == [0, 3, 1, 4]
+    assert chosen(np.full((3, 2), np.nan), 0, 5) == []
+
+
+def test_the_error_of_a_law_is_what_another_law_gives():
+    exact, other = of("peak_force", set=[]), of("peak_force", set=["contact.normal=volumetric"])
+    error = other["errors_by_source"]["law"]
+    # The greatest realisation is off most: the greatest of the sample bounds the mean.
+    assert 1.0 < error / abs(other["mean"] - exact["mean"]) < 3.0
+    assert exact["errors_by_source"]["law"] < 1e-12 * exact["mean"]
+    assert other["error"] == pytest.approx(sum(other["errors_by_source"].values()))
+
+
+def test_without_companions_the_errors_are_not_known_and_that_is_said():
+    result = run_study(parse_study({**SPHERES, "companions": 0}, "study"))
+    assert result.summary["quantities"]["peak_force"]["error"] is None
+    assert "companions: 0" in result.summary["companions"]["errors_unknown"]["method"]
+    assert not [one for one in told_of_model(result.summary) if "\u00b1" in one]
+
+
+def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
+    result = run_study(parse_study({**SPHERES, "method": "change_of_variable", "quantities": ["peak_force"]}, "study"))
+    assert not len(result.quantities)
+    told = result.summary["companions"]
+    assert (told["realisations"], told["failed"]) == (3, 0)
+    assert "5 and 95 %" in told["where"]
+    assert (
+        0.0
+        < result.summary["quantities"]["peak_force"]["error"]
+        < 0.1 * result.summary["quantities"]["peak_force"]["mean"]
+    )
+
+
+def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():
+    torque = {
+        "scene": "bearing_6203",
+        "set": ["run.duration=0.004"],
+        "inputs": {"drive.speed": {"distribution": "uniform", "low": 180.0, "high": 190.0}},
+        "quantities": ["drive_torque", "greatest_ball_load"],
+        "samples": 3,
+        "workers": 1,
+    }
+    result = run_study(parse_study(torque, "study of the torque"))
+    assert [one for one in result.doubts if one.startswith("drive_torque: the error of the model is")]
+    assert not [one for one in result.doubts if one.startswith("greatest_ball_load:")]
+    parts = result.summary["quantities"]["drive_torque"]["errors_by_source"]
+    assert parts["friction_model"] > 100.0 * parts["method"] > 0.0
+    assert "film" in result.summary["companions"]["errors_unknown"]
+
+
+def test_log_and_page_tell_the_same(tmp_path):
+    result = run_study(load_study("discs_small_10", ["samples=40"]))
+    path = write_study(result, tmp_path / "study.mcap")
+    assert json.loads(json.dumps(read_study(path).summary)) == json.loads(json.dumps(result.summary))
+    told = list(told_of_model(result.summary))
+    page = document_of_study(result)
+    assert set(told) <= set(page["errors"])
+    rows = {row["words"]: row for row in page["statistics"][0]["rows"]}
+    assert float(rows["mean"]["error"]) > 0.0
+    assert rows["standard deviation"]["error"] == ""
