@@ -28,5 +28,7 @@ def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin
 def _load(chunk: Chunk, into: float) -> list[float]:
     """What acts on the free coordinates of the ring [N, N m] (5,) `into` [s] the chunk."""
     partners = chunk.partners
-    every = [applied_load(partners, chunk.drive, into, i) + float(partners.weight[i]) for i in range(CAGE)]
+    turning = partners.unbalance, partners.phase, chunk.drive, into
+    loads = zip(partners.load[:CAGE], partners.load_rate[:CAGE], partners.weight[:CAGE], strict=True)
+    every = [applied_load(load, rate, *turning, i) + float(weight) for i, (load, rate, weight) in enumerate(loads)]
     return [load if free > 0.0 else 0.0 for load, free in zip(every, partners.free[:CAGE], strict=True)]
