@@ -31,6 +31,7 @@ ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 12.0  # s
 SOAK = 1800.0  # s
 SLOPE = 5.0  # MB/h
+BEGUN = 20_000  # bytes of a log of a node that is at work
 WARM_UP = 0.25  # of a soak: pools of threads, buffers and compiled code are filled by then
 SCENE = ("bearing_6203", ["solver.stepper=rodas4", "contact.normal=hertz"])
 
@@ -140,7 +141,7 @@ def hostile(share: float, folder: Path) -> Found:
 
 def goals(share: float, folder: Path) -> Found:
     """A thousand goals at once, twice: each is answered, or counted by the node; then of a client as by default."""
-    many = part_of(1000, share, 100)
+    many = part_of(1000, share, 30)
     with asking(folder, log_folder="") as (executor, client, node):
         watcher, seen = plain_node(executor, "watcher"), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
@@ -185,7 +186,7 @@ def _account(seen: list) -> int:
 
 def cancels(share: float, folder: Path) -> Found:
     """Studies of three kinds are cancelled at random: acknowledged within 100 ms, ended within 500 ms."""
-    tried, survived, silent, chance = part_of(100, share, 3), 0, 0, random.Random(8)
+    tried, survived, silent, chance = part_of(100, share), 0, 0, random.Random(8)
     times = []
     with asking(folder, log_folder="") as (executor, client, node):
         for k in range(tried):
@@ -215,7 +216,7 @@ def cancels(share: float, folder: Path) -> Found:
 
 def ends(share: float, folder: Path) -> Found:
     """Nodes in the middle of their work are ended by SIGINT and SIGTERM: within 500 ms, with code 0 and a whole log."""
-    tried, times, lost, silent = part_of(30, share, 3), [], 0, 0
+    tried, times, lost, silent = part_of(30, share), [], 0, 0
     for k in range(tried):
         name, number = ("sim_node", "recorder_node", "uq_node")[k % 3], (signal.SIGINT, signal.SIGTERM)[k % 2]
         log = folder / f"ended_{k}{'' if name == 'uq_node' else '.mcap'}"
@@ -232,7 +233,7 @@ def ends(share: float, folder: Path) -> Found:
                     heard = []
                     spun(executor, client.server_is_ready, 60.0)
                     client.send_goal_async(RunStudy.Goal(**ENDLESS), heard.append)
-                    spun(executor, lambda heard=heard: bool(heard), 60.0)
+                    spun(executor, lambda heard=heard: any(one.feedback.done for one in heard), 60.0)
                 spun(executor, lambda: False, 0.5)
                 began = time.monotonic()
                 node.send_signal(number)
@@ -294,18 +295,21 @@ def frozen(share: float, folder: Path) -> Found:
 
 def soak(share: float, folder: Path) -> Found:
     """sim_node, recorder_node and uq_node at real time, with a study now and then: their memory does not grow."""
-    seconds, began = max(20.0, SOAK * share), time.monotonic()
+    seconds, logs = max(2.0, SOAK * share), [folder / "sim.mcap", folder / "recorded.mcap"]
     seen: dict[str, list[tuple[float, float]]] = {}
     with contextlib.ExitStack() as stack:
         executor, client, uq = stack.enter_context(asking(folder, log_folder=""))
         parameters = {
-            "sim_node": {"scene": "bearing_6203", "log": str(folder / "sim.mcap")},
-            "recorder_node": {"log": str(folder / "recorded.mcap")},
+            "sim_node": {"scene": "bearing_6203", "log": str(logs[0])},
+            "recorder_node": {"log": str(logs[1])},
         }
         nodes = {
             name: stack.enter_context(running(name, executor, given, folder / f"{name}.txt"))
             for name, given in parameters.items()
         } | {"uq_node": uq}
+        if not until(lambda: all(log.exists() and log.stat().st_size > BEGUN for log in logs), 120.0):
+            raise RuntimeError("the nodes of the soak did not begin")
+        began = time.monotonic()
         while time.monotonic() - began < seconds:
             answer(executor, client, QUICK)
             for name, node in nodes.items():
@@ -318,7 +322,7 @@ def soak(share: float, folder: Path) -> Found:
         times, sizes = np.array([one for one in found if one[0] > WARM_UP * seconds]).T
         # The median of all slopes between two looks: one step, as of a buffer that grew once, is no slope.
         slopes[name] = theilslopes(sizes, times / 3600.0)[0]
-    far = max((1e-9 * sample.time_ns for sample in read_log(folder / "sim.mcap")), default=0.0)
+    far = max((1e-9 * sample.time_ns for sample in read_log(logs[0])), default=0.0)
     whole = far > 0.0
     good = sum(slope < SLOPE for slope in slopes.values())
     said = ", ".join(f"{name} {slope:+.1f} MB/h ({seen[name][-1][1]:.0f} MB)" for name, slope in slopes.items())
@@ -327,7 +331,7 @@ def soak(share: float, folder: Path) -> Found:
 
 def restarts(share: float, folder: Path) -> Found:
     """sim_node and recorder ended at random, by SIGINT or SIGKILL, while the other runs: all logs whole and true."""
-    chance, tried = random.Random(7), part_of(20, share, 2)
+    chance, tried = random.Random(7), part_of(20, share, 1)
     scene = load_scene(*SCENE)
     logs: list[Path] = []
     with ros_executor() as executor, contextlib.ExitStack() as stack:
