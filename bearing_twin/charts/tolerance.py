@@ -32,7 +32,7 @@ KNOWABLE = 1e-8  # true errors below this are not compared with estimates: the r
 NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
 OUTPUTS = ("loads", "friction")
 ALONE = "solver.companion=off"
-CASES = {  # name: scene, what differs; those after the seventh are variants that nothing was tuned to
+CASES = {  # name: scene, what differs; those after the seventh are variants
     "settled": ("bearing_6203", ("run.duration=0.2",)),
     "6205": ("bearing_6205", ("run.duration=0.2",)),
     "fast": ("bearing_6203_fast", ("run.duration=0.1",)),
