@@ -191,8 +191,10 @@ def draw(points: list[CagePoint], path: Path) -> None:
     load.legend(loc="best", frameon=False, fontsize=11)
     for axis in (load, orbit, cost):
         frame(axis)
-    cost.legend(loc="lower left", frameon=False, fontsize=11)
+    handles, place = cost.get_legend_handles_labels(), {"loc": "lower center", "bbox_to_anchor": (0.5, 0.025)}
+    figure.legend(*handles, **place, ncols=7, frameon=False, fontsize=11)
     title = "A loaded bearing with clearance: dimensions with and without a cage"
     figure.suptitle(title, fontsize=15, color=STYLE["ink"])
+    figure.get_layout_engine().set(rect=(0.0, 0.08, 1.0, 0.92))  # below is room for both
     stamp(figure)
     figure.savefig(path, dpi=100)
