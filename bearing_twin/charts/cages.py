@@ -10,7 +10,7 @@ load of a ball (mean of all balls), the orbit speed, and the ring: its displacem
 import math
 import time
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.table import write_points
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
@@ -133,9 +133,7 @@ def measure(
     return points
 
 
-def write_table(points: list[CagePoint], path: Path) -> None:
-    """The points as comma-separated values."""
-    write_rows(path, [field.name for field in fields(CagePoint)], map(astuple, points))
+write_table = write_points
 
 
 def worst(points: list[CagePoint], model, error: str) -> float:

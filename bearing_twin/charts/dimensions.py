@@ -9,14 +9,14 @@ settled, which takes about 0.6 s) and settled; equilibria are taken with the bal
 import math
 import time
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.table import write_points
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
@@ -150,9 +150,7 @@ def measure(update: Callable[[float], None] = lambda share: None, loads=LOADS, s
     return points
 
 
-def write_table(points: list[DimensionPoint], path: Path) -> None:
-    """The points as comma-separated values."""
-    write_rows(path, [field.name for field in fields(DimensionPoint)], map(astuple, points))
+write_table = write_points
 
 
 def worst(points: list[DimensionPoint], dimension: str, error: str, share: float = math.inf) -> float:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.charts.contest import DONE, FAILED, STOPPED, Made, Row, Task, Wanted, answers_of, limited
 from bearing_twin.charts.scene_rows import command_of
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.table import write_points
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.motion import BearingMotion
@@ -189,9 +189,7 @@ def _row(point: TolerancePoint) -> Row:
     )
 
 
-def write_table(points: list[TolerancePoint], path: Path) -> None:
-    """The points as comma-separated values."""
-    write_rows(path, [field.name for field in fields(TolerancePoint)], map(astuple, points))
+write_table = write_points
 
 
 def _look(number: int) -> dict:

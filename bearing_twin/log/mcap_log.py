@@ -142,22 +142,26 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
     samples, waiting, since = 0, [], time.monotonic()
     with LogWriter(path, run.scene, choice_record(run.choice), run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
+
+        def write() -> None:
+            piece = joined(waiting)
+            waiting.clear()
+            log.write_all(stream.messages(piece))
+
         try:
             for block in run.blocks():
                 samples += len(block)
                 if waiting and block.first_sequence != waiting[-1].first_sequence + len(waiting[-1]):
-                    log.write_all(stream.messages(joined(waiting)))  # a gap stays where it is
-                    waiting = []
+                    write()  # a gap stays where it is
                 waiting.append(block)
                 late = max_loss or time.monotonic() > since + ENCODED_SECONDS
                 if late or sum(map(len, waiting)) >= together:
-                    piece, waiting = joined(waiting), []
-                    log.write_all(stream.messages(piece))
+                    write()
                     since = time.monotonic()
         finally:
             if not log.problem:
                 if waiting:
-                    log.write_all(stream.messages(joined(waiting)))
+                    write()
                 log.write_all(stream.flush())
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)

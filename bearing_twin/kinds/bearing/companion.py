@@ -32,10 +32,8 @@ RAISED, FAR_RAISED = 1.2, 3.0  # times the least of those: worth a look; times t
 LOOKING = 0.2  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
 INHERITED = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
-FOLLOWING, THREATENED = (
-    0.15,
-    0.6,
-)  # of the run's steps: where no more is followed; where it is off by the tolerance, or loose
+FOLLOWING = 0.15  # of the run's steps: where more were spent, nothing more is followed ...
+THREATENED = 0.6  # ... unless it is off by the tolerance, or loose: then where so many were
 
 
 class Followed(NamedTuple):
@@ -81,11 +79,8 @@ class Companion:
     def remember(self, kept: dict) -> None:
         """Goes on from what `memory` gave; raises KeyError, TypeError or ValueError for anything else."""
         self.best = np.array(kept["best"], float).reshape(2, MOST)
-        self.greatest_load, self.steps, self.parts = (
-            float(kept["greatest_load"]),
-            int(kept["steps"]),
-            int(kept["parts"]),
-        )
+        self.greatest_load = float(kept["greatest_load"])
+        self.steps, self.parts = int(kept["steps"]), int(kept["parts"])
         self.followed = [
             Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), float(left))
             for ball, begin, last, left in kept["followed"]
