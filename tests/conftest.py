@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import forks  # noqa: F401 - what forks do not collect
 import pytest
 from domains import own_domain
 from hypothesis import settings

@@ -1,6 +1,5 @@
 """What a row of `make torture` hands back, and what several rows need."""
 
-import gc
 import mmap
 import os
 import resource
@@ -8,6 +7,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
+
+import forks  # noqa: F401 - what forks do not collect
 
 
 class Row(NamedTuple):
@@ -51,7 +52,6 @@ def in_a_process(work: Callable[[], None]) -> Cost:
     shared = memoryview(mmap.mmap(-1, 8)).cast("d")
     child = os.fork()
     if child == 0:
-        gc.freeze()  # what is left of threads that a fork has not must not be collected
         shared[0] = memory_of("self")
         resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
         try:
