@@ -180,7 +180,7 @@ def test_a_torque_of_friction_at_a_point_says_what_drilling_it_does_not_hold():
             power += abs(spot.torque * last["spin_rate"][ball, side])
     told = errors_of["errors_by_source"]["drive_torque_nm"]["friction_model"]
     assert told == pytest.approx(power / 183.26, rel=0.01)
-    (flag,) = (flag for flag in run.report.flags if "drive_torque_nm" in flag)
+    (flag,) = (flag for flag in run.report.flags if "drive torque" in flag)
     assert "set contact.friction: spot, which computes the drilling that a point does not hold" in flag
 
 

@@ -278,8 +278,8 @@ class BearingDoubt:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
         if not FRICTIONS[self.parameters.contact.friction].over_spot:
             notes[FRICTION_MODEL] = (
-                "contact.friction: point holds no drilling: what the spots' spin would add is in the errors; "
-                "contact.friction: spot computes it"
+                "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin "
+                "would add, not what the motion makes of it; contact.friction: spot computes it"
             )
         return notes | self.growth.notes | left_out(self.parameters)
 
