@@ -63,7 +63,7 @@ def here(monkeypatch, capfd):
 
     kept, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
 
-    monkeypatch.setattr(entry, "_leave", lambda code: None)  # which would end the tests, too
+    monkeypatch.setattr(entry, "leave", lambda code: None)  # which would end the tests, too
 
     def call(name, *arguments):
         monkeypatch.setattr(sys, "argv", [name, *arguments])

@@ -83,7 +83,7 @@ def test_a_run_is_logged_reported_and_verified(log, capsys):
     assert verification["samples"] == 21
     # The torque of friction at a point leaves out drilling, which is more than a tenth of it.
     report = asked(capsys, "report", log, "--strict", code=DOUBTFUL)
-    assert any("drive_torque_nm" in flag for flag in report["flags"])
+    assert any("drive torque" in flag for flag in report["flags"])
     assert report["status"] == "done"
     assert report["samples"] == 21
     assert report["missing_outputs"] == 0

@@ -127,6 +127,33 @@ def test_every_panel_of_foxglove_is_placed_once():
     assert sorted(placed(made["layout"])) == sorted(made["configById"])
 
 
+def test_panels_of_foxglove_have_titles_and_frames_do_not_hide_the_bearing():
+    """By the names in Foxglove Studio 1.48, Lichtblick and foxglove-sdk 0.30: axes are 0.2 m long unless told."""
+    shown = panels(SCENE)
+    configs = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]
+    plots = [one for name, one in configs.items() if name.startswith("Plot!")]
+    assert [one["foxglovePanelTitle"] for one in plots] == [plot.title for plot in shown.plots]
+    frames = configs["3D!scene"]["scene"]["transforms"]
+    assert not frames["showLabel"]
+    assert 0.2 * frames["axisScale"] == frames["axisSize"] < SCENE.parameters.geometry.pitch_diameter / 2.0
+
+
+def beside_each_other(node):
+    """Plots in a row of a layout as PlotJuggler splits: `|` puts what it holds side by side, `-` below each other."""
+    if node.tag == "DockArea":
+        return 1
+    assert int(node.get("count")) == len(node) == len(node.get("sizes").split(";"))
+    numbers = [beside_each_other(one) for one in node]
+    return sum(numbers) if node.get("orientation") == "|" else max(numbers)
+
+
+@pytest.mark.parametrize("kind", SHIPPED)
+def test_plots_of_plotjuggler_stand_two_in_a_row(kind):
+    shown = panels(bare(kind))
+    [splitter] = ElementTree.fromstring(LAYOUTS["plotjuggler"].made(shown)).find("tabbed_widget/Tab/Container")
+    assert beside_each_other(splitter) == min(2, len(shown.plots))
+
+
 def test_two_bearings_share_one_picture():
     both = [panels(SCENE, f"/{side}", f"{side}/")._replace(frame="world") for side in ("left", "right")]
     content = rviz(*both)
@@ -140,8 +167,10 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
     write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
     words = ["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "new"), "--for", "plotjuggler", "--json"]
     assert main(words) == 0
-    [path] = json.loads(capsys.readouterr().out)["files"].values()
+    told = json.loads(capsys.readouterr().out)
+    [path] = told["files"].values()
     assert path.endswith("run.plotjuggler.xml")
+    assert told["open_with"] == {"plotjuggler": f"plotjuggler --datafile {tmp_path / 'run.mcap'} --layout {path}"}
     with open(path, "rb") as file:
         assert file.read() == LAYOUTS["plotjuggler"].made(panels(scene))
     assert main(words) == 2

@@ -59,7 +59,7 @@ def run(arguments) -> Outcome:
         else:
             layout = LAYOUTS[program]
             path = write_layout(program, panels, folder / f"{name}{layout.suffix}")
-            opened[program] = layout.opened.replace("FILE", str(path))
+            opened[program] = layout.opening(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])
 

@@ -18,11 +18,16 @@ PLOTS_IN_A_ROW = 2
 
 
 class Layout(NamedTuple):
-    """One program: end of the file's name, what makes its bytes, and how to open them."""
+    """One program: end of the file's name, what makes its bytes, how to open them, and `data`, a log with them."""
 
     suffix: str
     made: Callable[[Panels], bytes]
     opened: str
+    data: str = ""
+
+    def opening(self, path: Path, log: Path | None) -> str:
+        """What opens the layout at `path`, with the log it was made of where there is one."""
+        return self.opened.format(file=path, data=self.data.format(log=log) if log else "")
 
 
 def write_layout(program: str, panels: Panels, path) -> Path:
@@ -47,10 +52,11 @@ def rviz(panels: Panels, *others: Panels) -> bytes:
         "Name": "Current View",
         "Distance": 2.5 * panels.size,
         "Focal Point": {"X": 0, "Y": 0, "Z": 0},
+        "Focal Shape Size": 0.1 * panels.size,
         "Target Frame": panels.frame,
         "Yaw": 0.6,
         "Pitch": 0.9,
-        "Near Clip Distance": 0.001 * panels.size,
+        "Near Clip Distance": 0.001,  # m, the least that RViz takes
     }
     tools = [{"Class": f"rviz_default_plugins/{name}"} for name in ("MoveCamera", "Select", "FocusCamera", "Measure")]
     manager = {
@@ -101,12 +107,14 @@ def foxglove(panels: Panels) -> bytes:
 
 
 def _foxglove_view(panels: Panels) -> dict:
+    # axes of frames are 0.2 m long unless told; Lichtblick is told a factor of that, Foxglove the length [m]
+    frames = {"showLabel": False, "axisScale": panels.size, "axisSize": 0.2 * panels.size}
     return {
         "followTf": panels.frame,
         "followMode": "follow-none",
         "transforms": {},
         "publish": {},
-        "scene": {"meshUpAxis": "z_up"},
+        "scene": {"meshUpAxis": "z_up", "transforms": frames},
         "cameraState": {
             "distance": 2.5 * panels.size,
             "perspective": True,
@@ -130,7 +138,7 @@ def _foxglove_plot(plot: Plot) -> dict:
     if plot.number:
         over = {"xAxisVal": "custom", "xAxisPath": {"value": _dotted(plot.number), "enabled": True}}
     return {
-        "title": plot.title,
+        "foxglovePanelTitle": plot.title,
         "paths": [
             {
                 "value": _dotted(curve),
@@ -166,17 +174,17 @@ def _halved(names: Sequence[str], direction: str = "column"):
 
 
 def plotjuggler(panels: Panels) -> bytes:
-    """One tab of plots, two in a row."""
+    """One tab of plots, two in a row; the sign in `orientation` is that of the line between what it splits."""
     root = ElementTree.Element("root")
     window = ElementTree.SubElement(root, "tabbed_widget", parent="main_window", name="Main Window")
     tab = ElementTree.SubElement(window, "Tab", containers="1", tab_name=panels.name)
     columns = ElementTree.SubElement(ElementTree.SubElement(tab, "Container"), "DockSplitter")
     shares = min(PLOTS_IN_A_ROW, len(panels.plots))
-    columns.attrib.update({"orientation": "-", "count": str(shares), "sizes": _equal(shares)})
+    columns.attrib.update({"orientation": "|", "count": str(shares), "sizes": _equal(shares)})
     for column in range(shares):
         plots = panels.plots[column::shares]
         rows = ElementTree.SubElement(columns, "DockSplitter")
-        rows.attrib.update({"orientation": "|", "count": str(len(plots)), "sizes": _equal(len(plots))})
+        rows.attrib.update({"orientation": "-", "count": str(len(plots)), "sizes": _equal(len(plots))})
         for plot in plots:
             _plotjuggler_plot(ElementTree.SubElement(rows, "DockArea", name=plot.title), plot)
     ElementTree.SubElement(window, "currentTabIndex", index="0")
@@ -208,7 +216,7 @@ def _colored(plot: Plot):
 
 
 LAYOUTS = {
-    "rviz": Layout(".rviz", rviz, "rviz2 -d FILE"),
+    "rviz": Layout(".rviz", rviz, "rviz2 -d {file}"),
     "foxglove": Layout(".foxglove.json", foxglove, "in Foxglove: Layouts, import from file"),
-    "plotjuggler": Layout(".plotjuggler.xml", plotjuggler, "plotjuggler --layout FILE"),
+    "plotjuggler": Layout(".plotjuggler.xml", plotjuggler, "plotjuggler {data}--layout {file}", "--datafile {log} "),
 }

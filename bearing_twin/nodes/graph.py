@@ -8,7 +8,7 @@ import math
 import re
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from action_msgs.msg import GoalStatus
@@ -22,11 +22,13 @@ from rclpy.signals import SignalHandlerOptions
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
+from bearing_twin.nodes.discovery import end_of, others_are_whole
 from bearing_twin.nodes.messages import qos_profile, rclpy
 from bearing_twin.nodes.reflection import filled, interface, plain
 from bearing_twin.parameters import echo, unknown
 
-AT_LEAST, QUIET = 1.5, 0.7  # s a list is waited for, and s without a change after which it is taken as complete
+AT_LEAST, QUIET = 1.5, 1.5  # s a list is waited for, and s without a change after which it is taken as complete
+AT_MOST = 4.0  # s a list is waited for while no other node is seen whole: on a busy machine discovery is late
 TURN = 0.05  # s
 DEPTH = 100  # messages that may wait
 ENDS = {value: name.removeprefix("STATUS_").lower() for name, value in vars(GoalStatus).items() if "STATUS_" in name}
@@ -96,7 +98,7 @@ class Graph:
             "publishers": self._node.get_publishers_info_by_topic,
             "subscriptions": self._node.get_subscriptions_info_by_topic,
         }
-        return {key: self._at_rest(lambda ask=ask: [_end(one) for one in ask(topic)]) for key, ask in found.items()}
+        return {key: self._at_rest(lambda ask=ask: [end_of(one) for one in ask(topic)]) for key, ask in found.items()}
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
         """The messages of a topic from now on, without end; bytes where `raw`. Raises GraphError if nobody has it.
@@ -267,9 +269,13 @@ class Graph:
 
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
         """What `ask()` gives once discovery adds nothing any more."""
-        now = time.monotonic()
-        earliest, last, changed = now + AT_LEAST, ask(), now
-        while now < earliest or now - changed < QUIET:
+        now = began = time.monotonic()
+        last, changed = ask(), now
+        while (
+            now < began + AT_LEAST
+            or now < changed + QUIET
+            or (now < began + AT_MOST and not others_are_whole(self._node))
+        ):
             self._executor.spin_once(timeout_sec=TURN)
             now, found = time.monotonic(), ask()
             if found != last:
@@ -288,13 +294,3 @@ class Graph:
         latched = bool(offered) and all(one.durability.name == "TRANSIENT_LOCAL" for one in offered)
         words = "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile"
         return qos_profile(Qos(DEPTH, *words))
-
-
-def _end(info) -> Mapping[str, Any]:
-    profile, namespace = info.qos_profile, info.node_namespace.rstrip("/")
-    return {
-        "node": f"{namespace}/{info.node_name}",
-        "type": info.topic_type,
-        "reliability": profile.reliability.name.lower(),
-        "durability": profile.durability.name.lower(),
-    }

@@ -1,0 +1,27 @@
+"""What a node has found of the others so far: whether it is all of them, and what each end of a topic is."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from rclpy.node import Node, NodeNameNonExistentError
+
+
+def others_are_whole(node: Node) -> bool:
+    """Whether other nodes are seen, and of each something that it publishes: every node publishes parameter events."""
+    own = node.get_name(), node.get_namespace()
+    others = [one for one in node.get_node_names_and_namespaces() if one != own]
+    try:
+        return bool(others) and all(node.get_publisher_names_and_types_by_node(*one) for one in others)
+    except NodeNameNonExistentError:  # it has gone since
+        return False
+
+
+def end_of(info) -> Mapping[str, Any]:
+    """Node, type and quality of service of a publisher or a subscription."""
+    profile, namespace = info.qos_profile, info.node_namespace.rstrip("/")
+    return {
+        "node": f"{namespace}/{info.node_name}",
+        "type": info.topic_type,
+        "reliability": profile.reliability.name.lower(),
+        "durability": profile.durability.name.lower(),
+    }
