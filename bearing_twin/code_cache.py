@@ -25,6 +25,7 @@ import numba
 import numpy as np
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.types import Callable
 
@@ -79,7 +80,7 @@ class CodeCache(_Cache):
         """The compiled form for these types, or None if it must be compiled."""
         if not self.alone and not code_linking.wanted_by_python():
             return None
-        target_context.refresh()
+        rtsys.initialize(target_context)  # not `refresh`: what is only loaded needs none of the rules of typing
         key, path = self._key_and_path(sig, target_context.codegen())
         if path is None or (content := _read(path)) is None:
             return None

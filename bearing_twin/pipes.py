@@ -1,9 +1,12 @@
 """What is printed may go to a reader that leaves before the end, such as `head`: no error, and nothing more to say."""
 
+import atexit
+import contextlib
 import os
 import select
 import sys
 from collections.abc import Callable
+from typing import NoReturn
 
 PRINTED = 1, 2  # standard output and standard error
 
@@ -25,6 +28,15 @@ def while_read(program: Callable[[], int]) -> int:
         for number in gone:  # Python flushes once more at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), number)
         return 0
+
+
+def leave(code: int) -> NoReturn:
+    """Ends the process, which has put everything away: Python itself would take up to a second to forget."""
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code)
 
 
 def _without_reader(number: int) -> bool:

@@ -92,10 +92,11 @@ def _file_of(name: str) -> str | None:
     if not parts:
         return getattr(found, "__file__", None)
     for folder in getattr(found, "__path__", ()):
-        place = Path(folder, *parts)
-        for path in (place.with_suffix(".py"), place / "__init__.py"):
-            if path.is_file():
-                return str(path)
+        # Thousands of times at a start: paths as objects would take a tenth of a second.
+        place = os.path.join(folder, *parts)
+        for path in (f"{place}.py", os.path.join(place, "__init__.py")):
+            if os.path.isfile(path):
+                return path
     return None
 
 

@@ -15,6 +15,12 @@ def tree_of(path: Path) -> ast.Module:
 
 
 @functools.cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    """All nodes of a file's tree, outer ones first."""
+    return tuple(ast.walk(tree_of(path)))
+
+
+@functools.cache
 def package_trees() -> dict[Path, ast.Module]:
     """The trees of all files of the package by their paths, sorted."""
     return {path: tree_of(path) for path in sorted(PACKAGE.rglob("*.py"))}

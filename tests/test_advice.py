@@ -7,7 +7,7 @@ import itertools
 import re
 
 import pytest
-from sources import PACKAGE, package_trees
+from sources import PACKAGE, nodes_of, package_trees
 
 from bearing_twin.command.cli import _parsers
 from bearing_twin.parameters import describe
@@ -30,8 +30,8 @@ def sentences():
 
 
 def texts():
-    for path, tree in package_trees().items():
-        nodes = [node for node in ast.walk(tree) if isinstance(node, (ast.Expr, ast.JoinedStr, ast.Constant))]
+    for path in package_trees():
+        nodes = [node for node in nodes_of(path) if isinstance(node, (ast.Expr, ast.JoinedStr, ast.Constant))]
         silent = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
         for node in nodes:
             if isinstance(node, ast.JoinedStr):

@@ -2,37 +2,35 @@
 
 import ast
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
-from sources import PACKAGE, ROOT, package_trees, tree_of
+from sources import PACKAGE, ROOT, nodes_of, package_trees, tree_of
 
 import bearing_twin
 from bearing_twin.kinds import KINDS
 
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
-    *(
-        "source_state",
-        "code_linking",
-        "code_linking",
-        "code_cache",
-        "compiled",
-        "errors",
-        "extras",
-        "spelling",
-        "units",
-        "parameters",
-        "paths",
-        "permission",
-        "pipes",
-        "processors",
-        "report",
-        "sample",
-        "shelf",
-        "stopping",
-        "tables",
-    ),
+    "source_state",
+    "code_linking",
+    "code_cache",
+    "compiled",
+    "errors",
+    "extras",
+    "spelling",
+    "units",
+    "parameters",
+    "paths",
+    "permission",
+    "pipes",
+    "processors",
+    "report",
+    "sample",
+    "shelf",
+    "stopping",
+    "tables",
 )
 ROOMS = (
     *GROUND,
@@ -104,9 +102,9 @@ def room_of(path: Path) -> str:
     return path.relative_to(PACKAGE).with_suffix("").parts[0]
 
 
-def imported(tree: ast.AST, path: Path):
-    """(line, full module name) of every import in a tree, also those inside functions, `from a import b` as a.b."""
-    for node in ast.walk(tree):
+def imported(nodes: Iterable[ast.AST], path: Path):
+    """(line, full module name) of every import among these nodes of a file's tree, `from a import b` as a.b."""
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from ((node.lineno, alias.name) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -114,8 +112,12 @@ def imported(tree: ast.AST, path: Path):
             yield from ((node.lineno, f"{node.module}.{alias.name}") for alias in node.names)
 
 
-def own_rooms(tree, path):
-    for line, name in imported(tree, path):
+def imports_at_top(path: Path) -> list[ast.AST]:
+    return [node for node in tree_of(path).body if isinstance(node, (ast.Import, ast.ImportFrom))]
+
+
+def own_rooms(nodes, path):
+    for line, name in imported(nodes, path):
         parts = name.split(".")
         if parts[0] == "bearing_twin" and len(parts) > 1 and not parts[1].startswith("__"):
             yield line, parts[1]
@@ -127,8 +129,8 @@ def test_every_module_has_a_room():
 
 def test_imports_point_one_way():
     wrong = []
-    for path, tree in package_trees().items():
-        for line, room in own_rooms(tree, path):
+    for path in package_trees():
+        for line, room in own_rooms(nodes_of(path), path):
             here = room_of(path)
             allowed = here != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(here)
             reaches = path.relative_to(PACKAGE).as_posix() in REACH_ROS and room == "nodes"
@@ -142,8 +144,7 @@ def test_a_room_does_not_import_itself_in_a_circle():
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in SOURCES}
     needs = {}
     for name, path in names.items():
-        top = [node for node in tree_of(path).body if isinstance(node, (ast.Import, ast.ImportFrom))]
-        found = {one for node in top for _, one in imported(ast.Module([node], []), path)}
+        found = {one for _, one in imported(imports_at_top(path), path)}
         needs[name] = {one if one in names else one.rpartition(".")[0] for one in found} & set(names) - {"bearing_twin"}
     while needs:
         free = [name for name, wanted in needs.items() if not wanted & set(needs) - {name}]
@@ -155,13 +156,13 @@ def test_a_room_does_not_import_itself_in_a_circle():
 def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
     """`contract` names the default picture by its place."""
     wrong = []
-    for path, tree in package_trees().items():
+    for path in package_trees():
         if room_of(path) != "kinds":
             continue
         if path.stem != "picture":
-            wrong += [f"{path}:{line}" for line, room in own_rooms(tree, path) if room == "pictures"]
+            wrong += [f"{path}:{line}" for line, room in own_rooms(nodes_of(path), path) if room == "pictures"]
         if path.stem not in ("topics", "markers"):
-            texts = [one for one in ast.walk(tree) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+            texts = [one for one in nodes_of(path) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
             wrong += [f"{path}:{one.lineno}" for one in texts if re.fullmatch(r"\w+/(msg|srv)/\w+", one.value)]
     assert wrong == []
 
@@ -193,8 +194,8 @@ def test_ros_is_imported_only_by_the_nodes():
     ros = re.compile(r"rclpy|ament_\w+|rosidl\w*|launch\w*|builtin_interfaces|\w+_msgs|std_srvs|rcl_interfaces|tf2\w*")
     wrong = [
         f"{path.relative_to(ROOT)}:{line} imports {name}"
-        for path, tree in package_trees().items()
-        for line, name in imported(tree, path)
+        for path in package_trees()
+        for line, name in imported(nodes_of(path), path)
         if ros.fullmatch(name.split(".")[0]) and room_of(path) != "nodes"
     ]
     assert wrong == []
@@ -203,10 +204,10 @@ def test_ros_is_imported_only_by_the_nodes():
 def test_physics_knows_no_files_no_clock_and_no_plots():
     wrong = [
         f"{path.relative_to(ROOT)}:{line} imports {name}"
-        for path, tree in package_trees().items()
+        for path in package_trees()
         if (room_of(path) in PHYSICS and path.stem != "picture")
         or (room_of(path) == "uq" and path.stem in NUMBERS_OF_UQ)
-        for line, name in imported(tree, path)
+        for line, name in imported(nodes_of(path), path)
         if name.split(".")[0] in NO_PHYSICS
     ]
     assert wrong == []
@@ -228,7 +229,7 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
 )
 def test_the_command_line_imports_late(module):
     path = PACKAGE / "command" / f"{module}.py"
-    top = ast.Module([node for node in tree_of(path).body if isinstance(node, (ast.Import, ast.ImportFrom))], [])
+    top = imports_at_top(path)
     assert {room for _, room in own_rooms(top, path)} & LATE_ROOMS == set()
     assert {name.split(".")[0] for _, name in imported(top, path)} & {"numba", "scipy", "matplotlib", "rich"} == set()
 
@@ -245,11 +246,11 @@ def test_the_house_is_complete(entry):
 
 def test_files_and_functions_are_short_or_have_a_reason():
     long_files, long_functions = set(), set()
-    for path, tree in package_trees().items():
+    for path in package_trees():
         name = path.relative_to(PACKAGE).as_posix()
         if len(path.read_text(encoding="utf-8").splitlines()) > GREATEST_FILE:
             long_files.add(name)
-        for node in ast.walk(tree):
+        for node in nodes_of(path):
             if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno + 1 > GREATEST_FUNCTION:
                 long_functions.add((name, node.name))
     assert long_files == set(LONG_FILES), "shorten the file or give the reason in LONG_FILES; drop reasons not needed"
@@ -296,7 +297,7 @@ def test_what_only_tests_reach_is_listed_or_gone():
     defined, entries = (ast.FunctionDef, ast.ClassDef), PACKAGE / "nodes" / "entry.py"
     reached = {"main", *dir(bearing_twin), *(node.name for node in tree_of(entries).body if isinstance(node, defined))}
     for path in (ROOT / "launch").glob("*.py"):
-        reached |= {one.attr for one in ast.walk(tree_of(path)) if isinstance(one, ast.Attribute)}
+        reached |= {one.attr for one in nodes_of(path) if isinstance(one, ast.Attribute)}
     inside, named = {}, {}
     for path, tree in package_trees().items():
         for node in tree.body:

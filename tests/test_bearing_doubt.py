@@ -184,6 +184,13 @@ def test_a_torque_of_friction_at_a_point_says_what_drilling_it_does_not_hold():
     assert "set contact.friction: spot, which computes the drilling that a point does not hold" in flag
 
 
+def test_loads_of_balls_that_stand_do_not_change_because_they_go_round():
+    """A step of load at standstill: balls turned by rounding, 1e-38 rad, and loads were said to be off by 2e10."""
+    report = reported("bearing_6203_step_load", "run.duration=0.02").report
+    assert report.status == "done"
+    assert 0.0 < report.errors["wanted_errors"]["loads"]["error"] < 1e-5
+
+
 def test_outputs_without_windows_say_that_the_method_is_not_known():
     scene = made_up_scene()
     doubt, block = BearingDoubt(scene.parameters, a_choice()), made_up_block(scene, 20)

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 import tracemalloc
+from concurrent.futures import Future
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_s
 from bearing_twin.reference.impact import equation_14, power_load, strike
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
-from bearing_twin.uq.realise import NEVER_MEET, realise
+from bearing_twin.uq.realise import NEVER_MEET, empty, realise
 from bearing_twin.uq.run import memory_needed, run_study
 from bearing_twin.uq.statistics import estimate
 from bearing_twin.uq.study_file import load_study, parse_study
@@ -399,13 +400,52 @@ def test_a_study_keeps_realisations_as_they_come(monkeypatch, quick_workers):
     assert len(kept) > 3
 
 
+@pytest.mark.parametrize("which", ["closed", "by workers"])
+def test_what_is_told_of_as_done_has_been_kept(which, monkeypatch, quick_workers):
+    """So a node that is ended after its first feedback leaves a log of it."""
+    monkeypatch.setattr("bearing_twin.uq.ensemble.HANDED_OVER", 0.0)
+    kept, told = [0], []
+    study = ENSEMBLE if which == "closed" else {**LOSSY, "sampler": "latin_hypercube", "samples": 32, "workers": 1}
+    result = run(
+        study,
+        progress=lambda one: told.append((one.done, kept[0])),
+        keep=lambda values, *_: kept.append(kept.pop() + len(values)),
+    )
+    assert told
+    assert all(done <= here for done, here in told)
+    assert told[-1][0] == kept[0] == len(result.status)
+
+
+def test_realisations_behind_one_that_does_not_end_are_not_told_of_as_done(monkeypatch):
+    """They are no first so many samples, and are not kept."""
+    looks, told = iter(range(100)), []
+
+    class Stuck:
+        asked = 0
+
+        def submit(self, function, task, values):
+            future = Future()
+            Stuck.asked += 1
+            if Stuck.asked > 1:
+                future.set_result(empty(task, len(values)))
+            return future
+
+    study = parse_study(LONG_RUN, "s", ["set=[run.duration=0.01]"])
+    ensemble = Ensemble(task_of(study), 1, "processes", lambda: next(looks) > 3)
+    monkeypatch.setattr(ensemble, "_started", Stuck)
+    monkeypatch.setattr("bearing_twin.uq.ensemble.HANDED_OVER", 0.0)
+    assert len(ensemble.evaluate(np.full((8, 1), 1e-5), told.append).quantities) == 0
+    assert Stuck.asked == 8
+    assert told == []
+
+
 def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
     cancelled = []
     began = time.monotonic()
     asked_at = []
 
     def asked():
-        if not asked_at and children() and time.monotonic() - began > 3.0:
+        if not asked_at and children() and time.monotonic() - began > 1.0:
             asked_at.append(time.monotonic())
         return bool(asked_at)
 

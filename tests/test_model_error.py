@@ -14,6 +14,8 @@ from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.study_file import parse_study
 from bearing_twin.view.study_page import document_of_study
 
+pytestmark = pytest.mark.usefixtures("quick_workers")
+
 SPHERES = {
     "scene": "two_spheres",
     "inputs": {"motion.first_velocity": {"distribution": "uniform", "low": 0.05, "high": 0.1}},

@@ -321,7 +321,7 @@ def test_any_number_of_balls(balls):
     assert (values["neighbour_load"] == 0.0).all()
 
 
-def test_a_study_asks_equilibria_like_any_other_model():
+def test_a_study_asks_equilibria_like_any_other_model(quick_workers):
     study = parse_study(
         {
             "scene": "bearing_6203_rig_400N",

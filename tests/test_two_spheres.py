@@ -230,6 +230,8 @@ def test_a_step_beyond_an_eighth_of_the_contact_is_refused_and_a_coarse_one_is_w
 
     with pytest.raises(SceneError, match="at least 8 steps; use"):
         load_scene("two_spheres", ["solver.stepper=rk4", "solver.step=1.0e-5"])
+    with pytest.raises(SceneError, match="at most 100000 steps; use"):  # which would be terabytes
+        load_scene("two_discs", ["solver.stepper=rk4", "solver.step=1.0e-13"])
     coarse = load_scene("two_spheres", ["solver.stepper=symplectic_euler", "solver.step=6.0e-6"])
     assert "16 steps a contact" in choose(coarse).warnings[0]
     assert choose(load_scene("two_spheres", ["solver.stepper=rk4"])).warnings == ()

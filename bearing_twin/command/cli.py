@@ -12,17 +12,20 @@ import re
 import signal
 import sys
 import textwrap
+import threading
+from typing import NoReturn
 
 from bearing_twin import __version__
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import complete
 from bearing_twin.errors import BearingTwinError, missing_package
-from bearing_twin.pipes import while_read
+from bearing_twin.pipes import leave, while_read
 from bearing_twin.processors import one_processor
 from bearing_twin.report import json_text, plain_json
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
+AGAIN = 0.01  # s until a signal that was dropped is sent again
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
@@ -38,6 +41,15 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message):
         raise BearingTwinError(f"{message}; see {self.prog} --help")
+
+
+def program() -> NoReturn:
+    """The executable: `main`, after which the process ends at once."""
+    try:
+        code = main()
+    except SystemExit as end:  # --help, or a signal
+        code = end.code or DONE
+    leave(code)
 
 
 def main(argv=None) -> int:
@@ -163,8 +175,23 @@ def _ended_by_signals():
             if signal.getsignal(number) == signal.SIG_IGN:  # as under nohup
                 continue
             previous[number] = signal.signal(number, leave)
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda dropped: _signalled_again(dropped) or hook(dropped)
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         for number, handler in previous.items():
             signal.signal(number, handler)
+
+
+def _signalled_again(dropped) -> bool:
+    """Sends a signal again whose exception Python drops, as where its handler ran in a callback of the collector."""
+    number = signal.SIGINT if isinstance(dropped.exc_value, KeyboardInterrupt) else None
+    if isinstance(dropped.exc_value, SystemExit) and isinstance(dropped.exc_value.code, int):
+        number = dropped.exc_value.code - 128
+    if number not in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        return False
+    main_thread = threading.main_thread().ident
+    threading.Timer(AGAIN, lambda: signal.pthread_kill(main_thread, number)).start()
+    return True

@@ -88,6 +88,23 @@ class BouncingMotion:
         self._touched = -math.inf  # begin [s] of the last touch recorded
         self._work = self.work()
         self._now = 0.0
+        self.keep()
+
+    def _arrays(self) -> tuple[np.ndarray, ...]:
+        """All that a kernel changes; its room holds the step before the last."""
+        return self.state, self.clock, self.record, self.counts, *self._work
+
+    def keep(self) -> None:
+        """Keeps what `take_back` needs."""
+        rest = {"_ended": list(self._ended), "_touched": self._touched, "_now": self._now}
+        self._before = [values.copy() for values in self._arrays()], rest
+
+    def take_back(self) -> None:
+        """Back to the last `keep`, as before the last `advance`."""
+        arrays, rest = self._before
+        for values, before in zip(self._arrays(), arrays, strict=True):
+            values[...] = before
+        vars(self).update(rest | {"_ended": list(rest["_ended"])})
 
     def first_outputs(self):
         """The outputs at the present instant."""
@@ -95,6 +112,7 @@ class BouncingMotion:
 
     def advance(self, times: np.ndarray, duration: float):
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
+        self.keep()
         kernels, due, until = self.kernels, self._now + np.asarray(times, float), self._now + duration
         states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, kernels.RECORD))
         self.clock[kernels.CURSOR] = 0.0

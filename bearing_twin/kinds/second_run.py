@@ -134,9 +134,9 @@ class WithSecondRun:
 
     def advance(self, times: np.ndarray, duration: float):
         """Moves both on; the outputs are the first one's."""
-        values = self._motion.advance(times, duration)
-        records = self._motion.take_records()
-        self._add(0, times, values, records)
+        self._motion.keep()
+        self._finer.keep()
+        values, records = self._motion.advance(times, duration), self._motion.take_records()
         if self._following:
             try:
                 finer = self._finer.advance(times, duration)
@@ -144,6 +144,7 @@ class WithSecondRun:
                 self._following = False
             else:
                 self._add(1, times, finer, self._finer.take_records())
+        self._add(0, times, values, records)
         until = self._now + float(times[-1])
         if until >= min(OFTEN * self._told, self._parameters.run.duration - duration / len(times)):
             if self._following:
@@ -154,6 +155,11 @@ class WithSecondRun:
         self._now += duration
         self._records = records
         return values
+
+    def take_back(self) -> None:
+        """Back to before the last `advance`, which was broken off: nothing of it is in the figures."""
+        self._motion.take_back()
+        self._finer.take_back()
 
     def _row_at(self, until: float) -> np.ndarray:
         """The last row; after the second motion was left, with errors that grow as time goes by.

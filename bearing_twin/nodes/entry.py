@@ -3,15 +3,13 @@
 ROS is imported only inside, because it may be missing.
 """
 
-import atexit
-import contextlib
 import importlib
 import os
 import signal
 import sys
 
 from bearing_twin.errors import BearingTwinError, missing_package
-from bearing_twin.pipes import while_read
+from bearing_twin.pipes import leave, while_read
 from bearing_twin.processors import one_processor
 
 
@@ -64,22 +62,13 @@ def _said(name: str) -> int:
             return 0
         code = node.main()
         if hasattr(node, "PARAMETERS"):
-            _leave(code)
+            leave(code)
         return code
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)
     except ModuleNotFoundError as error:
         print(f"{name}: {missing_package(error)}", file=sys.stderr)
     return 2
-
-
-def _leave(code: int) -> None:
-    """Ends the process of a node, which has put everything away: Python itself would take up to a second to forget."""
-    atexit._run_exitfuncs()
-    for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(OSError, ValueError):
-            stream.flush()
-    os._exit(code)
 
 
 if __name__ == "__main__":

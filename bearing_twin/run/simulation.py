@@ -110,7 +110,8 @@ class Simulation:
                 self._begun()
             return sum(compiling, 0.0)
         period = 1e-9 * self.output_period_ns
-        self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
+        with heeding_signals():
+            self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
         return time.perf_counter() - start
 
     def set_speed(self, speed: float) -> None:

@@ -71,7 +71,10 @@ class Ensemble:
     def parts(
         self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None, task: Task | None = None
     ) -> Iterator[Realised]:
-        """The same, piece after piece in order, as they come."""
+        """The same, piece after piece in order, as they come; `tell` counts a piece when the next is asked for.
+
+        So what is told of as done is kept, however the study ends.
+        """
         return (self._here if self._task.closed else self._by_workers)(values, tell, task or self._task)
 
     def _here(self, values, tell, task):
@@ -81,8 +84,8 @@ class Ensemble:
             if self._cancelled():
                 return
             part = realise(task, values[start : start + size])
-            tell(start + len(part.quantities))
             yield part
+            tell(start + len(part.quantities))
 
     def _by_workers(self, values, tell, task):
         size = BRIEF_CHUNK if KINDS[self._task.scene["kind"]].brief else RUN_CHUNK
@@ -97,14 +100,15 @@ class Ensemble:
                         asked.append(self._started().submit(realise, task, waiting.popleft()))
                         pending.add(asked[-1])
                 come, pending = wait(pending, timeout=LOOK, return_when=FIRST_COMPLETED)
-                if come:
-                    done += sum(len(_result(future).quantities) for future in come)
-                    tell(done)
+                for future in come:
+                    _result(future)  # raises what went wrong, also with one that has others before it
                 while asked and asked[0] not in pending:
                     ready.append(_result(asked.popleft()))
                 if ready and time.monotonic() - handed > HANDED_OVER:
-                    yield joined(ready, self._task)
+                    yield (part := joined(ready, self._task))
+                    done += len(part.quantities)
                     ready, handed = [], time.monotonic()
+                    tell(done)
         except StudyError:
             if ready:
                 yield joined(ready, self._task)
@@ -115,7 +119,8 @@ class Ensemble:
             for future in pending:
                 future.cancel()
         if ready:
-            yield joined(ready, self._task)
+            yield (part := joined(ready, self._task))
+            tell(done + len(part.quantities))
 
     def _started(self) -> Executor:
         if self._pool is None:

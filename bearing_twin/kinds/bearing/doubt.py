@@ -24,6 +24,7 @@ from bearing_twin.sample import Block
 
 UNSEEN = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
 CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
+LEAST_TURN = 1e-6  # rad between two outputs: a ball that turns less stands, and its load changes for other reasons
 SIDES = ("inner", "outer")
 
 
@@ -69,7 +70,7 @@ class BearingDoubt:
         """Keeps how fast loads change as balls go round [N/rad], in the steepest place."""
         turned = np.abs(np.diff(block.values["orbit_angle"], axis=0))[..., None]
         change = np.abs(np.diff(load, axis=0))
-        steep = np.divide(change, turned, out=np.zeros_like(change), where=turned > 0.0)
+        steep = np.divide(change, turned, out=np.zeros_like(change), where=turned > LEAST_TURN)
         self.steepest = max(self.steepest, float(steep.max(initial=0.0)))
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError
+from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.layout import COLUMNS, MOTION
 from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, STEPS, relative_spin
@@ -11,14 +11,17 @@ from bearing_twin.numerics.statuses import OK
 
 
 def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, orientation, results):
-    """Advances all balls together, as the loops in `steps` say, by a SciPy solver's class; raises IntegrationError.
+    """Advances all balls together, as the loops in `steps` say, by a SciPy solver's class.
 
-    `scales` (MOTION,) are the absolute errors allowed in a step.
+    `scales` (MOTION,) are the absolute errors allowed in a step. Raises IntegrationError, and Stopped soon after the
+    flag in `results` is not 0.
     """
     shape = state.shape
     rates = np.zeros(shape)
 
     def right_hand_side(time, flat):
+        if results.stop[0] != 0:
+            raise Stopped("the computation was stopped within a chunk")
         bearing_rates(bearing, drive, near, time, flat.reshape(shape), rates)
         return rates.ravel().copy()
 

@@ -23,6 +23,8 @@ from bearing_twin.errors import IntegrationError
 
 FIXED_STEP = ("rk4", "symplectic_euler")
 FEWEST_STEPS, FEW_STEPS = 8, 16  # of a fixed-step method in the shortest contact: refused below, warned below
+MOST_STEPS = 100_000  # of it in a contact: refused above, as rounding is all that more of them add
+MOST_NODES = 20 * MOST_STEPS  # until a contact is given up: half a second
 
 
 class ContactPeriod(NamedTuple):
@@ -185,7 +187,7 @@ def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tole
 
 
 def _fixed(spring, reduced_mass, speed, method, step, expected):
-    nodes = np.empty((int(50 * max(expected / step, 1.0)) + 100, 4))
+    nodes = np.empty((min(int(50 * max(expected / step, 1.0)) + 100, MOST_NODES), 4))
     count = march_fixed(FIXED_STEP.index(method), spring, reduced_mass, speed, step, 0.5, nodes)
     if count < 0:
         raise IntegrationError(

@@ -12,7 +12,7 @@ from bearing_twin.contact.line import greatest_energy
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.names import law_names, numbers_missing
 from bearing_twin.kinds.impact import disc_closed_form
-from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
+from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS, MOST_STEPS
 from bearing_twin.kinds.impact.parameters import (
     FIXED_STEP,
     Disc,
@@ -161,9 +161,17 @@ def _check_meeting(motion: Meeting) -> list[str]:
 
 
 def _check_step(solver: PairSolver, contact_time: float) -> list[str]:
-    if solver.stepper not in FIXED_STEP or solver.step <= contact_time / FEWEST_STEPS:
+    if solver.stepper not in FIXED_STEP or not solver.step:
         return []
-    return [
-        f"solver.step = {solver.step:g} s is too long: the contact lasts {contact_time:.4g} s and needs at least "
-        f"{FEWEST_STEPS} steps; use {contact_time / FEW_STEPS:.4g} s or less, or solver.stepper: dop853"
-    ]
+    steps, other = contact_time / solver.step, "or solver.stepper: dop853"
+    if steps < FEWEST_STEPS:
+        return [
+            f"solver.step = {solver.step:g} s is too long: the contact lasts {contact_time:.4g} s and needs at least "
+            f"{FEWEST_STEPS} steps; use {contact_time / FEW_STEPS:.4g} s or less, {other}"
+        ]
+    if steps > MOST_STEPS:
+        return [
+            f"solver.step = {solver.step:g} s is too short: the contact lasts {contact_time:.4g} s and takes at most "
+            f"{MOST_STEPS} steps; use {contact_time / MOST_STEPS:.4g} s or more, {other}"
+        ]
+    return []

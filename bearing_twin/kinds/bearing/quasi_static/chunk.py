@@ -10,6 +10,7 @@ from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared, w
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, first_ring, ring_in_balance
 from bearing_twin.numerics.rotation import quaternion_product, turned
+from bearing_twin.numerics.statuses import STOPPED
 
 
 class Course(NamedTuple):
@@ -120,8 +121,10 @@ def _solve(setting, directions, course, t, state, weight, longest, load, stiffne
 
 
 @kernel
-def equilibria(setting, gravity, course, state, longest, out):
+def equilibria(setting, gravity, course, state, longest, out, stop):
     """Fills `out` (`Instants`); returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
+
+    Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not 0.
 
     Between two instants the balls go round by the cage's share of the ring's turn at the first, and turn about
     themselves as they do at the second.
@@ -131,6 +134,8 @@ def equilibria(setting, gravity, course, state, longest, out):
     load, stiffness = np.zeros(5), np.zeros((5, 5))
     gamma = 2.0 * setting.ball_radius / setting.pitch_diameter
     for t in range(len(course.turn)):
+        if stop[0] != 0:
+            return STOPPED, t
         here = _at_speed(setting, course.speed[t])
         state.cage[0] += state.cage[1] * course.turn[t]
         _place_balls(here, gravity, state.cage[0], directions, weight)

@@ -2,14 +2,16 @@
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError
+from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.outputs import Outputs, channels
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of, weights_of
+from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.report import Choice
+from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
@@ -30,7 +32,7 @@ class QuasiStaticMotion:
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = Solver(self.setting, azimuths, weights_of(parameters, self.setting, azimuths))
         self._start = solver.solve(self.support)
-        self._longest = solver.longest
+        self._longest, self.stop = solver.longest, SIGNALLED
         self.reset()
 
     def reset(self) -> None:
@@ -145,8 +147,10 @@ class QuasiStaticMotion:
     def _outputs(self, course: Course, angle) -> Outputs:
         found = new_instants(len(angle), self.parameters.geometry.balls)
         gravity = tuple(map(float, self.parameters.gravity))
-        status, instant = equilibria(self.setting, gravity, course, self.state, self._longest, found)
+        status, instant = equilibria(self.setting, gravity, course, self.state, self._longest, found, self.stop)
         seconds = self.elapsed + float(course.step[: instant + 1].sum())
+        if status == STOPPED:
+            raise Stopped(f"the computation was stopped at {seconds:.9g} s")
         if status != FOUND:
             raise IntegrationError(
                 f"at {seconds:.9g} s the inner ring finds no balance; lower the load, or see bearing_twin bearing for "

@@ -1,0 +1,180 @@
+"""The same bearing in another program, Exudyn: `python bench/peers.py [problem ...]`.
+
+Exudyn is a multibody program in C++; it gets an environment of its own in build/peers. Eight balls in the grooves of
+two rings start from the same state under the same laws: a load of c h^1.5 with the same c and Hunt and Crossley's
+damping, friction of the same coefficient. Its friction grows in a straight line up to the regularising speed and ours
+bends, so that the two agree where slip is small and each is judged against a far tighter run of its own. The ring has
+no axial offset: contacts of a sphere and a torus are wrong there with one. Printed is CPU time per simulated second,
+set-up left out for both; compared is the cheapest run of each whose errors of load and friction are small enough.
+"""
+
+import json
+import platform
+import subprocess
+import sys
+import time
+import venv
+from datetime import date
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin import load_scene, simulate
+
+HERE = Path(__file__).resolve().parent
+FOLDER, PEER = HERE.parent / "build" / "peers", "exudyn==1.13.6"
+WANTED = 1e-3, 1e-2, 1e-1  # errors in load and friction at which costs are compared: at the least that both reach
+LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
+SAME = ("contact.normal=hertz", "contact.relaxation_time=0", "contact.damping=0.5", "drive.offset=[0, 0, 0]")
+TRUTH = ("solver.stepper=rodas4", "wanted.tolerance=1e-8")
+TOLERANCES = 1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5
+REPEATS = 5
+
+
+class Problem(NamedTuple):
+    """A scene, what is set in it, output rate [Hz], duration [s], and the fixed step [s] of Exudyn's tightest run."""
+
+    scene: str
+    overrides: tuple[str, ...]
+    rate: float
+    duration: float
+    truth: float
+
+
+PROBLEMS = {
+    "settled": Problem("bearing_6203", (), 1e3, 0.2, 1e-6),
+    "from rest": Problem("bearing_6203", ("initial.motion=rest", "drive.offset=[0, -1e-6, 0]"), 2e4, 4e-3, 5e-8),
+    "lift-off": Problem("bearing_6203_loose", ("drive.offset=[0, -9e-6, 0]",), 1e3, 0.05, 2.5e-7),
+}
+
+
+def environment():
+    """The interpreter of Exudyn's own environment, made where there is none."""
+    python = FOLDER / "bin" / "python"
+    if not (FOLDER / "made").exists():
+        print(f"{PEER}: making {FOLDER}", file=sys.stderr)
+        venv.create(FOLDER, with_pip=True, clear=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", PEER], check=True)
+        (FOLDER / "made").touch()
+    return python
+
+
+def scene_of(problem, *more):
+    """The scene as both run it."""
+    words = f"run.output_rate={problem.rate:g}", f"run.duration={problem.duration:g}"
+    return load_scene(problem.scene, (*SAME, *problem.overrides, *words, *more))
+
+
+def ours(problem, *more, repeats=1):
+    """Loads (T, N, 2), friction (T, N, 2, 3), and CPU seconds per simulated second of iterating all blocks."""
+    spent = []
+    for _ in range(repeats):
+        run = simulate(scene_of(problem, *more))
+        start = time.process_time()
+        blocks = list(run.blocks())
+        spent.append((time.process_time() - start) / problem.duration)
+    loads, frictions = (
+        np.concatenate([block.values[name] for block in blocks])[1:] for name in ("normal_load", "friction_force")
+    )
+    return loads, frictions, float(np.median(spent))
+
+
+def given(problem):
+    """What Exudyn is told: the start and the constants, by name."""
+    scene = scene_of(problem).parameters
+    run = simulate(scene_of(problem))
+    first = next(iter(run.blocks()))
+    bearing = run.simulation._motion.bearing
+    place, velocity, spin = (first.values[name][0].tolist() for name in ("position", "velocity", "angular_velocity"))
+    rings = [
+        {"locus": ring.locus_radius, "groove": ring.groove_radius, "coefficient": ring.law.given}
+        for ring in (bearing.inner, bearing.outer)
+    ]
+    return {
+        "place": place,
+        "velocity": velocity,
+        "spin": spin,
+        "rings": rings,
+        "radius": bearing.ball_radius,
+        "mass": bearing.ball_mass,
+        "inertia": bearing.ball_inertia,
+        "offset": bearing.offset,
+        "gravity": bearing.gravity,
+        "speed": scene.drive.speed,
+        "friction": bearing.friction_coefficient,
+        "regularisation": bearing.friction_regularisation,
+        "damping": bearing.damping,
+        "period": 1.0 / problem.rate,
+        "end": problem.duration,
+        "truth": problem.truth,
+    }
+
+
+def theirs(problem):
+    """One dictionary a run of Exudyn, the tightest first: name, loads, friction, CPU seconds per simulated second."""
+    told = json.dumps(given(problem))
+    command = [environment(), HERE / "peers_exudyn.py"]
+    answer = subprocess.run(command, input=told, stdout=subprocess.PIPE, text=True, check=True)
+    for line in filter(lambda line: line.startswith("{"), answer.stdout.splitlines()):
+        yield json.loads(line)
+
+
+def errors(found, true, coefficient):
+    """Greatest errors of load, over the greatest load, and of friction, over mu times the load there and then."""
+    (load, friction), (true_load, true_friction) = found, true
+    greatest = true_load.max()
+    apart = np.linalg.norm(friction - true_friction, axis=-1) / np.maximum(true_load, LEAST_LOAD * greatest)
+    return np.abs(load - true_load).max() / greatest, apart.max() / coefficient
+
+
+def shown(name, found, seconds):
+    """One line of the table."""
+    print(f"  {name:44}{found[0]:>10.1e}{found[1]:>12.1e}{seconds:>14.3g}", flush=True)
+
+
+def cheapest(rows, wanted):
+    """The cheapest (name, errors, seconds) whose errors are as wanted, or None."""
+    return min((row for row in rows if max(row[1]) <= wanted), key=lambda row: row[2], default=None)
+
+
+def compared(name, problem):
+    """Prints the table of one problem and the ratio of the cheapest good settings."""
+    mu = scene_of(problem).parameters.contact.friction_coefficient
+    *true, _ = ours(problem, *TRUTH)
+    runs = list(theirs(problem))
+    arrays = [tuple(map(np.array, (run["load"], run["friction"]))) for run in runs]
+    between = errors(arrays[0], true, mu)
+    print(f"{name}: the tightest runs of both are apart by {between[0]:.1e} in load and {between[1]:.1e} in friction")
+    print(f"  {'':44}{'load':>10}{'friction':>12}{'CPU s per s':>14}")
+    rows = [
+        (run["name"], errors(found, arrays[0], mu), run["seconds"])
+        for run, found in zip(runs[1:], arrays[1:], strict=True)
+        if found[0].shape == true[0].shape and np.isfinite(found[0]).all()
+    ]
+    mine = []
+    for tolerance in TOLERANCES:
+        ours(problem, f"wanted.tolerance={tolerance:g}")  # compiles, if anything is left to compile
+        *found, seconds = ours(problem, f"wanted.tolerance={tolerance:g}", repeats=REPEATS)
+        mine.append((f"bearing_twin, tolerance {tolerance:g}", errors(found, true, mu), seconds))
+    for row in rows + mine:
+        shown(*row)
+    for wanted in WANTED:
+        best, other = cheapest(mine, wanted), cheapest(rows, wanted)
+        if best and other:
+            print(f"  below {wanted:g}: {other[0]} takes {other[2] / best[2]:.0f} times the time of {best[0]}\n")
+            break
+
+
+def main(*names):
+    """Every problem, or those named."""
+    for name in names:
+        if name not in PROBLEMS:
+            raise SystemExit(f"there is no problem {name!r}: name some of {', '.join(PROBLEMS)}")
+    print(f"{PEER}, one core, {platform.machine()}, {date.today()}")
+    for name in names or PROBLEMS:
+        compared(name, PROBLEMS[name])
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

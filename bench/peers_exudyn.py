@@ -1,0 +1,155 @@
+"""Eight balls between two grooved rings in Exudyn, run in an environment of its own by `bench/peers.py`.
+
+Reads the problem as JSON from standard input and writes one line of JSON a run: the tightest first, then Exudyn's
+methods from coarse steps to fine. The inner ring is a body too heavy to be moved; axes are those of the rings.
+"""
+
+import json
+import sys
+import time
+import warnings
+
+sys.exudynFast = True  # without the checks of ranges
+warnings.simplefilter("ignore")
+
+import exudyn  # noqa: E402
+import numpy as np  # noqa: E402
+from exudyn.utilities import (  # noqa: E402
+    MarkerBodyRigid,
+    NodeGenericData,
+    ObjectContactSphereTorus,
+    RigidBodyInertia,
+    SensorBody,
+    SensorObject,
+)
+
+HEAVY = 1e9  # kg and kg m^2
+RESTITUTION = 0.5  # with the velocity below, what gives the wanted damping
+SLOWEST = 20.0  # s a run: finer steps of a method that are likely to take longer are left out
+IMPLICIT = (5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7)
+EXPLICIT = (4e-6, 2e-6, 1e-6, 5e-7, 2e-7)
+
+
+def damping_speed(damping):
+    """The velocity [m/s] below which Exudyn's Hunt-Crossley model damps by the factor `damping` [s/m] alone."""
+    return 1.5 * (1.0 - RESTITUTION) / damping
+
+
+def body(system, mass, inertia, place, **how):
+    """The number of a marker in the middle of a new rigid body, and that of the body."""
+    inertia = RigidBodyInertia(mass=mass, inertiaTensor=np.diag([inertia] * 3))
+    node = exudyn.NodeType.RotationRotationVector
+    number = system.CreateRigidBody(referencePosition=place, inertia=inertia, nodeType=node, **how)
+    return system.AddMarker(MarkerBodyRigid(bodyNumber=number)), number
+
+
+def built(given):
+    """The system with its sensors: force of each contact, ball by ball, inner ring first; place of each ball."""
+    system = exudyn.SystemContainer().AddSystem()
+    turning = {"initialAngularVelocity": [0.0, 0.0, given["speed"]], "gravity": [0.0, 0.0, 0.0]}
+    inner, _ = body(system, HEAVY, HEAVY, given["offset"], **turning)
+    outer = system.AddMarker(MarkerBodyRigid(bodyNumber=system.CreateGround()))
+    forces, places = [], []
+    kept = {"storeInternal": True, "writeToFile": False}
+    for place, velocity, spin in zip(given["place"], given["velocity"], given["spin"], strict=True):
+        how = {"initialVelocity": velocity, "initialAngularVelocity": spin, "gravity": given["gravity"]}
+        ball, number = body(system, given["mass"], given["inertia"], place, **how)
+        where = exudyn.OutputVariableType.Position
+        places.append(system.AddSensor(SensorBody(bodyNumber=number, outputVariableType=where, **kept)))
+        for ring, marker in zip(given["rings"], (inner, outer), strict=True):
+            contact = ObjectContactSphereTorus(
+                markerNumbers=[ball, marker],
+                nodeNumber=system.AddNode(NodeGenericData(numberOfDataCoordinates=4, initialCoordinates=[0.0] * 4)),
+                sphereRadius=given["radius"],
+                torusMajorRadius=ring["locus"],
+                torusMinorRadius=ring["groove"],
+                torusAxis=[0.0, 0.0, 1.0],
+                dynamicFriction=given["friction"],
+                frictionProportionalZone=given["regularisation"],
+                contactStiffness=ring["coefficient"],
+                contactStiffnessExponent=1.5,
+                impactModel=1,
+                restitutionCoefficient=RESTITUTION,
+                minimumImpactVelocity=damping_speed(given["damping"]),
+            )
+            number = system.AddObject(contact)
+            force = exudyn.OutputVariableType.Force
+            forces.append(system.AddSensor(SensorObject(objectNumber=number, outputVariableType=force, **kept)))
+    system.Assemble()
+    return system, forces, places
+
+
+def read(system, sensors):
+    """What sensors kept, (T, sensors, 3), the start left out."""
+    return np.stack([system.GetSensorStoredData(sensor)[1:, 1:4] for sensor in sensors], axis=1)
+
+
+def run(given, method, step, options=()):
+    """Loads (T, N, 2), friction (T, N, 2, 3) and CPU seconds per simulated second; None where it fails."""
+    system, forces, places = built(given)
+    settings = exudyn.SimulationSettings()
+    solver = settings.timeIntegration
+    solver.endTime, solver.numberOfSteps = given["end"], round(given["end"] / step)
+    solver.verboseMode = 0
+    settings.solutionSettings.writeSolutionToFile = False
+    settings.solutionSettings.sensorsWritePeriod = given["period"]
+    for name, value in dict(options).items():
+        first, _, last = name.rpartition(".")
+        part = solver
+        for one in filter(None, first.split(".")):
+            part = getattr(part, one)
+        setattr(part, last, value)
+    start = time.process_time()
+    try:
+        system.SolveDynamic(settings, solverType=getattr(exudyn.DynamicSolverType, method), showHints=False)
+    except Exception as error:
+        print(f"{method} {step:g}: {str(error).splitlines()[0]}", file=sys.stderr)
+        return None
+    seconds = (time.process_time() - start) / given["end"]
+    force, place = read(system, forces), read(system, places)
+    force = force.reshape(len(force), -1, 2, 3)
+    from_centre = np.stack([place - given["offset"], place], axis=2)
+    normal = from_centre / np.linalg.norm(from_centre, axis=-1, keepdims=True)
+    along = np.sum(force * normal, axis=-1)
+    return np.abs(along), force - along[..., np.newaxis] * normal, seconds
+
+
+METHODS = {
+    "RK44": ("RK44", EXPLICIT, {}),
+    "GeneralizedAlpha 0.6, modified Newton": (
+        "GeneralizedAlpha",
+        IMPLICIT,
+        {"newton.useModifiedNewton": True, "generalizedAlpha.spectralRadius": 0.6},
+    ),
+    "GeneralizedAlpha 0.9, modified Newton": ("GeneralizedAlpha", IMPLICIT, {"newton.useModifiedNewton": True}),
+    "GeneralizedAlpha 0.6": ("GeneralizedAlpha", IMPLICIT, {"generalizedAlpha.spectralRadius": 0.6}),
+    "TrapezoidalIndex2, modified Newton": ("TrapezoidalIndex2", IMPLICIT, {"newton.useModifiedNewton": True}),
+}
+
+
+def told(name, found):
+    """One line."""
+    load, friction, seconds = found
+    line = {"name": name, "load": load.tolist(), "friction": friction.tolist(), "seconds": seconds}
+    print(json.dumps(line), flush=True)
+
+
+def main():
+    """Every method from coarse to fine, until a step would take too long."""
+    given = json.load(sys.stdin)
+    told("truth", run(given, "RK44", given["truth"]))
+    for name, (method, steps, options) in METHODS.items():
+        before = 0.0
+        for step in steps:
+            if step > given["period"] or before > 0.5 * SLOWEST:
+                continue
+            print(f"{name}, {1e6 * step:g} us", file=sys.stderr)
+            start = time.monotonic()
+            found = run(given, method, step, options)
+            before = time.monotonic() - start
+            if found is not None:
+                told(f"{name}, {1e6 * step:g} us", found)
+
+
+if __name__ == "__main__":
+    main()
