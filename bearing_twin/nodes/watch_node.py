@@ -104,7 +104,7 @@ class WatchNode(Node):
             if time.monotonic() > end:
                 break
             time.sleep(LOOK_PERIOD)
-        if name:
+        if name and nodes:
             raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
         if nodes:
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
