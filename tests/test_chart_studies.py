@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from bearing_twin.charts import studies, study_spheres
-from bearing_twin.charts.sheets import Map, rows_of
+from bearing_twin.charts.sheets import Map, Sheets, Written, rows_of
 from bearing_twin.charts.study_samples import draws, known
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
@@ -259,3 +259,25 @@ def test_words_that_do_not_fit_are_refused(tmp_path, capsys):
     assert main(["chart", "studies", "--problem", "settled", "--out", str(tmp_path)]) == 2
     assert main(["chart", "studies", "--out", str(tmp_path / "nowhere")]) == 2
     assert list(tmp_path.iterdir()) == []
+
+
+def test_sheets_that_are_finished_are_not_made_again(tmp_path, monkeypatch, capsys):
+    """The second sheet is interrupted the first time round; a picture that is gone is made again."""
+    made = []
+
+    def write(self, name, folder, update):
+        made.append(name)
+        if len(made) == 2:
+            raise BearingTwinError("interrupted")
+        for ending in ("png", "csv"):
+            (folder / f"{name}.{ending}").touch()
+        return Written(name, str(folder / f"{name}.png"), str(folder / f"{name}.csv"), [f"{name} reads"])
+
+    monkeypatch.setattr(Sheets, "write", write)
+    words = ["chart", "studies", "--only", "speeds", "--only", "forces", "--out", str(tmp_path)]
+    assert main(words) == 2
+    assert main(words) == 0
+    assert made == ["speeds", "forces", "forces"]
+    told = capsys.readouterr().out
+    assert told.index("speeds reads") < told.index("forces reads")
+    assert not list(tmp_path.glob("*.unfinished"))

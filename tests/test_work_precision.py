@@ -1,6 +1,7 @@
 """The chart of steppers: order of accuracy and cost, failures kept, picture and table written."""
 
 import csv
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +23,7 @@ from bearing_twin.charts.work_precision import (
     write_table,
 )
 from bearing_twin.command.cli import main
+from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.run.fidelity import choose
@@ -138,3 +140,23 @@ def test_bad_words_are_refused(tmp_path, capsys):
     assert main(["chart", "steppers", "--out", str(tmp_path / "nowhere")]) == 2
     assert main(["chart", "steppers", "--problem", "settle"]) == 2
     assert "settled" in capsys.readouterr().err
+
+
+def test_problems_that_are_finished_are_not_measured_again(points, tmp_path, monkeypatch):
+    """The second problem is interrupted the first time round."""
+    measured = []
+
+    def measure(names, say):
+        measured.extend(names)
+        if len(measured) == 2:
+            raise BearingTwinError("interrupted")
+        return [dataclasses.replace(point, problem=names[0]) for point in points]
+
+    monkeypatch.setattr(work_precision, "measure", measure)
+    words = ["chart", "steppers", "--problem", "settled", "--problem", "fast", "--out", str(tmp_path)]
+    assert main(words) == 2
+    assert main(words) == 0
+    assert measured == ["settled", "fast", "fast"]
+    rows = list(csv.DictReader((tmp_path / "steppers.csv").open()))
+    assert [row["problem"] for row in rows] == ["settled"] * len(points) + ["fast"] * len(points)
+    assert not list(tmp_path.glob("*.unfinished"))

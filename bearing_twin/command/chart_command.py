@@ -1,6 +1,7 @@
 """The subcommand `chart`: pictures that compare methods, or repeat a paper's. Imports are late, so --help is quick."""
 
 import argparse
+import dataclasses
 import importlib
 from pathlib import Path
 
@@ -59,7 +60,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     row = CHARTS[arguments.chart]
     chart = importlib.import_module(f"bearing_twin.charts.{row.module}")
     if row.made == "sheets":
-        return _sheets(chart.SHEETS, arguments.only or (), folder)
+        return _sheets(chart, arguments, folder)
     if row.made == "contest":
         return _contest(chart, arguments, folder)
     return _chart(chart, row.made, arguments, folder)
@@ -82,8 +83,14 @@ def _chart(chart, made, arguments, folder) -> Outcome:
     """One picture with its table, of points that are measured."""
     from bearing_twin.command.terminal import progress, say, show_text
 
+    kept = None
     if made == "problems":
-        points = list(chart.measure(_problems(arguments.problem, chart.PROBLEMS), say))
+        names, points = _problems(arguments.problem, chart.PROBLEMS), []
+        kept = _kept(arguments.chart, folder)
+        for name in names:
+            if name not in kept.answers:
+                kept.put(name, [dataclasses.asdict(point) for point in chart.measure((name,), say)])
+            points += [chart.StepperPoint(**point) for point in kept.answers[name]]
     elif made == "told":
         points = list(chart.measure(say=say))
     elif made == "share":
@@ -95,6 +102,8 @@ def _chart(chart, made, arguments, folder) -> Outcome:
     chart.draw(points, picture)
     chart.write_table(points, table)
     sentences = list(chart.reading(points))
+    if kept is not None:
+        kept.drop()
 
     def show():
         show_text("\n".join(sentences) + f"\npicture: {picture}\ntable:   {table}")
@@ -106,8 +115,8 @@ def _chart(chart, made, arguments, folder) -> Outcome:
 
 def _contest(chart, arguments, folder) -> Outcome:
     """A contest: its rows, pictures, tables, and the sentences that read them; or one cell of a map."""
-    from bearing_twin.charts.contest import LIMIT, Kept, Wanted, processors
-    from bearing_twin.command.terminal import progress, say, show_result, show_text
+    from bearing_twin.charts.contest import LIMIT, Wanted, processors
+    from bearing_twin.command.terminal import progress, show_result, show_text
 
     chart = getattr(chart, "CONTESTS", {}).get(arguments.chart, chart)
     if arguments.read:
@@ -117,9 +126,7 @@ def _contest(chart, arguments, folder) -> Outcome:
         row = chart.one_cell(arguments.cell, limit)._asdict()
         return Outcome(row, [], lambda: show_result(row))
     problems = _problems(arguments.problem, chart.problems)
-    kept = Kept(folder / f"{arguments.chart}.unfinished")
-    if kept.answers:
-        say(f"{len(kept.answers)} runs were finished before and are not repeated")
+    kept = _kept(arguments.chart, folder)
     with progress(f"chart {arguments.chart}") as update:
         workers = min(arguments.workers or processors(), processors())
         made = chart.make(folder, arguments.chart, Wanted(tuple(problems), update, workers, limit, kept))
@@ -145,14 +152,31 @@ def _read(chart, name, folder) -> Outcome:
     return Outcome({"reading": sentences}, [], lambda: show_text("\n".join(sentences)))
 
 
-def _sheets(sheets, words, folder) -> Outcome:
+def _kept(name, folder):
+    """What an interrupted chart had finished, from beside its pictures."""
+    from bearing_twin.charts.contest import Kept
+    from bearing_twin.command.terminal import say
+
+    kept = Kept(folder / f"{name}.unfinished")
+    if kept.answers:
+        say(f"{len(kept.answers)} runs were finished before and are not repeated")
+    return kept
+
+
+def _sheets(chart, arguments, folder) -> Outcome:
     """Every sheet that is wanted as a picture and a table, with what it says."""
+    from bearing_twin.charts.sheets import Written
     from bearing_twin.command.terminal import progress, show_text
 
-    written = []
-    for name in sheets.wanted(words):
-        with progress(f"sheet {name}") as update:
-            written.append(sheets.write(name, folder, update))
+    sheets, written = chart.SHEETS, []
+    names, kept = sheets.wanted(arguments.only or ()), _kept(arguments.chart, folder)
+    for name in names:
+        before = kept.answers.get(name)
+        if before is None or not all(Path(one).is_file() for one in before[1:3]):
+            with progress(f"sheet {name}") as update:
+                kept.put(name, list(sheets.write(name, folder, update)))
+        written.append(Written(*kept.answers[name]))
+    kept.drop()
 
     def show():
         for one in written:
