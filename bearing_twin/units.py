@@ -177,5 +177,26 @@ def prefixed(size: float, unit: str) -> tuple[float, str]:
     return 1.0 / scale, f"{prefix}{unit}"
 
 
+def known_digits(value: float, error: float | None, digits: int = 6) -> str:
+    """A number for people: to the second digit of its error, and to `digits` digits of its own at most.
+
+    Value and error are in the same unit; an error of None, 0 or without bound leaves the digits alone. A value well
+    below its error is 0.
+    """
+    plain = f"{value + 0.0:.{digits}g}"  # no -0
+    if not error or not math.isfinite(error) or not math.isfinite(value):
+        return plain
+    decimals = 1 - math.floor(math.log10(abs(error)))
+    rounded = round(value, decimals) + 0.0
+    if rounded and math.floor(math.log10(abs(rounded))) + decimals >= digits:
+        return plain  # the error is finer than what is shown
+    return f"{rounded:.{decimals}f}" if 0 <= decimals <= digits else f"{rounded:.{digits}g}"
+
+
+def error_digits(error: float) -> str:
+    """The size of an error for people: two digits, written out up to a million."""
+    return f"{float(f'{error:.2g}'):g}"
+
+
 def _is_plain(unit):
     return unit in ("", "1")

@@ -16,6 +16,9 @@ from hypothesis import settings
 from bearing_twin.processors import one_processor
 
 one_processor()
+# Each process that a test starts would compile every module for itself, 0.3 s.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background of a shell; what tests start would inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,6 +1,7 @@
 """What people expect of a command line: units, tables that fit, examples that work, completion, near names."""
 
 import json
+import math
 import os
 import re
 import shlex
@@ -16,7 +17,7 @@ from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import SHELLS
 from bearing_twin.command.terminal import show_result
 from bearing_twin.spelling import nearest, slips
-from bearing_twin.units import UNITS, for_people, readable
+from bearing_twin.units import UNITS, error_digits, for_people, known_digits, readable
 
 RESULT = {
     "cage_speed_rad_s": 69.9611,
@@ -46,6 +47,32 @@ def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch
         assert words in out, out
     assert cli.main(["scenes", "--json", "--si"]) == cli.DONE
     assert json.loads(capsys.readouterr().out) == RESULT
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "shown"),
+    [
+        (48.4967, 0.89, "48.50"),
+        (794.102, 3.6e7, "0"),
+        (151367.0, 2800.0, "151400"),
+        (-0.002, 0.3, "0.00"),
+        (12.0, 1.0, "12.0"),
+        (668.0801, 1e-9, "668.08"),
+        (1234567.0, 1.0, "1.23457e+06"),
+        (1.5, math.inf, "1.5"),
+        (2.5, 0.0, "2.5"),
+        (2.5, None, "2.5"),
+        (0.0, 2e-12, "0"),
+    ],
+)
+def test_a_number_is_shown_to_the_second_digit_of_its_error(value, error, shown):
+    assert known_digits(value, error) == shown
+
+
+@given(st.floats(-1e12, 1e12), st.floats(1e-12, 1e12))
+def test_what_is_shown_is_off_by_less_than_a_tenth_of_the_error_or_in_the_sixth_digit(value, error):
+    assert abs(float(known_digits(value, error)) - value) <= max(0.0501 * error, 5.01e-6 * abs(value))
+    assert float(error_digits(error)) == pytest.approx(error, rel=0.051)
 
 
 def cli_outcome():

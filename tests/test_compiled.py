@@ -430,9 +430,8 @@ def _plain(x):
     return x
 
 
-def _kernel_states():
+def _kernel_states(known):
     names = [f"bearing_twin.{'.'.join(path.with_suffix('').parts)}" for path in map(Path, _KERNEL_FILES)]
-    known = {}
     return {name: source_state.state_of(name, known) for name in names}
 
 
@@ -443,9 +442,15 @@ _KERNEL_FILES = [
 
 
 @pytest.fixture(scope="module")
-def before():
+def known():
+    """What parsing gave for each text."""
+    return {}
+
+
+@pytest.fixture(scope="module")
+def before(known):
     """The states of this checkout."""
-    return _kernel_states()
+    return _kernel_states(known)
 
 
 @pytest.fixture
@@ -458,24 +463,24 @@ def copy(before, tmp_path, monkeypatch):
     return copy
 
 
-def test_an_edit_in_a_beam_compiles_no_bearing(before, copy):
+def test_an_edit_in_a_beam_compiles_no_bearing(before, known, copy):
     for path in (copy / "kinds" / "bearing").glob("*.py"):
         path.write_text("# a comment\n" + path.read_text())
     assert None not in before.values()
     for path in (copy / "kinds" / "beam").glob("*.py"):
         path.write_text(path.read_text() + "\n\nEDITED = 1\n")
-    after = _kernel_states()
+    after = _kernel_states(known)
     changed = {name for name in before if after[name] != before[name]}
     assert {name for name in before if ".kinds.beam." in name} <= changed
     assert not [name for name in changed if ".kinds.bearing." in name or ".contact." in name]
 
 
-def test_an_edit_of_a_method_compiles_every_module_with_a_kernel_that_contains_it(before, copy):
+def test_an_edit_of_a_method_compiles_every_module_with_a_kernel_that_contains_it(before, known, copy):
     for name in ("numerics/rotation.py", "compiled.py"):
         path = copy / name
         text = path.read_text()
         path.write_text(text + "\n\nEDITED = 1\n")
-        after = _kernel_states()
+        after = _kernel_states(known)
         changed = {one for one in before if after[one] != before[one]}
         assert {"bearing_twin.kinds.bearing.steps", "bearing_twin.kinds.ellipsoid.steps"} <= changed
         assert ("bearing_twin.contact.line" in changed) == (name == "compiled.py")

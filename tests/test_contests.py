@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import shlex
 import subprocess
 import sys
 
@@ -13,6 +14,7 @@ from bearing_twin.charts import (
     bearing_laws,
     bearing_outputs,
     contest,
+    model_limits,
     newcomers,
     scene_contests,
     stability,
@@ -84,6 +86,18 @@ def test_predicted_limits_are_those_found_and_refusal_follows_them(method, name)
         assert found.refused == pytest.approx(found.predicted, rel=0.05)
 
 
+@pytest.mark.parametrize("name", model_limits.LIMITED)
+def test_limits_of_spheres_and_discs_are_those_predicted(name):
+    """At both ends of two decades; refusal lets nothing pass that fails."""
+    facts = model_limits.LIMITED[name]
+    assert facts.across[-1] / facts.across[0] == pytest.approx(100.0)
+    for method in facts.methods:
+        for across in facts.across[:: len(facts.across) - 1]:
+            found = model_limits.limit(name, method, across)
+            assert found.ratio == pytest.approx(1.0, abs=stability_picture.WITHIN)
+            assert found.refused < 1.1 * found.found
+
+
 def test_beyond_its_limit_rk4_gives_loads_right_and_friction_wrong():
     good, bad = (stability.cell("regularisation", "rk4", step, 1e-2) for step in (1e-6, 4e-6))
     assert good.error < 1e-6
@@ -93,7 +107,7 @@ def test_beyond_its_limit_rk4_gives_loads_right_and_friction_wrong():
 
 def test_maps_are_drawn_told_and_read_again(tmp_path, monkeypatch):
     monkeypatch.setattr(stability, "TOLERANCES", (1e-1, 1e-5))
-    wanted = here("regularisation", "tolerance")
+    wanted = here("regularisation", "tolerance", "impact_damping")
     measured = stability.measure(wanted, every=8, steps=(1e-6, 1e-5, 5e-5))
     rows, limits = measured
     assert {row.status for row in rows} == {DONE, FAILED}
@@ -101,6 +115,7 @@ def test_maps_are_drawn_told_and_read_again(tmp_path, monkeypatch):
     assert tighter < looser
     stability_picture.of_steps(rows, limits, tmp_path / "s.png")
     stability_picture.of_tolerances(rows, tmp_path / "t.png")
+    stability_picture.of_limits(limits, tmp_path / "l.png")
     stability_picture.write_limits(limits, tmp_path / "s.csv")
     stability_picture.write_table(rows, tmp_path / "s_cells.csv")
     again = stability_picture.read(tmp_path, "s")
@@ -111,11 +126,17 @@ def test_maps_are_drawn_told_and_read_again(tmp_path, monkeypatch):
 def test_a_cell_is_repeated_by_its_command(capsys):
     assert main(["chart", "stability", "--cell", "stiffness imex 1e-06 2e+11", "--json"]) == 0
     assert '"status": "done"' in capsys.readouterr().out
+    for words in ("impact_damping rk4 4e-05 0.1", "law volumetric 1 0.01"):
+        assert main(["chart", "stability", "--cell", words, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["load_error"] > 0.05
+        assert shlex.split(found["command"])[3:] == ["--cell", words]
     for words, told in (
         ("stiffness imex 1e-6", "four words"),
         ("stifness imex 1e-6 1", "stiffness"),
         ("stiffness rodas4 1e-6 1", "rk4"),
         ("stiffness imex nan 1", "above zero"),
+        ("impact_damping imex 1e-5 1", "rk4"),
     ):
         assert main(["chart", "stability", "--cell", words]) == 2
         assert told in capsys.readouterr().err

@@ -55,16 +55,10 @@ def test_the_table_at_the_end_fits_80_columns(load, outputs):
     assert all(word in shown for word in ("wren-", "ches", "sam-", "ples", "lost", "1234"))
 
 
-def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path):
-    code = (
-        "import sys\n"
-        "from bearing_twin.nodes import demo, entry\n"
-        "right = demo.node_command\n"
-        "demo.node_command = lambda name, wanted: right(name, {**wanted, 'no_such_parameter': 1})\n"
-        f"sys.argv = ['demo', '--out', {str(tmp_path)!r}]\n"
-        "sys.exit(entry.demo())"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=3600, check=False)
+def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path, here, monkeypatch):
+    right = demo.node_command
+    monkeypatch.setattr(demo, "node_command", lambda name, wanted: right(name, {**wanted, "no_such_parameter": 1}))
+    done = here("demo", "--out", str(tmp_path))
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     named = re.search(r"All it said is in (\S+_node\.txt)\. Mend what it names, or try again", done.stderr)

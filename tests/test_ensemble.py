@@ -445,7 +445,7 @@ def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
     asked_at = []
 
     def asked():
-        if not asked_at and children() and time.monotonic() - began > 3.0:
+        if not asked_at and children() and time.monotonic() - began > 1.0:
             asked_at.append(time.monotonic())
         return bool(asked_at)
 

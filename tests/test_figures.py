@@ -275,7 +275,7 @@ def test_a_hundredth_of_the_energy_made_or_lost_is_a_failure_in_every_kind(name,
     assert (report.status == "failed: energy") == report.status.startswith("failed") == (abs(share) > 0.01)
 
 
-@pytest.mark.parametrize(("share", "word"), [(0.02, "grew"), (-0.02, "was lost"), (0.008, ""), (-0.008, "")])
+@pytest.mark.parametrize(("share", "word"), [(0.02, "grew"), (-0.02, "was lost"), (0.008, "")])
 def test_python_the_command_line_and_studies_judge_energy_alike(share, word, monkeypatch, tmp_path, capsys):
     """A beam whose solution has that closure."""
     monkeypatch.setattr("bearing_twin.kinds.beam.motion._closure", lambda found, brought: share)

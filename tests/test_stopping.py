@@ -126,7 +126,7 @@ def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, co
             end = time.monotonic() + PATIENCE
             while not path.exists() and process.poll() is None and time.monotonic() < end:
                 time.sleep(0.05)
-            time.sleep(1.0)
+            time.sleep(0.4)
             process.send_signal(number)
             said = process.communicate(timeout=PATIENCE)[1].decode()
         finally:

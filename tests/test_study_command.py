@@ -160,7 +160,7 @@ def test_pictures_of_little_and_of_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])
-def test_a_bearing_is_studied_by_worker_processes(name):
+def test_a_bearing_is_studied_by_worker_processes(name, quick_workers):
     result = run_study(load_study(name, ["samples=6", "workers=1", "stop.minimum=4", "run.duration=0.01", "batch=2"]))
     summary = result.as_dict()
     assert summary["failed"] == {}

@@ -270,6 +270,8 @@ REFUSED = [
     ({"first": {"position": [0.0, 0.0, 0.001]}}, "press 0.009 m into each other"),
     ({"first": {"shape": "ellipsoid", "semi_axes": [0.02, 0.001, 0.02], "position": [0.1, 0, 0]},
       "second": {"shape": "groove", "radius": 0.002, "ring_radius": 0.1, "motion": "held"}}, "start"),
+    ({"first": {"radius": 0.01, "position": [0.09995, 0, 0]},
+      "second": {"shape": "groove", "radius": 0.010001, "ring_radius": 0.1, "motion": "held"}}, "touch over more than"),
     ({"contact": {"normal": "linear"}}, "needs contact.stiffness"),
     ({"contact": {"normal": "overlaps"}}, "did you mean overlap"),
 ]  # fmt: skip

@@ -11,10 +11,10 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
 from bearing_twin.charts.contest import LIMIT, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.limits import Limit, command_of, longest, spread
+from bearing_twin.charts.model_limits import LIMITED, limit_cell
 from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, fastest_rates, stability_limits
@@ -22,9 +22,6 @@ from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.parameters import echo, unknown
 
 SCENE, SPAN = "bearing_6203", 2e-3
-FAILS = 0.1
-NEAR = 1.04  # ratio of two steps that are tried one after the other
-FROM, UP_TO = 3.0, 16.0  # a limit is looked for from its prediction over the one to that times the other
 BODIES = ("ball", "inner_ring", "outer_ring")
 
 
@@ -38,10 +35,6 @@ class Axis(NamedTuple):
     always: tuple[str, ...] = ()
 
 
-def _spread(low: float, high: float, count: int) -> tuple[float, ...]:
-    return tuple(float(f"{value:.4g}") for value in np.geomspace(low, high, count))
-
-
 def _regularised(value: float) -> tuple[str, ...]:
     return (f"contact.friction_regularisation={value}",)
 
@@ -51,47 +44,31 @@ AXES = {
     "stiffness": Axis(
         "Young's modulus",
         "Pa",
-        _spread(2e10, 2e12, 9),
+        spread(2e10, 2e12, 9),
         lambda value: tuple(f"materials.{body}.young_modulus={value}" for body in BODIES),
     ),
     "regularisation": Axis(
         "friction regularisation",
         "m/s",
-        _spread(1e-3, 1e-1, 9),
+        spread(1e-3, 1e-1, 9),
         _regularised,
     ),
-    "sliding": Axis("friction regularisation", "m/s", _spread(1e-3, 1e-1, 9), _regularised, FROM_REST),
+    "sliding": Axis("friction regularisation", "m/s", spread(1e-3, 1e-1, 9), _regularised, FROM_REST),
     "damping": Axis(
         "relaxation time",
         "s",
-        _spread(1e-7, 1e-5, 9),
+        spread(1e-7, 1e-5, 9),
         lambda value: (f"contact.relaxation_time={value}",),
         ("contact.friction_coefficient=0.01",),
     ),
 }
-STEPS = _spread(5e-8, 5e-5, 22)
-TOLERANCES = _spread(1e-1, 1e-7, 7)
-REGULARISATIONS = _spread(1e-4, 1e-1, 7)
+STEPS = spread(5e-8, 5e-5, 22)
+TOLERANCES = spread(1e-1, 1e-7, 7)
+REGULARISATIONS = spread(1e-4, 1e-1, 7)
 FIXED = tuple(name for name in FIXED_STEP if name in STEPPER_FACTS)
 ADAPTIVE = ("rodas4", "rodas4_landing", "rodas3", "dopri5")
 TOLERANCE = "tolerance"
-MAPS = (*AXES, TOLERANCE, *MODELS)
-
-
-class Limit(NamedTuple):
-    """The longest step [s] of a method: as predicted, where refusal begins, and as found by trying."""
-
-    method: str
-    map: str
-    across: float
-    predicted: float
-    refused: float
-    found: float
-
-    @property
-    def ratio(self) -> float:
-        """Predicted over found: above 1 is unsafe."""
-        return self.predicted / self.found
+MAPS = (*AXES, TOLERANCE, *MODELS, *LIMITED)
 
 
 def case_of(name: str, across: float) -> Case:
@@ -101,11 +78,6 @@ def case_of(name: str, across: float) -> Case:
         return Case(SCENE, ("geometry.balls=1", *keys), 0.05 * SPAN, 10)
     axis = AXES[name]
     return Case(SCENE, ("geometry.balls=1", *axis.always, *axis.keys(across)), 0.05 * SPAN, 20)
-
-
-def command_of(name: str, method: str, setting: float, across: float) -> str:
-    """What repeats one cell."""
-    return f'bearing_twin chart stability --cell "{name} {method} {setting:g} {across:g}"'
 
 
 def cell(name: str, method: str, setting: float, across: float, limit: float = LIMIT) -> Row:
@@ -121,13 +93,12 @@ def limit(name: str, method: str, across: float) -> Limit:
     slides = motion.parameters.initial.motion == "rest"
     predicted = min(stability_limits(fastest_rates(motion.bearing, motion.state, 0.0), method, slides))
     refused = min(stability_limits(motion.rates, method, slides))
-    found = predicted / FROM
-    while found < predicted * UP_TO:
-        to_start(motion, NEAR * found)
-        if max(found_errors(motion, case, truth(case))) > FAILS:
-            break
-        found *= NEAR
-    return Limit(method, name, across, predicted, refused, found)
+
+    def error(step):
+        to_start(motion, step)
+        return max(found_errors(motion, case, truth(case)))
+
+    return Limit(method, name, across, predicted, refused, longest(predicted, error))
 
 
 def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> tuple[list[Task], list[Task]]:
@@ -136,6 +107,11 @@ def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> t
     for name in names:
         if name in MODELS:
             cells += model_tasks(name, limit)
+            continue
+        if name in LIMITED:
+            facts = LIMITED[name]
+            places = ((name, method, across) for method in facts.methods for across in facts.across[::every])
+            limits += [Task("model_limits:limit", one) for one in places]
             continue
         for method in ADAPTIVE if name == TOLERANCE else FIXED:
             for across in REGULARISATIONS[::every] if name == TOLERANCE else AXES[name].values[::every]:
@@ -168,7 +144,8 @@ def one_cell(words: str, limit: float = LIMIT) -> Row:
     name, method = parts[:2]
     if name not in MAPS:
         raise BearingTwinError(f"{echo(name)} is not a map; {unknown(name, MAPS)}")
-    legal = MODELS[name].methods if name in MODELS else ADAPTIVE if name == TOLERANCE else FIXED
+    others = {**MODELS, **LIMITED}
+    legal = others[name].methods if name in others else ADAPTIVE if name == TOLERANCE else FIXED
     if method not in legal:
         raise BearingTwinError(f"{echo(method)} is not on the map {name}; {unknown(method, legal)}")
     try:
@@ -177,4 +154,5 @@ def one_cell(words: str, limit: float = LIMIT) -> Row:
         numbers = [math.nan]
     if not all(0.0 < number < math.inf for number in numbers):
         raise BearingTwinError(f"{echo(words)} ends with two numbers above zero: setting and second number")
-    return (model_cell if name in MODELS else cell)(name, method, *numbers, limit)
+    one = model_cell if name in MODELS else limit_cell if name in LIMITED else cell
+    return one(name, method, *numbers, limit)

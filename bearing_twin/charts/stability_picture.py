@@ -9,10 +9,13 @@ from matplotlib.figure import Figure
 
 from bearing_twin.charts.contest import DONE, Made, Row, Wanted
 from bearing_twin.charts.contest_picture import read_table, write_table
+from bearing_twin.charts.limit_picture import of_limits
+from bearing_twin.charts.limits import FAILS, Limit
 from bearing_twin.charts.map_picture import Curves, add_bar, add_legend, draw_map
+from bearing_twin.charts.model_limits import LIMITED
 from bearing_twin.charts.model_maps import MODELS, sentences_of
 from bearing_twin.charts.model_picture import of_models
-from bearing_twin.charts.stability import ADAPTIVE, AXES, FAILS, FIXED, MAPS, TOLERANCE, Limit, measure, one_cell
+from bearing_twin.charts.stability import ADAPTIVE, AXES, FIXED, MAPS, TOLERANCE, measure, one_cell
 from bearing_twin.charts.table import write_rows
 from bearing_twin.pictures.style import STYLE, stamp
 
@@ -28,10 +31,14 @@ def make(folder: Path, name: str, wanted: Wanted) -> Made:
     rows, limits = measure(wanted)
     pictures, tables = [], [folder / f"{name}_cells.csv"]
     if limits:
-        pictures.append(folder / f"{name}.png")
         tables.append(folder / f"{name}.csv")
-        of_steps(rows, limits, pictures[-1])
         write_limits(limits, tables[-1])
+    if any(one.map in AXES for one in limits):
+        pictures.append(folder / f"{name}.png")
+        of_steps(rows, limits, pictures[-1])
+    if any(one.map in LIMITED for one in limits):
+        pictures.append(folder / f"{name}_limits.png")
+        of_limits(limits, pictures[-1])
     if TOLERANCE in wanted.problems:
         pictures.append(folder / f"{name}_{TOLERANCE}.png")
         of_tolerances(rows, pictures[-1])
@@ -101,17 +108,22 @@ def read(folder: Path, name: str) -> list[str]:
     return reading(read_table(folder / f"{name}_cells.csv"), limits)
 
 
+def _bodies(one: Limit) -> str:
+    """What moves where this limit was looked for."""
+    return LIMITED[one.map].bodies if one.map in LIMITED else "one ball"
+
+
 def reading(rows: list[Row], limits: list[Limit]) -> list[str]:
     """What the maps say, from their numbers."""
     sentences = []
-    for method in dict.fromkeys(one.method for one in limits):
-        mine = [one for one in limits if one.method == method]
+    for method, bodies in dict.fromkeys((one.method, _bodies(one)) for one in limits):
+        mine = [one for one in limits if (one.method, _bodies(one)) == (method, bodies)]
         ratios = [one.ratio for one in mine]
         near = sum(abs(ratio - 1.0) <= WITHIN for ratio in ratios)
         unsafe = sum(one.refused > one.found * (1.0 + WITHIN) for one in mine)
         sentences.append(
-            f"{method}: the predicted limit of the step is {min(ratios):.2f} to {max(ratios):.2f} times the one found, "
-            f"within {100 * WITHIN:g} % at {near} of {len(mine)} places; those found reach from "
+            f"{method}, {bodies}: the predicted limit of the step is {min(ratios):.2f} to {max(ratios):.2f} times the "
+            f"one found, within {100 * WITHIN:g} % at {near} of {len(mine)} places; those found reach from "
             f"{min(one.found for one in mine):.2g} to {max(one.found for one in mine):.2g} s; at {unsafe} places a "
             f"step is let pass that fails (error above {FAILS:g})."
         )

@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections import Counter
 
 from bearing_twin.command.outcome import Outcome
 from bearing_twin.command.terminal import show_text
@@ -36,8 +37,9 @@ def _list(rows) -> None:
             f"{row['found']}"
         )
     show_text()
-    for name in sorted({row["found"] for row in rows}):
-        show_text(textwrap.fill(f"{name}: {FOUND[name]}", 80, subsequent_indent="  "))
+    numbers = Counter(row["found"] for row in rows)
+    for name, number in sorted(numbers.items()):
+        show_text(textwrap.fill(f"{name} ({number} of {len(rows)}): {FOUND[name]}", 80, subsequent_indent="  "))
     show_text("\nyour own bearings: --catalogue FILE, or YAML files in")
     show_text(str(own_folder("bearings")))
 

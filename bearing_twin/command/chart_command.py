@@ -22,10 +22,8 @@ OPTIONS = {  # option: the charts it goes with
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `chart` to its parser."""
-    texts = "; ".join(f"{name}: {chart.shows}" for name, chart in CHARTS.items()).replace("%", "%%")
-    parser.add_argument(
-        "chart", nargs="?", choices=(*CHARTS, ALL), metavar="CHART", help=f"{texts}; {ALL}: every one of them"
-    )
+    text = f"its name; --list tells what each shows and how long it takes; {ALL}: every one of them"
+    parser.add_argument("chart", nargs="?", choices=(*CHARTS, ALL), metavar="CHART", help=text)
     parser.add_argument("--list", action="store_true", help="what each chart compares, and about how long it takes")
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
     which = f"of {', '.join(OPTIONS['problem'])}: only this problem, or map; may be repeated"

@@ -25,7 +25,7 @@ CHARTS = {
         "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 100, "share"
     ),
     "stability": Chart(
-        "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 150, "contest"
+        "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 170, "contest"
     ),
     "newcomers": Chart(
         "newcomers", "SciPy with its defaults, Euler, a step of 0.1 ms: their error and cost", 60, "contest"

@@ -167,7 +167,7 @@ def _samples_arguments(parser):
 
 
 def _verify(arguments) -> Outcome:
-    from bearing_twin.command.terminal import progress
+    from bearing_twin.command.terminal import progress, show_result
     from bearing_twin.log.mcap_log import read_log
     from bearing_twin.run.verification import verify
 
@@ -176,7 +176,11 @@ def _verify(arguments) -> Outcome:
         verification = verify(log, update)
     doubts = [f"the log deviates by up to {verification.greatest:.3g} from a new run"] if verification.greatest else []
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
-    return Outcome({"log": str(arguments.log)} | verification.as_dict() | kept, doubts)
+    result = {"log": str(arguments.log)} | verification.as_dict() | kept
+    off = {name: size for name, size in verification.deviations.items() if size}
+    count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
+    shown = {key: value for key, value in result.items() if key != "deviations"} | {"channels": count}
+    return Outcome(result, doubts, lambda: show_result(shown | ({"deviation of": off} if off else {})))
 
 
 def _report_arguments(parser):

@@ -202,8 +202,12 @@ def _modes(found) -> str:
 
 
 def _interval(value, interval, factor: float = 1.0) -> str:
+    """A number and its interval, to the second digit of what the interval leaves open."""
+    from bearing_twin.units import known_digits
+
     if value is None:
         return "-"
-    low, high = ("?" if one is None else f"{factor * one:.5g}" for one in interval or (None, None))
-    shown = f"{factor * value:.6g}"
+    ends = interval or (None, None)
+    open_by = max((abs(factor * (one - value)) for one in ends if one is not None), default=0.0)
+    shown, low, high = ("?" if one is None else known_digits(factor * one, open_by) for one in (value, *ends))
     return shown if low == high == "?" else f"{shown} [{low}, {high}]"

@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING
 
 from bearing_twin.command.layout import columns_apart, named_values, table, width_of_terminal, wrapped
-from bearing_twin.units import UNITS, for_people, named, readable, unit_suffix
+from bearing_twin.units import UNITS, error_digits, for_people, known_digits, named, readable, unit_suffix
 
 if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.sample import Block
@@ -49,11 +49,12 @@ def show_result(result: Mapping) -> None:
         for key, values in lists.items():
             words, unit, factor = _readable(key, values)
             header.append(f"{words}\n{unit or '-'}")
-            cells.append([_text(value, factor) for value in values])
+            worst = _greatest(errors.get(key))
+            cells.append([_text(value, factor, worst) for value in values])
+            if any(one in errors for one in lists):
+                cells[-1].append("" if worst is None else error_digits(factor * worst))
         if any(key in errors for key in lists):
             cells[0].append("±")
-            for column, (key, values) in zip(cells[1:], lists.items(), strict=True):
-                column.append(f"{_readable(key, values)[2] * max(errors[key]):.2g}" if key in errors else "")
         for lines in columns_apart(header, cells, width):
             show_text("\n".join(["", *lines]))
 
@@ -96,10 +97,14 @@ def _is_number(value) -> bool:
 
 
 def _named_value(key: str, value, error) -> tuple[str, str]:
-    words, unit, factor = _readable(key, value)
-    numbers = value if isinstance(value, (list, tuple)) else [value]
-    shown = ", ".join(_text(one, factor) for one in numbers) + _worth(value, error, factor)
-    return words, f"{shown} {unit}".rstrip() if any(map(_is_number, numbers)) else shown
+    """The words of a key and its value for people, with its error, and marked where that is large."""
+    numbers, worst = list(value) if isinstance(value, (list, tuple)) else [value], _greatest(error)
+    words, unit, factor = _readable(key, [*numbers, worst])
+    shown = ", ".join(_text(one, factor, worst) for one in numbers)
+    known = worst is not None and value is not None
+    shown += f" ± {error_digits(factor * worst)}" if known else ""
+    shown = f"{shown} {unit}".rstrip() if any(map(_is_number, numbers)) else shown
+    return words, f"{shown} (doubtful)" if known and _is_doubtful(value, error) else shown
 
 
 def show_paragraph(text: str) -> None:
@@ -230,6 +235,7 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     told = {
         f"{output} off by": f"{_text(one['error'])} {one['norm']} (wanted {one['tolerance']:g}) {one['where']}".rstrip()
         for output, one in result.get("wanted_errors", {}).items()
+        if one["error"] is not None
     }
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
     rest = {key: value for key, value in result.items() if key not in hidden | {"wanted_errors", "errors_unknown"}}
@@ -243,14 +249,15 @@ def _unbounded(error):
     return math.inf if error is None else error
 
 
-def _worth(value, error, factor: float) -> str:
-    """The error of a figure as it stands behind it; marked where it is large."""
+def _greatest(error) -> float | None:
+    """The greatest of the errors of a figure."""
+    return max(error) if isinstance(error, (list, tuple)) else error
+
+
+def _is_doubtful(value, error) -> bool:
     from bearing_twin.run.doubt import exceeds
 
-    if error is None or value is None:
-        return ""
-    greatest = max(error) if isinstance(error, (list, tuple)) else error
-    return f" ± {factor * greatest:.2g}{' (doubtful)' if exceeds(value, error) else ''}"
+    return exceeds(value, error)
 
 
 def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:
@@ -263,11 +270,13 @@ def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple
             yield f"{prefix}{key}{'' if own else suffix}", value
 
 
-def _text(value, factor: float = 1.0) -> str:
+def _text(value, factor: float = 1.0, error: float | None = None) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int) and factor == 1.0:
         return str(value)
-    return f"{factor * value + 0.0:.6g}" if isinstance(value, (int, float)) else str(value)  # no -0
+    if not isinstance(value, (int, float)):
+        return str(value)
+    return known_digits(factor * value, None if error is None else factor * error)

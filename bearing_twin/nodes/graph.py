@@ -27,7 +27,7 @@ from bearing_twin.nodes.messages import qos_profile, rclpy
 from bearing_twin.nodes.reflection import filled, interface, plain
 from bearing_twin.parameters import echo, unknown
 
-AT_LEAST, QUIET = 1.5, 0.7  # s a list is waited for, and s without a change after which it is taken as complete
+AT_LEAST, QUIET = 1.5, 1.5  # s a list is waited for, and s without a change after which it is taken as complete
 AT_MOST = 4.0  # s a list is waited for while no other node is seen whole: on a busy machine discovery is late
 TURN = 0.05  # s
 DEPTH = 100  # messages that may wait

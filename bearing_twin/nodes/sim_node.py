@@ -122,7 +122,7 @@ class SimNode(Node):
         return LogWriter(path, self.simulation.scene, choice_record(self.simulation.choice), safety=self._safety)
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
-        self.get_logger().info("compiling the kernels of this scene (once on a machine)")
+        self.get_logger().info("loading the kernels of this scene; they are compiled once on a machine")
         self.simulation = run = Simulation(scene, self._halt)
         run.warm_up()
         self._doing = "waiting for subscribers"

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.kinds.doubt import Errors, Promise
+from bearing_twin.units import named, with_unit
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 STATUSES = {
@@ -74,7 +75,8 @@ def greatest(value) -> float:
 
 def _said(figure: str, value, error, source: str) -> str:
     """One figure whose error is large, and its greatest source."""
-    return f"{figure} {greatest(value):.2g} +- {greatest(error):.2g}, mostly {source}"
+    words, unit = named(figure)
+    return f"{words} {greatest(value):.2g} ± {greatest(error):.2g}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
 
 
 def _told(promise: Promise) -> dict[str, Any]:
@@ -84,7 +86,8 @@ def _told(promise: Promise) -> dict[str, Any]:
 def _sentence(promise: Promise) -> str:
     """What was wanted, what came out, and what would mend it."""
     where = f" ({promise.where})" if promise.where else ""
+    verb = "are" if promise.output.endswith("s") else "is"
     return (
-        f"{promise.output} are off by {promise.error:.2g} {promise.norm}{where}, more than the wanted "
+        f"{promise.output} {verb} off by {promise.error:.2g} {promise.norm}{where}, more than the wanted "
         f"{promise.tolerance:g}: {promise.mend}"
     )

@@ -1,6 +1,8 @@
 """Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process."""
 
 import dataclasses
+import functools
+import json
 import re
 from typing import Any, NamedTuple
 
@@ -112,7 +114,7 @@ def empty(task: Task, count: int) -> Realised:
 def _by_closed_forms(task, values):
     kind = task.scene["kind"]
     form, known, found = KINDS[kind].closed_form(), quantities_of(kind), empty(task, len(values))
-    parameters: Any = parse_scene(task.scene, "a realisation").parameters
+    parameters: Any = _parameters_of(json.dumps(task.scene))
     for column, keys in enumerate(task.targets):
         for key in keys:
             parameters = replaced(parameters, key, values[:, column])
@@ -129,6 +131,12 @@ def _by_closed_forms(task, values):
     meets = np.broadcast_to(np.isfinite(bodies[-1]), len(values))
     found.failures.update((int(row), form.no_solution if meets[row] else NEVER_MEET) for row in np.flatnonzero(wrong))
     return found
+
+
+@functools.lru_cache(maxsize=8)
+def _parameters_of(scene: str):
+    """Of a scene as JSON; read once, because distributions are followed through closed forms in many short calls."""
+    return parse_scene(json.loads(scene), "a realisation").parameters
 
 
 def _upright(body):

@@ -67,6 +67,7 @@ class Chart {
   line(line) {
     return {
       label: line.label, stroke: line.colour, width: line.width || 1.6, dash: line.dash, fill: line.fill,
+      pxAlign: 0, // whole pixels make stairs of a curve that is nearly flat
       points: { show: Boolean(line.points), size: 5, fill: line.colour }, spanGaps: Boolean(line.spanGaps),
     };
   }
@@ -154,7 +155,7 @@ class Chart {
     this.marked = x;
     if (!this.plot || x === null) return;
     const left = this.plot.valToPos(x, "x");
-    this.head.style.display = Number.isFinite(left) && left >= 0 && left <= this.plot.over.clientWidth ? "block" : "none";
+    this.head.style.display = Number.isFinite(left) && left >= 0 && left <= this.plot.bbox.width / uPlot.pxRatio ? "block" : "none";
     this.head.style.transform = `translateX(${left}px)`;
   }
 

@@ -72,7 +72,7 @@ class SpotMarks {
     Object.assign(this, { mark, store, group: new THREE.Group() });
     this.rows = rowsOf(store, mark.normal, 3);
     const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, depthTest: false, transparent: true, opacity: 0.92 });
-    this.mesh = instanced(new THREE.CircleGeometry(1.0, 40), material, this.rows, this.group);
+    this.mesh = instanced(new THREE.CircleGeometry(1.0, 28), material, this.rows, this.group);
     this.mesh.renderOrder = 5;
     this.measure();
   }

@@ -1,12 +1,14 @@
 "use strict";
 // Shapes of solids as triangles, by their sort; `factor` is the enlargement of displacements.
 
-const ROUND = 96; // sides of a full turn
-const MARKS = 3; // dark parts of the rim of a turned body that is marked
+// Sides enough that a rim 300 pixels from its middle is off by less than half of one: without a graphics processor
+// corners cost more than pixels.
+const ROUND = 64; // sides of a full turn
+const MARKS = 3, DARK = 6; // dark parts of the rim of a turned body that is marked; how wide, in sides by MARKS
 
 const SHAPES = {
   ellipsoid(axes, solid) {
-    const fine = solid.count > 60 ? 10 : solid.count > 4 ? 18 : 32;
+    const fine = solid.count > 60 ? 8 : solid.count > 4 ? 12 : 32;
     const geometry = new THREE.SphereGeometry(1.0, 2 * fine, fine);
     return geometry.scale(axes[0], axes[1], axes[2]);
   },
@@ -56,7 +58,7 @@ function turnedGeometry(strokes, grow, marked) {
         const angle = (2.0 * Math.PI * j) / ROUND, cosine = Math.cos(angle), sine = Math.sin(angle);
         places.push((radius + grow) * cosine, (radius + grow) * sine, z);
         normals.push((-out * along[1] * cosine) / length, (-out * along[1] * sine) / length, (out * along[0]) / length);
-        const dark = marked && (j * MARKS) % ROUND < 3 * MARKS;
+        const dark = marked && (j * MARKS) % ROUND < DARK;
         colours.push(...(dark ? [0.16, 0.42, 0.72] : [1.0, 1.0, 1.0]));
       }
     });
@@ -87,7 +89,7 @@ function outward(strokes) {
 
 // Two belts round an ellipsoid, by which its turning is seen.
 function beltGeometry(axes) {
-  const half = 0.13, belt = () => new THREE.SphereGeometry(1.008, 40, 2, 0.0, 2.0 * Math.PI, 0.5 * Math.PI - half, 2.0 * half);
+  const half = 0.13, belt = () => new THREE.SphereGeometry(1.008, 32, 2, 0.0, 2.0 * Math.PI, 0.5 * Math.PI - half, 2.0 * half);
   return THREE.mergeGeometries([belt(), belt().rotateX(0.5 * Math.PI)]).scale(axes[0], axes[1], axes[2]);
 }
 

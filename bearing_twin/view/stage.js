@@ -122,7 +122,7 @@ class Stage {
     if (!details) return null;
     const { shape } = this.bodies(details.solid).solid, axes = shape.ellipsoid || [0, 0, 0];
     const material = new THREE.MeshBasicMaterial({ color: 0x2f9bff, side: 1 }); // the side turned away: a rim is seen
-    const halo = new THREE.Mesh(new THREE.SphereGeometry(1.07 * Math.max(...axes), 40, 24), material);
+    const halo = new THREE.Mesh(new THREE.SphereGeometry(1.07 * Math.max(...axes), 32, 16), material);
     halo.visible = false;
     this.world.add(halo);
     return halo;

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.units import readable
+from bearing_twin.units import error_digits, known_digits, readable
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors
@@ -25,7 +25,7 @@ def figure_rows(
         rows.append(
             {
                 "words": words,
-                "value": _text(value, factor),
+                "value": _text(value, factor, error),
                 "unit": unit,
                 "error": _error(error, factor),
                 "meaning": meanings.get(key, ""),
@@ -47,9 +47,10 @@ def ball_tables(
         header, filled, greatest = [], [], []
         for key, values in columns.items():
             words, unit, factor = readable(key, _size(values))
+            error = errors.get(f"{key}{ERROR}")
             header.append((words, unit, meanings.get(key, "")))
-            filled.append([_number(value, factor) for value in values])
-            greatest.append(_error(errors.get(f"{key}{ERROR}"), factor))
+            filled.append([_number(value, factor, error) for value in values])
+            greatest.append(_error(error, factor))
         rows = [list(row) for row in zip(*filled, strict=True)]
         tables.append({"header": header, "rows": rows, "errors": greatest if any(greatest) else []})
     return tables
@@ -76,7 +77,7 @@ def happening_tables(figures: Mapping[str, Any], meanings: Mapping[str, str]) ->
 def error_notes(errors: Mapping[str, Any]) -> list[str]:
     """What a report says of outputs that were wanted to a tolerance, and of what its errors leave out."""
     told = [
-        f"{output} are off by {one['error']:.2g} {one['norm']}, wanted {one['tolerance']:g} {one['where']}".rstrip()
+        f"{output}: off by {one['error']:.2g} {one['norm']}, wanted {one['tolerance']:g}; {one['where']}".rstrip("; ")
         for output, one in errors.get("wanted_errors", {}).items()
         if one["error"] is not None
     ]
@@ -85,9 +86,11 @@ def error_notes(errors: Mapping[str, Any]) -> list[str]:
 
 def _error(error, factor: float) -> str:
     """An error, of several the greatest, in the unit of its figure."""
-    if error is None:
-        return ""
-    return f"{factor * (max(error) if isinstance(error, (list, tuple)) else error):.2g}"
+    return "" if error is None else error_digits(factor * _greatest(error))
+
+
+def _greatest(error) -> float:
+    return max(error) if isinstance(error, (list, tuple)) else error
 
 
 def _of_balls(value) -> bool:
@@ -101,11 +104,11 @@ def _happenings(value) -> bool:
     return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(one, Mapping) for one in value)
 
 
-def _text(value, factor: float) -> str:
+def _text(value, factor: float, error=None) -> str:
     if isinstance(value, (list, tuple)) and any(isinstance(one, (list, tuple, str, Mapping)) for one in value):
         return "; ".join(map(str, value)) or "none"
     several = list(value) if isinstance(value, (list, tuple)) else [value]
-    return ", ".join(_number(one, factor) for one in several) or "none"
+    return ", ".join(_number(one, factor, error) for one in several) or "none"
 
 
 def _size(*values) -> float:
@@ -114,11 +117,12 @@ def _size(*values) -> float:
     return max((abs(one) for one in several if isinstance(one, float) and math.isfinite(one)), default=0.0)
 
 
-def _number(value, factor: float) -> str:
+def _number(value, factor: float, error=None) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value * factor + 0.0:.{DIGITS}g}" if math.isfinite(value) else "-"
+        worst = None if error is None else factor * _greatest(error)
+        return known_digits(value * factor, worst, DIGITS) if math.isfinite(value) else "-"
     return str(value)

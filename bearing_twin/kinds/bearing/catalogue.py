@@ -18,11 +18,12 @@ from bearing_twin.spelling import unknown
 RULE = "rule"
 FOUND = {  # how a ball set was found: what that means
     "frequencies": "number and diameter from the frequency coefficients FTF, BSF and BPFO that a maker publishes "
-    "(Timken, housed unit catalogue, table A-9), on a pitch circle in the middle; the ratings of the set agree with "
-    "those published",
+    "(Timken, housed unit catalogue, table A-9), on a pitch circle in the middle; published ratings, which had no part "
+    "in it, check the set: it meets them",
     "ratings": "estimated: the number and the ball size sold (steps of 1/64 inch, and some of whole millimetres) whose "
-    "ratings by ISO 281 and ISO 76 are nearest to those published; the doubts reach to other sets that come near",
-    "literature": "the example of Harris, Rolling Bearing Analysis",
+    "ratings by ISO 281 and ISO 76 are nearest to those published; the doubts reach to other sets that come near; "
+    "nothing checks these sets, for the ratings have chosen them",
+    "literature": "the example of Harris, Rolling Bearing Analysis; it rates 6 % below those published for 7218 today",
     RULE: "estimated by a rule from the boundary dimensions",
     "given": "as its file says",
 }

@@ -200,7 +200,7 @@ def _footer(facts, history):
     return "   ·   ".join(word for word in words if word)
 
 
-def _draw_bearing(axis, sample: Sample, scene=None) -> None:
+def _draw_bearing(axis, sample: Sample, scene) -> None:
     """Draw rings, balls and loads; arrows point the way the raceway pushes the ball, their length is the load."""
     position, load = sample["position"][:, :2], sample["normal_load"]
     radius = np.linalg.norm(sample["point"] - sample["position"][:, None, :], axis=-1).max()
@@ -209,17 +209,17 @@ def _draw_bearing(axis, sample: Sample, scene=None) -> None:
     axis.set_aspect("equal")
     axis.set_axis_off()
     reach = outer + (ARROW + 0.3) * radius
-    axis.set_xlim(-1.3 * reach, 1.3 * reach)
+    axis.set_xlim(-1.3 * reach, 1.3 * reach)  # so that artists need not tell how far they reach, which takes long
     axis.set_ylim(-reach, reach)
     for outside, width in ((inner, RING), (outer + RING * radius, RING)):
-        axis.add_patch(Annulus((0, 0), outside, width * radius, fc=STYLE["ring"], ec=STYLE["edge"], lw=1.0, zorder=1))
+        axis.add_artist(Annulus((0, 0), outside, width * radius, fc=STYLE["ring"], ec=STYLE["edge"], lw=1.0, zorder=1))
 
     greatest = load.max() or 1.0
     for ball, centre in enumerate(position):
         colour = _ball_colour(ball, len(position), load[ball].max() / greatest)
         loose = load[ball].max() <= 0.0
         look = {"fc": "white", "ec": colour, "ls": (0, (3, 2))} if loose else {"fc": colour, "ec": "white"}
-        axis.add_patch(Circle(centre, radius, lw=1.6, zorder=3, **look))
+        axis.add_artist(Circle(centre, radius, lw=1.6, zorder=3, **look))
         if len(position) <= GREATEST_NUMBERED:
             size = np.clip(0.9 * radius / reach * 260, 6, 15)
             ink = colour if loose else _readable_on(colour)
@@ -238,7 +238,7 @@ def _arrow(axis, centre, radius, share, raceway, pitch):
     room = min(ARROW * radius, 0.8 * (pitch - radius)) if raceway == 0 else ARROW * radius
     tip = centre + side * radius * outward
     tail = tip + side * share * room * outward
-    axis.add_patch(
+    axis.add_artist(
         FancyArrowPatch(
             tail,
             tip,
@@ -268,7 +268,7 @@ def _words(axis, sample, scene, greatest, reach):
     if np.linalg.norm(gravity) > 0.0:
         start = np.array([1.12 * reach, -0.62 * reach])
         end = start + 0.22 * reach * gravity / np.linalg.norm(gravity)
-        axis.add_patch(FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=14, color=STYLE["ink"], lw=1.6))
+        axis.add_artist(FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=14, color=STYLE["ink"], lw=1.6))
         look = {"ha": "left", "va": "center", "style": "italic", "fontsize": 13, "color": STYLE["ink"]}
         axis.text(start[0] + 0.05 * reach, start[1], "g", **look)
 
@@ -277,7 +277,7 @@ def _axes_mark(axis, left, reach):
     origin = np.array([left + 0.08 * reach, -0.9 * reach])
     for direction, name in (((1.0, 0.0), "x"), ((0.0, 1.0), "y")):
         end = origin + 0.2 * reach * np.array(direction)
-        axis.add_patch(FancyArrowPatch(origin, end, arrowstyle="-|>", mutation_scale=11, color=STYLE["soft"], lw=1.2))
+        axis.add_artist(FancyArrowPatch(origin, end, arrowstyle="-|>", mutation_scale=11, color=STYLE["soft"], lw=1.2))
         axis.text(
             *(origin + 0.26 * reach * np.array(direction)),
             name,

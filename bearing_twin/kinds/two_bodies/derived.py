@@ -286,6 +286,11 @@ def _start_problems(parameters: TwoBodiesScene) -> list[str]:
             f"at the start the bodies press {approach:.3g} m into each other, more than {DEEPEST:g} of the least size "
             f"{size:g} m; move one of them"
         ]
+    if kind == FOUND and approach > contact_of(a, b, unknowns).curvature_small * size**2:
+        return [
+            f"at the start the bodies press {approach:.3g} m into each other, so that they would touch over more than "
+            f"the least size {size:g} m, which no law here knows; move one of them, or let them fit less closely"
+        ]
     return []
 
 
