@@ -3,13 +3,14 @@
 import pytest
 from ros import rclpy  # noqa: F401 - skips where there is no ROS
 from torture_nodes import cancels, ends, frozen, goals, hostile, restarts, soak
+from torture_stops import stops
 
 SHARES = {hostile: 0.03, frozen: 0.1}  # of others the least there is
 
 
 @pytest.mark.parametrize(
     ("torture", "share"),
-    [(one, SHARES.get(one, 1e-3)) for one in (hostile, frozen, goals, cancels, ends, restarts, soak)],
+    [(one, SHARES.get(one, 1e-3)) for one in (hostile, frozen, goals, cancels, ends, stops, restarts, soak)],
     ids=lambda one: getattr(one, "__name__", one),
 )
 def test_a_short_torture_of_nodes_loses_nothing(torture, share, tmp_path):

@@ -1,0 +1,81 @@
+"""A torture of everything that computes for long: commands and nodes of every kind are ended by a signal."""
+
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from torture_rows import Found, Row, until
+
+from bearing_twin.nodes.processes import node_command
+
+ENDED = 0.5  # s
+BEGUN = 60.0  # s after which what does not begin is given up
+LONG = (
+    ("bearing_6203_start", ["run.duration=20000"]),
+    ("bearing_6203", ["solver.stepper=rk4", "solver.step=1e-11"]),
+    ("bearing_6203", ["solver.stepper=imex", "solver.step=1e-11"]),
+    ("bearing_6203", ["solver.stepper=dop853"]),
+    ("bearing_6203", ["solver.stepper=radau"]),
+    ("bearing_6203_rig_400N", ["run.duration=1000"]),
+    ("bearing_6203_load_and_speed", ["cage.kind=pockets", "run.duration=1000"]),
+    ("bearing_218_thrust", ["run.duration=80000"]),
+    ("ellipsoid_tumbling", ["run.duration=80000"]),
+    ("ellipsoid_tumbling", ["solver.stepper=rk4", "solver.step=1e-13"]),
+    ("two_bodies_groove", ["run.duration=80000"]),
+    ("two_bodies_superellipsoid", ["run.duration=80000"]),
+    ("soft_discs_mean", ["mesh.divisions=128"]),
+    ("sphere_on_beam", ["solver.modes=4000", "run.duration=10"]),
+)
+"""Scenes that take longer than the torture; spheres and discs that meet are solved in an instant."""
+STUDIES = (
+    ("spheres_alpha_4e-5", ["sweep=", "histories=[]", "samples=12000000", "batch=1000000"]),
+    ("bearing_6203_tolerances", ["run.duration=20000"]),
+)
+
+
+def commands() -> list[list[str]]:
+    """Each of them as a command, and the scenes in a node."""
+    program = [sys.executable, "-m", "bearing_twin"]
+    found = [[*program, "simulate", name, *_set(changes)] for name, changes in LONG]
+    found += [[*program, "study", name, *_set(changes)] for name, changes in STUDIES]
+    return found + [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG]
+
+
+def _set(changes: list[str]) -> list[str]:
+    return [word for change in changes for word in ("--set", change)]
+
+
+def stops(share: float, folder: Path) -> Found:
+    """Each ended by SIGINT and by SIGTERM some seconds after its start: gone within 500 ms, without a traceback."""
+    chance, times, silent, slow = random.Random(9), [], 0, []
+    both = [(words, number) for words in commands() for number in (signal.SIGINT, signal.SIGTERM)]
+    for words, number in both[:: max(1, round(1.0 / share))]:
+        said = folder / "said.txt"
+        with said.open("wb") as output:
+            process = subprocess.Popen(words, stdout=output, stderr=output)
+        until(lambda said=said, process=process: said.stat().st_size > 0 or process.poll() is not None, BEGUN)
+        time.sleep(chance.uniform(0.0, 3.0))
+        if process.poll() is not None:
+            raise RuntimeError(f"{' '.join(words)} has ended by itself: {said.read_text()[-500:]}")
+        began = time.monotonic()
+        process.send_signal(number)
+        try:
+            process.wait(20.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        times.append(time.monotonic() - began)
+        silent += process.returncode not in (0, 130, 143) or "Traceback" in said.read_text()
+        if times[-1] > ENDED:
+            slow.append(" ".join(words[3:]))
+    figures = f"ended {1e3 * np.median(times):.0f} ms (greatest {1e3 * max(times):.0f})"
+    return Found(
+        len(times), sum(one < ENDED for one in times), 0, silent, figures + "".join(f"; {one}" for one in slow)
+    )
+
+
+ROWS = (Row("stop", "long scenes of every kind, as a command, in a study and in sim_node, ended by a signal", stops),)
