@@ -15,7 +15,7 @@ from bearing_twin.run.scene import KINDS
 from bearing_twin.uq.study import Settings
 
 FILES = (".mcap", ".png", ".nc", ".html")  # ends of names that are no keys
-OF_OTHERS = {"--ros-args", "--from-paths", "--layout"}  # options of nodes, of rosdep and of PlotJuggler
+OF_OTHERS = {"--ros-args", "--from-paths", "--layout", "--datafile"}  # options of nodes, of rosdep and of PlotJuggler
 GAP = "\0"  # stands for what an f-string fills in
 ROWS = {kind: describe(row.parameters) for kind, row in KINDS.items()}
 STUDY_KEYS = {row.key for row in describe(Settings)} | {"stop.quantity"}
