@@ -90,6 +90,7 @@ def run(given, method, step, options=()):
     settings = exudyn.SimulationSettings()
     solver = settings.timeIntegration
     solver.endTime, solver.numberOfSteps = given["end"], round(given["end"] / step)
+    solver.minimumStepSize = step / 16.0  # where Newton's method fails steps are halved, without end by default
     solver.verboseMode = 0
     settings.solutionSettings.writeSolutionToFile = False
     settings.solutionSettings.sensorsWritePeriod = given["period"]

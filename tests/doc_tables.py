@@ -153,7 +153,12 @@ def _reading(name: str) -> str:
 def _failures() -> str:
     """Ways to fail with the command that provokes each, as `failure_rows` has them and a test runs them."""
     rows = (
-        (row.fails, row.does, f"`bearing_twin {row.command}`" if row.command else "", f"`{row.chart}`")
+        (
+            row.fails,
+            row.does,
+            f"`bearing_twin {row.command}`" if row.command else "",
+            f"`{row.chart}`" if row.chart else "",
+        )
         for row in FAILURES
     )
     return _table(("what fails", "what the software does", "command that provokes it", "chart"), rows)

@@ -7,7 +7,10 @@ SHORT = "--duration 0.001"
 
 
 class Failure(NamedTuple):
-    """What fails; what the software does; the command, its exit code, words of its answer; the chart that shows it."""
+    """What fails; what the software does; the command, its exit code, words of its answer; the chart that shows it.
+
+    The last is empty where none does.
+    """
 
     fails: str
     does: str
@@ -187,6 +190,88 @@ FAILURES = (
         0,
         "needs shear",
         "stability",
+    ),
+    Failure(
+        "Newton's method on the equation of the ellipse, from any start, leaves it for long ellipses",
+        "the root is bracketed before it is polished: b/a from 1e-6 to 1, and below a sentence",
+        "contact --curvature-small 1e-3 --curvature-large 1e6 --load 100",
+        0,
+        "hertz_exact 100",
+        "laws",
+    ),
+    Failure(
+        "an ellipse is a line: elliptic integrals overflow",
+        "refused below b/a = 1e-6",
+        "contact --curvature-small 1e-20 --curvature-large 100 --load 100",
+        2,
+        "this is a line",
+        "laws",
+    ),
+    Failure(
+        "a quaternion leaves unit length in steps that are long for the spin",
+        "it is put right after each step; a drift above 1e-6 in one is told",
+        "simulate ellipsoid_on_plane --set start.angular_velocity=[5e5,0,0] --set solver.stepper=rk4 "
+        "--set start.height=-1e-5 --set run.output_rate=1e5 --set run.publish_rate=1e5 --duration 0.0003",
+        0,
+        "norm drifted by",
+        "",
+    ),
+    Failure(
+        "a hard penalty on a coarse boundary: contact chatters",
+        "touches are counted and told; the error of the mesh is told too",
+        "simulate soft_discs_mean --set contact.stiffness_ratio=100 --set mesh.divisions=8 --set mesh.order=1",
+        0,
+        "contact chatters",
+        "stability",
+    ),
+    Failure(
+        "a mean or a deviation that does not exist: tails of a gamma variable are too heavy",
+        "refused with the power of the tail, and quantiles are given",
+        "study spheres_alpha_4e-5 --set inputs.contact.measured_alpha.std=1.3e-4 --samples 300",
+        0,
+        "the mean does not exist",
+        "coverage",
+    ),
+    Failure(
+        "a density estimate shows modes that are none, and mass where there can be none",
+        "reflected at bounds; the number of modes comes with the p-value of a bootstrap",
+        "study discs_small_10 --samples 300",
+        0,
+        "1 mode; that there is only one has p =",
+        "studies",
+    ),
+    Failure(
+        "a tolerance is not kept: balls bounce after a hard jump",
+        "a companion by other steps measures the error, and the run says doubtful",
+        "simulate bearing_6203_sudden --set run.duration=0.04 --set drive.change.offset=[2e-6,-5e-6,1e-6] "
+        "--set wanted.tolerance=0.1",
+        0,
+        "doubtful: friction",
+        "tolerance",
+    ),
+    Failure(
+        "a figure is smaller than its error: the drive torque of a bearing that sticks",
+        "each figure carries its error; one above 10 % is told",
+        "simulate bearing_6203_sticking --duration 0.002",
+        0,
+        "the error is over 10 % of the figure: drive_torque_nm",
+        "output_rate",
+    ),
+    Failure(
+        "an error divided by a residual: the torque of a ball that rolls is the difference of two frictions",
+        "errors of friction are over mu N of a contact and mu N R of a ball",
+        f"simulate bearing_6203 {SHORT}",
+        0,
+        "over mu N of a contact",
+        "steppers",
+    ),
+    Failure(
+        "bands of histories from the first realisations alone",
+        "quantiles of histories are those of all realisations",
+        "",
+        0,
+        "",
+        "studies",
     ),
     Failure(
         "a solver of a library at its defaults",

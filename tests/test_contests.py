@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import shlex
 import subprocess
 import sys
 
@@ -125,8 +126,11 @@ def test_maps_are_drawn_told_and_read_again(tmp_path, monkeypatch):
 def test_a_cell_is_repeated_by_its_command(capsys):
     assert main(["chart", "stability", "--cell", "stiffness imex 1e-06 2e+11", "--json"]) == 0
     assert '"status": "done"' in capsys.readouterr().out
-    assert main(["chart", "stability", "--cell", "impact_damping rk4 4e-5 0.1", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["load_error"] > 0.1
+    for words in ("impact_damping rk4 4e-05 0.1", "law volumetric 1 0.01"):
+        assert main(["chart", "stability", "--cell", words, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["load_error"] > 0.05
+        assert shlex.split(found["command"])[3:] == ["--cell", words]
     for words, told in (
         ("stiffness imex 1e-6", "four words"),
         ("stifness imex 1e-6 1", "stiffness"),

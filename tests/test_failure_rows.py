@@ -21,5 +21,6 @@ def test_the_command_provokes_the_answer(row, capsys, tmp_path, monkeypatch, qui
     assert row.words in " ".join((told.out + told.err).split())
 
 
-def test_every_row_is_on_a_chart():
-    assert {row.chart for row in FAILURES} <= set(CHARTS)
+def test_every_row_but_one_is_on_a_chart():
+    assert {row.chart for row in FAILURES if row.chart} <= set(CHARTS)
+    assert sum(not row.chart for row in FAILURES) <= 1

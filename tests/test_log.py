@@ -107,7 +107,8 @@ def test_rosbags_reads_the_same_values(tmp_path, name):
         assert [c.msgtype for c in reader.connections] == [topic.ros_type for topic in topics(SCENE)]
         [connection] = [c for c in reader.connections if c.topic == "/bearing/state"]
         [qos] = connection.ext.offered_qos_profiles
-        assert (qos.reliability.name, qos.durability.name, qos.depth) == ("RELIABLE", "VOLATILE", 10)
+        a_second = SCENE.parameters.run.publish_rate
+        assert (qos.reliability.name, qos.durability.name, qos.depth) == ("RELIABLE", "VOLATILE", a_second)
         states = [
             reader.deserialize(data, connection.msgtype) for _, _, data in reader.messages(connections=[connection])
         ]

@@ -19,7 +19,7 @@ from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
-from bearing_twin.log.stream import MessageStream, samples_message, topics
+from bearing_twin.log.stream import RELIABLE, MessageStream, samples_message, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
@@ -325,7 +325,7 @@ def test_a_replay_from_beyond_the_end_says_so(log):
 
 def test_the_topics_of_a_log_are_known_before_it_is_read(log):
     known = logged_topics(log)
-    assert known[SAMPLES] == (cdr.SAMPLE_BLOCK, Qos(10), False)
+    assert known[SAMPLES] == (cdr.SAMPLE_BLOCK, RELIABLE, False)
     assert {name for name in known if "wrench" in name} == {
         "/bearing/ball_0/wrench", "/bearing/ball_1/wrench", "/bearing/inner_ring/wrench", "/bearing/outer_ring/wrench",
     }  # fmt: skip

@@ -262,6 +262,20 @@ def test_balls_that_leave_a_raceway_are_said_to_need_a_cage():
     assert cage_needed(load_scene("bearing_6203", [loose, "drive.offset=[0,0,0]"]).parameters)
 
 
+def test_a_ring_that_is_held_where_it_touches_no_ball_is_named():
+    """A 6001 has 10.5 micrometres of clearance: 5.25 to each side."""
+    for overrides, named in (
+        ((), True),
+        (("cage.kind=even",), True),
+        (("drive.offset=[0,-5.2e-6,0]",), True),
+        (("drive.offset=[0,-5.3e-6,0]",), False),
+        (("drive.change={time: 0.1, offset: [0, 9e-6, 0]}",), False),
+        (("drive.tilt=[2e-3,0]",), False),
+    ):
+        warnings = choose(load_scene("6001", overrides)).warnings
+        assert any("it touches no ball" in one for one in warnings) is named, overrides
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [

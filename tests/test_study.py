@@ -66,6 +66,8 @@ def test_overrides_reach_the_study_its_inputs_and_its_scene():
     assert study.scene["motion"]["first_velocity"] == 50
     whole = parse_study(PLAIN, "s", [f"inputs.{ALPHA}={{distribution: uniform, low: 1e-4, high: 2e-4}}"])
     assert (whole.inputs[0].low, whole.inputs[0].high) == (1e-4, 2e-4)
+    other = "{first.radius: {distribution: uniform, low: 0.01, high: 0.02}}"
+    assert [one.key for one in parse_study(PLAIN, "s", [f"inputs={other}"]).inputs] == ["first.radius"]
 
 
 def test_another_scene_by_override_is_read_before_its_keys_are():

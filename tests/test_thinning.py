@@ -18,9 +18,9 @@ from bearing_twin.log.stream import MessageStream, samples_message, topics
 from bearing_twin.log.thinning import KEPT_RATE, Thinning
 from bearing_twin.nodes.recording import Recording
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.run.verification import verify
-from bearing_twin.sample import joined
+from bearing_twin.sample import Block, joined
 
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 1000)
@@ -92,6 +92,30 @@ def test_an_altered_output_of_a_thinned_log_is_found(tmp_path):
     assert verify(read_log(thin_log(tmp_path / "same.mcap", run, [block]))).greatest == 0.0
     block.values["normal_load"][200, 0, 0] += 0.5  # this one is
     assert verify(read_log(thin_log(tmp_path / "other.mcap", run, [block]))).greatest == pytest.approx(0.5)
+
+
+def test_a_recording_that_begins_later_than_its_node_is_verified():
+    """Records of what happened before the first output were published before the recorder listened."""
+    run = simulate(load_scene("bearing_6203", ["run.duration=0.5", "solver.stepper=rodas4", "contact.normal=hertz"]))
+    whole = Simulation(run.scene)
+    first, second = whole.advance(101).last(1), whole.advance(200).last(1)
+    windows = first.records["companion"]
+    assert len(windows) > 1
+
+    def copied(block, records):
+        return Block(block.channels, block.first_sequence, block.time_ns, block.values, records)
+
+    def deviates(begin, **changed):
+        blocks = [copied(begin, {"companion": windows[-1:]}), copied(second, changed.get("records", second.records))]
+        log = SimpleNamespace(kept_rate=KEPT_RATE, scene=run.scene, channels=run.channels, blocks=lambda: iter(blocks))
+        return verify(log).deviations["companion"]
+
+    assert deviates(first) == 0.0
+    windows = windows[:0]
+    assert deviates(first) == 0.0
+    assert deviates(first, records={}) == (np.inf if len(second.records.get("companion", ())) else 0.0)
+    windows = first.records["companion"][:1]  # not the last that came before the first output
+    assert deviates(first) > 0.0
 
 
 @pytest.mark.parametrize(("period", "count", "kept"), [(1_000_000, 50, 1), (1_000, 5000, 5000), (10_000_000, 50, 1)])

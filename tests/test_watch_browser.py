@@ -90,6 +90,13 @@ def test_outputs_arrive_and_controls_command(browser, served):
     assert served.obeyed[-1]["value"] == pytest.approx(
         load_scene("bearing_6203_loose").parameters.drive.speed, rel=1e-3
     )
+    pace = browser.locator("#live input[aria-label^=pace]")
+    served.feed.send("pace", "0.02")
+    until(lambda: pace.input_value() == "0.02")
+    pace.fill("0.5")
+    served.feed.send("pace", "0.02")  # what somebody is about to set stays
+    browser.wait_for_timeout(300)
+    assert pace.input_value() == "0.5"
     browser.uncheck("#live-follow")
     browser.wait_for_timeout(500)
     count = browser.evaluate("bearingView.store.count")

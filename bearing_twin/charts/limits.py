@@ -31,6 +31,11 @@ def spread(low: float, high: float, count: int) -> tuple[float, ...]:
     return tuple(float(f"{value:.4g}") for value in np.geomspace(low, high, count))
 
 
+def command_of(name: str, method: str, setting: float, across: float) -> str:
+    """What repeats one cell of a map."""
+    return f'bearing_twin chart stability --cell "{name} {method} {setting:g} {across:g}"'
+
+
 def longest(predicted: float, error_of: Callable[[float], float]) -> float:
     """The longest step [s] up to which none that is tried errs by more than FAILS."""
     found = predicted / FROM

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.charts.contest import Row, judged
-from bearing_twin.charts.limits import FAILS, Limit, longest, spread
+from bearing_twin.charts.limits import FAILS, Limit, command_of, longest, spread
 from bearing_twin.contact.damping import restitution_of
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.impact.collision import FEWEST_STEPS, FIXED_STEP, NO_LINE, Spring, march_fixed
@@ -132,4 +132,5 @@ def limit(name: str, method: str, across: float) -> Limit:
 def limit_cell(name: str, method: str, step: float, across: float, most: float) -> Row:
     """One step [s] at one place, past what is refused; `most` CPU seconds."""
     place = _place(name, across)
-    return judged(Row(name, method, step, across), lambda: {"load_error": place.error(method, step)}, most)
+    row = Row(name, method, step, across, command=command_of(name, method, step, across))
+    return judged(row, lambda: {"load_error": place.error(method, step)}, most)

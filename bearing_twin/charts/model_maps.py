@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.charts.contest import DONE, Row, Task, judged
-from bearing_twin.charts.limits import spread
+from bearing_twin.charts.limits import command_of, spread
 from bearing_twin.charts.scene_rows import scene_row
 from bearing_twin.charts.soft_discs import disc_force
 from bearing_twin.contact.elasticity import coefficient_of
@@ -79,7 +79,8 @@ BEAM = ("sphere_on_beam_drop_600mm", ("beam.theory=euler", "run.duration=3e-4", 
 
 def model_cell(name: str, method: str, setting: float, across: float, limit: float) -> Row:
     """One cell of a map of models."""
-    return _CELLS[name](Row(name, method, setting, across), limit)
+    command = command_of(name, method, setting, across)
+    return _CELLS[name](Row(name, method, setting, across), limit)._replace(command=command)
 
 
 def _law(row, limit):
@@ -99,7 +100,7 @@ def _modes(row, limit):
     scene, always = BEAM
     keys = (*always, "run.publish_rate=1e6")
     mine = (*keys, "solver.stepper=modes", f"solver.modes={row.across:.0f}", f"solver.steps={row.setting:.0f}")
-    return scene_row(row, scene, mine, (*keys, "wanted.tolerance=1e-9"), limit)._replace(command="")
+    return scene_row(row, scene, mine, (*keys, "wanted.tolerance=1e-9"), limit)
 
 
 def _height(row, limit):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
 from bearing_twin.charts.contest import LIMIT, Row, Task, Wanted, answers_of, rows_of
-from bearing_twin.charts.limits import Limit, longest, spread
+from bearing_twin.charts.limits import Limit, command_of, longest, spread
 from bearing_twin.charts.model_limits import LIMITED, limit_cell
 from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
 from bearing_twin.errors import BearingTwinError
@@ -78,11 +78,6 @@ def case_of(name: str, across: float) -> Case:
         return Case(SCENE, ("geometry.balls=1", *keys), 0.05 * SPAN, 10)
     axis = AXES[name]
     return Case(SCENE, ("geometry.balls=1", *axis.always, *axis.keys(across)), 0.05 * SPAN, 20)
-
-
-def command_of(name: str, method: str, setting: float, across: float) -> str:
-    """What repeats one cell."""
-    return f'bearing_twin chart stability --cell "{name} {method} {setting:g} {across:g}"'
 
 
 def cell(name: str, method: str, setting: float, across: float, limit: float = LIMIT) -> Row:

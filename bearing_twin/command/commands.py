@@ -178,7 +178,7 @@ def _verify(arguments) -> Outcome:
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
     off = {name: size for name, size in verification.deviations.items() if size}
-    count = f"{len(verification.deviations)}, " + (f"{len(off)} of them deviate" if off else "all of them the same")
+    count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
     shown = {key: value for key, value in result.items() if key != "deviations"} | {"channels": count}
     return Outcome(result, doubts, lambda: show_result(shown | ({"deviation of": off} if off else {})))
 

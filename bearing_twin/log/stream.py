@@ -25,8 +25,8 @@ from bearing_twin.sample import Block, Channel, Sample, Table
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
-RELIABLE = Qos(depth=10)
-KEPT_SECONDS = 0.1  # of messages, that a publisher keeps for a subscriber who is late: RELIABLE's depth at 100 Hz
+RELIABLE = Qos(depth=math.ceil(SLOW_RATE))
+KEPT_SECONDS = 1.0  # of messages, that a publisher keeps for a subscriber who is late: RELIABLE's depth at SLOW_RATE
 LATCHED = Qos(depth=1, durability="transient_local")
 
 

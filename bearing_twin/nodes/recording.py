@@ -14,7 +14,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 
-DEPTH = 1000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
+DEPTH = 2000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
 FRAMES = ("/tf", "/tf_static")
 BRIEF = tuple(f"{kind.namespace}/" for kind in KINDS.values() if kind.brief)  # short runs, which are kept whole
 

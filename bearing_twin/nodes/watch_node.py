@@ -3,6 +3,7 @@
 It listens to the node only while somebody looks: without a viewer the node makes no samples for it.
 """
 
+import re
 import threading
 import time
 from collections.abc import Mapping
@@ -47,6 +48,7 @@ COMING = 12.0  # s for the scene and a first sample to come: where time is slowe
 DEPTH = 5  # samples that may wait: later ones are better than all of them
 LONGEST_STATUS = 200  # characters
 SAMPLES = "/samples"
+_NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
 
 
 class WatchNode(Node):
@@ -102,7 +104,7 @@ class WatchNode(Node):
             if time.monotonic() > end:
                 break
             time.sleep(LOOK_PERIOD)
-        if name:
+        if name and nodes:
             raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
         if nodes:
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
@@ -157,9 +159,12 @@ class WatchNode(Node):
     def _on_diagnostics(self, data):
         for status in deserialize_message(data, DiagnosticArray).status[:1]:
             if status.name.partition(":")[0] == self._watched.lstrip("/"):
-                pace = {pair.key: pair.value for pair in status.values}.get("real_time_factor", "")
+                told = {pair.key: pair.value for pair in status.values}
+                pace, wanted = told.get("real_time_factor", ""), told.get("wanted_real_time_factor", "")
                 words = [status.message, f"at {pace[:5]} × real time"] if pace else [status.message]
                 self.feed.send("status", " ".join(" ".join(words).split())[:LONGEST_STATUS])
+                if _NUMBER.fullmatch(wanted):
+                    self.feed.send("pace", wanted)
 
     def _begin_again(self) -> None:
         self._shown.clear()

@@ -127,7 +127,7 @@ def _open(mapping, for_scene) -> dict:
 def _apply(mapping, kind, override):
     key, _, text = override.partition("=")
     words = key.strip().split(".")
-    if words[0] == "inputs":
+    if words[0] == "inputs" and len(words) > 1:
         known = numeric_keys(kind)
         rest = key.strip().partition(".")[2]
         inner = max((one for one in known if rest == one or rest.startswith(f"{one}.")), key=len, default=None)

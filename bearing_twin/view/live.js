@@ -48,6 +48,7 @@ function liveStart(view) {
   let turns = 0;
   events.addEventListener("frames", (event) => waiting.add(liveFrames(event.data, series)));
   events.addEventListener("again", () => location.reload());
+  events.addEventListener("pace", (event) => bar.paced(event.data));
   events.addEventListener("status", (event) => (bar.state.textContent = event.data));
   events.onerror = () => (bar.state.textContent = "no connection: is watch still running?");
   events.onopen = () => (bar.state.textContent = "");
@@ -109,7 +110,10 @@ function liveBar({ commands, speed: began }) {
   }
   document.body.insertBefore(
     make("section", { id: "live" }, ...controls, make("label", { class: "live-group" }, follow, "follow"), say, state), $("main"));
-  return { state, held: () => !follow.checked, hold: () => (follow.checked = false) };
+  let given = false; // a pace that somebody is about to set stays
+  pace.addEventListener("input", () => (given = true));
+  const paced = (value) => given || (pace.value = value);
+  return { state, paced, held: () => !follow.checked, hold: () => (follow.checked = false) };
 }
 
 const liveReady = setInterval(() => {

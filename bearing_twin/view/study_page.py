@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.units import inverse, labelled, prefixed
+from bearing_twin.units import error_digits, inverse, known_digits, labelled, prefixed
 from bearing_twin.uq.model_error import told_of_model
 from bearing_twin.uq.picture import FAR, ORDERS, exact_of, shares_of
 from bearing_twin.uq.result import StudyResult
@@ -206,13 +206,15 @@ def _statistics(found) -> list[dict[str, str]]:
 
 def _row(words, value, low, high, unit, error=None) -> dict[str, str]:
     factor, shown = (1.0, unit) if value is None else prefixed(abs(value), unit)
-    text = ["–" if one is None else f"{one * factor:.{DIGITS}g}" for one in (value, low, high)]
+    open_by = max((abs(one - value) for one in (low, high) if None not in (one, value)), default=0.0)
+    known = open_by * factor
+    text = ["–" if one is None else known_digits(one * factor, known, DIGITS) for one in (value, low, high)]
     interval = "" if low is None and high is None else f"{text[1]} to {text[2]}"
     return {
         "words": words,
         "value": text[0],
         "unit": "" if shown == "1" else shown,
-        "error": "" if error is None else f"{error * factor:.2g}",
+        "error": "" if error is None else error_digits(error * factor),
         "interval": interval,
         "meaning": "",
     }

@@ -78,23 +78,40 @@ def doubts(parameters, share: float) -> list[str]:
     return [sentence for doubt in DOUBTS if (sentence := doubt(parameters, share))]
 
 
-def cage_needed(parameters) -> str:
-    """Why balls without a cage would not stay apart, "" where they do: some leave a raceway on their way round.
+def of_held_ring(parameters) -> list[str]:
+    """What is to be said of a ring that is held where it is: that it touches no ball, or leaves some on their way."""
+    if not any(parameters.drive.tilt) and all(near <= 0.0 for near, _ in _squeezes(parameters)):
+        return [
+            "the inner ring stands where it touches no ball, so that nothing loads or drives them: move it by "
+            "drive.offset by more than the clearance, or free it under a load (rings.inner.load, model.dimension)"
+        ]
+    return list(filter(None, [cage_needed(parameters)]))
 
-    A ball at the far side of a radial offset r is squeezed by hypot(A_0 - r, z) - (f_i + f_o - 1) D.
-    """
-    if parameters.cage.kind != "none":
+
+def cage_needed(parameters) -> str:
+    """Why balls without a cage would not stay apart, "" where they do: some leave a raceway on their way round."""
+    if parameters.cage.kind != "none" or parameters.geometry.balls == 1:
         return ""
+    if all(far > 0.0 for _, far in _squeezes(parameters)):
+        return ""
+    return (
+        "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
+        "their spacing and orbit speed leave what rolling gives, which a cage prevents"
+    )
+
+
+def _squeezes(parameters) -> list[tuple[float, float]]:
+    """By how much [m] a ball at the near and one at the far side of the ring's offset is squeezed, at each place of it.
+
+    At the far side of a radial offset r this is hypot(A_0 - r, z) - (f_i + f_o - 1) D.
+    """
     geometry, drive = operating_geometry(parameters), parameters.drive
     free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
     middle = free - 0.5 * geometry.radial_clearance
     places = [drive.offset]
     if drive.change.time:
         places.append(tuple(a + b for a, b in zip(drive.offset, drive.change.offset, strict=True)))
-    for x, y, z in places:
-        if geometry.balls > 1 and math.hypot(middle - math.hypot(x, y), z) <= free:
-            return (
-                "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
-                "their spacing and orbit speed leave what rolling gives, which a cage prevents"
-            )
-    return ""
+    return [
+        (math.hypot(middle + radial, z) - free, math.hypot(middle - radial, z) - free)
+        for radial, z in ((math.hypot(x, y), z) for x, y, z in places)
+    ]

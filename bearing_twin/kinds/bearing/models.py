@@ -7,7 +7,7 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, share_at_start, still_error
+from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, of_held_ring, share_at_start, still_error
 from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, predictions, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
@@ -36,13 +36,13 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
         return FREE_RING, "free, as the scene asks: the inner ring moves with its mass, in one step with all balls"
     loads_alone = not asked and dimension == PRESCRIBED and parameters.wanted.outputs == LOADS
     if dimension == PRESCRIBED and not loads_alone:
-        warnings += filter(None, [cage_needed(parameters)])
+        warnings += of_held_ring(parameters)
         why = "as the scene asks" if asked else "because friction torque, slip and losses are among the outputs"
         return PRESCRIBED, f"prescribed, {why}"
     share = share_at_start(parameters, law)
     against = doubts(parameters, share)
     if loads_alone and against:
-        warnings += filter(None, [cage_needed(parameters)])
+        warnings += of_held_ring(parameters)
         return PRESCRIBED, f"prescribed, because {' and '.join(against)}"
     costs = dimension_costs(parameters, share)
     if loads_alone and not cage_needed(parameters) and costs[PRESCRIBED] <= costs[QUASI_STATIC]:
