@@ -15,7 +15,7 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
-from bearing_twin.charts.work_precision import LADDERS, PROBLEMS, StepperPoint, cheapest
+from bearing_twin.charts.work_precision import DEFAULT, LADDERS, PROBLEMS, StepperPoint, cheapest, shares_of_steps
 from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
@@ -97,14 +97,27 @@ def _steppers() -> str:
     return _table(("stepper", "order", "step", "what it treats implicitly", "source"), rows)
 
 
-def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in LADDERS)) -> str:
-    """The reading of the chart of steppers, from the table that stands beside it."""
+def points_of_steppers() -> list[StepperPoint]:
+    """The chart of steppers, from the table that stands beside it."""
     with (ROOT / "docs" / "steppers.csv").open(encoding="utf-8", newline="") as stream:
-        points = [
+        return [
             StepperPoint(row[0], row[1], *(float(one) if one else math.nan for one in row[2:6]), row[6])
             for row in list(csv.reader(stream))[1:]
         ]
-    rows = []
+
+
+def _shares() -> str:
+    """What share of the tolerance a step may err by, by the chart of steppers."""
+    rows = (
+        (PROBLEMS[name].title, _two_digits(worst), _two_digits(share))
+        for name, (worst, share) in shares_of_steps(points_of_steppers(), DEFAULT).items()
+    )
+    return _table((f"`{DEFAULT}`", "greatest error over the tolerance", "share of a step that just keeps it"), rows)
+
+
+def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in LADDERS)) -> str:
+    """The reading of the chart of steppers."""
+    points, rows = points_of_steppers(), []
     for problem, facts in PROBLEMS.items():
         found = (cheapest(points, problem, stepper) for stepper in steppers)
         rows.append((facts.title, *(_two_digits(1.0 / one.seconds_per_second) if one else "never" for one in found)))
@@ -217,6 +230,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "taken": _laws_of_kinds,
     "steppers": _steppers,
     "speeds": _speeds,
+    "shares_of_steps": _shares,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
     "failures": _failures,

@@ -191,6 +191,22 @@ def test_loads_of_balls_that_stand_do_not_change_because_they_go_round():
     assert 0.0 < report.errors["wanted_errors"]["loads"]["error"] < 1e-5
 
 
+def test_a_command_that_makes_another_motion_of_it_keeps_the_tolerance_and_loads_do_not_jump():
+    """The setting stays that of the motion chosen for, balls that roll; the companion tightens where it must."""
+
+    def commanded(*overrides):
+        simulation = Simulation(load_scene("bearing_6203", ("run.duration=0.15", *overrides)))
+        before = simulation.advance(51)
+        simulation.set_speed(1500.0)  # for which another stepper would be chosen
+        return simulation, before, Rows(before.values.layout, simulation.advance(100).matrix())
+
+    _, _, exact = commanded(f"wanted.tolerance={EXACT}", "solver.companion=off")
+    simulation, before, found = commanded("wanted.tolerance=1e-3")
+    assert max(errors(BearingMotion(simulation.scene.parameters, a_choice()), found, exact)) < 1e-3
+    load = np.concatenate([before.values["normal_load"][-1:], found.normal_load[:1]])
+    assert np.abs(np.diff(load, axis=0)).max() < 0.01 * load.max()
+
+
 def test_outputs_without_windows_say_that_the_method_is_not_known():
     scene = made_up_scene()
     doubt, block = BearingDoubt(scene.parameters, a_choice()), made_up_block(scene, 20)

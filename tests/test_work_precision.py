@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from doc_tables import points_of_steppers
 
 from bearing_twin.charts import work_precision
 from bearing_twin.charts.work_precision import (
@@ -17,9 +18,11 @@ from bearing_twin.charts.work_precision import (
     errors,
     measure,
     reading,
+    shares_of_steps,
     write_table,
 )
 from bearing_twin.command.cli import main
+from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -50,8 +53,20 @@ def test_the_cheapest_point_meets_both_errors(points):
     best = cheapest(points, "sliding", "rk4")
     assert best.setting == 5e-7
     assert cheapest(points, "sliding", "rodas4", wanted=1e-15) is None
-    (sentence,) = reading(points)
+    sentence, shares = reading(points)
     assert "rk4" in sentence
+    assert "may err by 0.2 of the tolerance" in shares
+
+
+def test_the_share_of_the_tolerance_for_a_step_is_what_lift_off_just_allows():
+    found = shares_of_steps(points_of_steppers(), "rodas4")
+    lasting = {name: share for name, (_, share) in found.items() if name != "sudden"}
+    assert min(lasting, key=lasting.get) == "lift-off"
+    assert 0.5 * lasting["lift-off"] < STEP_SHARE <= lasting["lift-off"]
+    assert found["sudden"][1] < STEP_SHARE
+    point = StepperPoint("lift-off", "rodas4", 1e-2, 1e-3, 5e-3, 1.0)
+    assert shares_of_steps([point], "rodas4") == {"lift-off": (0.5, 0.4)}
+    assert shares_of_steps([point], "rk4") == {}
 
 
 def _ladder(monkeypatch, method, answer):

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from bearing_twin import __version__
 from bearing_twin.charts.table import write_rows
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE
 from bearing_twin.kinds.bearing.motion import FIXED_STEP, BearingMotion
 from bearing_twin.numerics.steppers import STEPPER_FACTS
@@ -27,6 +28,7 @@ from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 
 FINEST = 1e-7
+DEFAULT = "rodas4"  # whose share of the tolerance for one step is judged
 WANTED = 1e-3  # the error in load and in friction at which costs are compared
 LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
 LEAST, EDGE = 1e-9, 10.0  # of the error axis: smaller errors are drawn at its start, failures at its end
@@ -243,8 +245,22 @@ def cheapest(points: list[StepperPoint], problem: str, stepper: str, wanted: flo
     return min(good, key=lambda p: p.seconds_per_second, default=None)
 
 
+def shares_of_steps(points: list[StepperPoint], stepper: str) -> dict[str, tuple[float, float]]:
+    """By problem: the greatest error over its setting, and the share of it a step may err by if that is to be 1.
+
+    A step may err by STEP_SHARE of the tolerance, so that a ladder of tolerances is a ladder of shares as well.
+    """
+    found = {}
+    for name in dict.fromkeys(p.problem for p in points):
+        mine = [p for p in points if (p.problem, p.stepper) == (name, stepper) and not p.failure]
+        worst = max((max(p.load_error, p.friction_error) / p.setting for p in mine), default=0.0)
+        if worst > 0.0:
+            found[name] = worst, STEP_SHARE / worst
+    return found
+
+
 def reading(points: list[StepperPoint]) -> list[str]:
-    """What the chart says, a sentence a problem."""
+    """What the chart says, a sentence a problem, and one on the share of the tolerance that a step may err by."""
     sentences = []
     for name in dict.fromkeys(p.problem for p in points):
         parts = []
@@ -257,4 +273,8 @@ def reading(points: list[StepperPoint]) -> list[str]:
             f"{PROBLEMS[name].title}: load and friction within {WANTED:g} at so many times real time: "
             f"{', '.join(parts)}."
         )
+    shares = shares_of_steps(points, DEFAULT)
+    if shares:
+        told = ", ".join(f"{PROBLEMS[name].title} {share:.2g}" for name, (_, share) in shares.items())
+        sentences.append(f"A step of {DEFAULT} may err by {STEP_SHARE:g} of the tolerance; what just keeps it: {told}.")
     return sentences
