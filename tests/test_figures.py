@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.figure_rows import FIGURES_OF, missing
 from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.bearing.summing import MOST_STRETCHES
 from bearing_twin.kinds.impact.figures import GAINED
-from bearing_twin.kinds.soft_discs.figures import ENERGY_GAINED
+from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.scene import load_scene, scene_names
@@ -260,7 +260,9 @@ def with_energy(block: Block, kind: str, share: float) -> Block:
     elif kind == "sphere_on_beam":
         records["extremes"][:, 3] += share * values["kinetic_energy"][0]
     elif kind == "soft_discs":
-        records["impact"][:, ENERGY_GAINED] += share * values["kinetic_energy"][0]
+        records["impact"][:, [one.name for one in IMPACT.columns].index("energy_gained")] += (
+            share * values["kinetic_energy"][0]
+        )
     else:
         records["contact"][:, GAINED] += share * values["kinetic_energy"][0]
     return dataclasses.replace(block, values=values, records=records)

@@ -27,7 +27,7 @@ from bearing_twin.errors import BearingTwinError, SceneError
 
 LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says otherwise
 WORKERS = 2
-DONE, REFUSED, FAILED, STOPPED = STATUSES = ("done", "refused", "failed", "stopped")
+DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
 REPEATS, LONG_ENOUGH = 40, 0.15  # of a timing: most runs, and CPU seconds that are enough of them
 
 

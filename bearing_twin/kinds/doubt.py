@@ -15,12 +15,9 @@ if TYPE_CHECKING:
 
 HERTZ_MENDS = "contact.normal: hertz is exact at no more cost"
 METHOD, LAW, FRICTION_MODEL, LEFT_OUT = "method", "law", "friction_model", "left_out"
-SOURCES = {
-    METHOD: "of the integration method, by a companion with a tighter tolerance, a bound, or a closed form",
-    LAW: "of the elastic law, against exact Hertz at the geometry met",
-    FRICTION_MODEL: "of the friction model, against friction over the whole spot",
-    LEFT_OUT: "of what the model leaves out: one sentence each, with a number where one can be computed",
-}
+"""Sources of errors: the integration method, by a companion with a tighter tolerance, a bound or a closed form; the
+elastic law, against exact Hertz at the geometry met; the friction model, against friction over the whole spot; what the
+model leaves out, one sentence each, with a number where one can be computed."""
 
 
 CHAOTIC = 1e3  # an error that grows so many times, beyond what is wanted, is the motion's own

@@ -19,6 +19,7 @@ from rich.table import Table
 from std_srvs.srv import SetBool
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.log.stream import topics
 from bearing_twin.nodes.messages import message_class, qos_profile, rclpy
@@ -183,7 +184,7 @@ def _listen(watcher: Watcher, nodes: Sequence[NodeProcess]) -> None:
             if node is not None:
                 node.heard(status.message, {pair.key: pair.value for pair in status.values})
 
-    watcher.create_subscription(message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", take, 10)
+    watcher.create_subscription(message_class(DIAGNOSTICS), "/diagnostics", take, 10)
 
 
 def _wait(executor, done: Callable[[], bool], what: Callable[[], str], end: str, nodes, may_end=()) -> None:

@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.log_room import Room, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
@@ -84,9 +85,7 @@ class Heartbeat:
 
     def __init__(self, node: Node, what: str):
         self._node, self._what, self._namesake = node, what, False
-        self._publisher = node.create_publisher(
-            message_class("diagnostic_msgs/msg/DiagnosticArray"), "/diagnostics", 10
-        )
+        self._publisher = node.create_publisher(message_class(DIAGNOSTICS), "/diagnostics", 10)
 
     def say(self, level: bytes, message: str, values: dict) -> None:
         """Publishes one status; faults of callbacks so far are added, and make of OK a warning."""

@@ -35,7 +35,6 @@ IMPACT = Table(
     ),
     "the impact, once it is over",
 )
-ENERGY_GAINED = [column.name for column in IMPACT.columns].index("energy_gained")
 MEANINGS = {
     "peak_force_n": "contact force on the whole disc, greatest over all steps of the whole motion",
     "peak_time_s": "when the force is greatest, since the first touch",
