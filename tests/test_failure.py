@@ -11,6 +11,7 @@ from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.ellipsoid import chunk
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.health import Health
@@ -176,6 +177,8 @@ def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, c
         ("state", {"state": [[1.0]]}, "does not fit its scene"),
         ("state", {}, "does not fit its scene"),
         ("last_good_output", {"normal_load": [1.0]}, "does not fit its scene"),
+        ("last_good_output", {"normal_load": {}}, "does not fit its scene"),
+        ("last_good_output", {"normal_load": "x"}, "does not fit its scene"),
         ("seconds", "soon", "not the file of a failed run"),
     ],
 )
@@ -187,6 +190,16 @@ def test_a_file_that_is_no_failure_is_told_in_a_sentence(key, value, words, spoi
     path.write_text(json.dumps(record), encoding="utf-8")
     assert main(["explain", str(path)]) == BAD_INPUT
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("entry", "value"), [(chunk.TIME, -1e308), (chunk.TIME, 1e9), (chunk.IN_CONTACT, 1.0)])
+def test_a_state_from_which_an_ellipsoid_would_step_for_ever_is_refused(entry, value):
+    motion = Simulation(load_scene("ellipsoid_tumbling"))._motion
+    kept = motion.snapshot()
+    motion.resume(kept)
+    kept["clock"][entry] = value
+    with pytest.raises(ValueError, match="clock"):
+        motion.resume(kept)
 
 
 @pytest.mark.parametrize("content", ["", "[" * 100_000, "{}", "[1]", "\0\1", '{"format": 3}'])

@@ -233,7 +233,8 @@ def ends(share: float, folder: Path) -> Found:
                     heard = []
                     spun(executor, client.server_is_ready, 60.0)
                     client.send_goal_async(RunStudy.Goal(**ENDLESS), heard.append)
-                    spun(executor, lambda heard=heard: any(one.feedback.done for one in heard), 60.0)
+                    if not spun(executor, lambda heard=heard: bool(heard), 60.0):  # then there is nothing to lose
+                        raise RuntimeError("the goal has not begun: " + (folder / f"{name}.txt").read_text()[-500:])
                 spun(executor, lambda: False, 0.5)
                 began = time.monotonic()
                 node.send_signal(number)

@@ -17,7 +17,7 @@ REACH = 0.3  # of the axis of relative errors
 GREY = {"color": STYLE["edge"], "linewidth": 0.7, "alpha": 0.8}
 
 
-def errors(one: Known, seeds: int, update=lambda share: None):
+def errors(one: Known, seeds: int, update):
     """(counts (m,), relative errors of the deviation and of the mean (seeds, m)) of as many independent studies."""
     samples = []
     for seed in range(1, seeds + 1):

@@ -45,8 +45,8 @@ class Failure(NamedTuple):
         """(channel with its contact, value, unit) of the last good output for the body that failed, or all scalars."""
         kind, rows = KINDS[self.scene.kind], []
         for channel in self.scene.channels:
-            values = np.asarray(self.values.get(channel.name, np.full(channel.shape, math.nan)), float)
-            if values.shape != channel.shape:
+            values = _numbers(self.values.get(channel.name, np.full(channel.shape, math.nan)))
+            if values is None or values.shape != channel.shape:
                 raise SceneError(f"the last good output in it does not fit its scene at {channel.name}")
             for index in np.ndindex(channel.shape):
                 body, contact = kind.place_of(channel, index)
@@ -138,6 +138,14 @@ def shortened(scene: Scene, seconds: float) -> Scene:
     """The scene with another duration."""
     run = dataclasses.replace(scene.parameters.run, duration=seconds)
     return dataclasses.replace(scene, parameters=dataclasses.replace(scene.parameters, run=run))
+
+
+def _numbers(plain) -> np.ndarray | None:
+    """Plain data as an array of numbers, NaN for null; None for what is none."""
+    try:
+        return np.asarray(plain, float)
+    except (TypeError, ValueError, OverflowError):
+        return None
 
 
 def _axis(channel: Channel, index: tuple[int, ...]) -> tuple[str, ...]:

@@ -71,7 +71,6 @@ def _read(mapping, scene, origin, problems):
     settings, found = read(Settings, plain_keys)
     problems += found
 
-    kind = scene["kind"]
     if settings.method == "chaos" and free.get("histories"):
         problems.append("histories are sampled, which the method chaos does not do; leave them out, or use ensemble")
     quantities = _quantities(free.get("quantities"), scene, problems)
@@ -87,7 +86,7 @@ def _read(mapping, scene, origin, problems):
         _histories(free.get("histories", ()), scene, problems),
         _densities(free.get("densities", {}), quantities, problems),
         _sweep(free.get("sweep"), scene, given, also, problems),
-        _stop_quantity(stop_quantity, settings, quantities, kind, problems),
+        _stop_quantity(stop_quantity, settings, quantities, problems),
         _executor(free.get("executor", "processes"), problems),
         settings,
         joint,
@@ -225,7 +224,7 @@ def _sweep(given, scene, inputs, also, problems):
     return key, tuple(numbers)
 
 
-def _stop_quantity(given, settings, quantities, kind, problems):
+def _stop_quantity(given, settings, quantities, problems):
     stop = settings.stop
     if stop.tolerance and stop.relative_tolerance:
         problems.append("stop.tolerance and stop.relative_tolerance say the same thing twice; keep one")

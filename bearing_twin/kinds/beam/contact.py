@@ -205,7 +205,7 @@ def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step,
                 step.force[3] = 0.0
                 break
             length = max(shortest, 0.5 * length)
-        works[piece] = finish_step(sphere, tail, length, step, pieces, piece)
+        works[piece] = finish_step(sphere, length, step, pieces, piece)
         alpha_rate = (step.values[2] - step.values[1]) / ((1.0 - POINTS[2]) * length)
         alpha = step.values[2]
         step.force[0] = step.force[3]
@@ -218,7 +218,7 @@ def march(rate, shape, modal_mass, tail, sphere, shortest, longest, until, step,
 
 
 @kernel
-def finish_step(sphere, tail, length, step, pieces, piece):
+def finish_step(sphere, length, step, pieces, piece):
     """Writes the piece and the start of the next; returns the work [J] done on the beam, tail included."""
     starts, lengths, forces, states, motions, _ = pieces
     starts[piece + 1], lengths[piece] = starts[piece] + length, length

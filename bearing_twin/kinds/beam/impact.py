@@ -195,7 +195,7 @@ def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpa
     beam_contact.prepare(modes.rate, modes.shape, modes.modal_mass, sphere, duration / count, step)
     for piece in range(count):
         step.force[:] = peak * np.sin(math.pi * (piece + np.array(beam_contact.POINTS)) / count)
-        beam_contact.finish_step(sphere, modes.tail, duration / count, step, pieces, piece)
+        beam_contact.finish_step(sphere, duration / count, step, pieces, piece)
     contact = _contact(pieces, 0, count)._replace(peak_force=peak)
     last = _fly(modes, sphere, pieces, count, max(until - duration, 1e-9 * duration))
     starts, lengths, forces, states, motions, works = pieces

@@ -167,7 +167,7 @@ class Watch:
 
     def top_near(self, column: int, point: int, times) -> float:
         """The greatest deflection (column 0) or stress (1) by magnitude, of one point at times close to each other."""
-        return peak_of(times, np.abs(self.at_points(times)[column][:, point]))
+        return peak_of(np.abs(self.at_points(times)[column][:, point]))
 
     def _in_blocks(self, times, function):
         """`function` of (states, force, position, velocity), so many times at once that memory stays small."""

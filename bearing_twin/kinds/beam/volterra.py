@@ -171,7 +171,7 @@ def march_volterra(rate, shape, modal_mass, tail, sphere, length, weights, until
             s + span * (u + 0.5 * sphere.gravity * span) - span * span * (2.0 * low + high) / (6.0 * sphere.mass)
         )
         motions[piece + 1, 1] = u + span * (sphere.gravity - 0.5 * (low + high) / sphere.mass)
-        works[piece] = linear_work(sphere, tail, low, high, span, s, u, motions[piece + 1, 0])
+        works[piece] = linear_work(sphere, low, high, span, s, u, motions[piece + 1, 0])
         piece += 1
     if gap < count:
         return piece, SEPARATED
@@ -179,7 +179,7 @@ def march_volterra(rate, shape, modal_mass, tail, sphere, length, weights, until
 
 
 @kernel
-def linear_work(sphere, tail, low, high, span, position, velocity, after):
+def linear_work(sphere, low, high, span, position, velocity, after):
     """Work [J] on the beam over one step: [f w] - f' times the integral of w, by Simpson's rule; w = s - alpha."""
     middle = 0.5 * (low + high)
     half = 0.5 * span

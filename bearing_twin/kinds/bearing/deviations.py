@@ -20,6 +20,12 @@ from bearing_twin.kinds.bearing.windows import Window
 LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
 
 
+def drive_later(drive: RingDrive, start: float) -> RingDrive:
+    """The drive `start` [s] later, while it accelerates evenly."""
+    angle, speed, acceleration = drive
+    return RingDrive(angle + start * (speed + 0.5 * acceleration * start), speed + acceleration * start, acceleration)
+
+
 class Part(NamedTuple):
     """A stretch of a run that was integrated in one go, with what it began from and what it gave out.
 
@@ -41,21 +47,13 @@ class Part(NamedTuple):
     elapsed: float
     taken: int
 
-    @property
-    def coupled(self) -> bool:
-        """Whether balls act on each other, or on a ring or a cage that moves."""
-        return bool(self.partners.active or self.near.any())
-
     def start(self, output: int) -> float:
         """Time [s] of an output from the beginning of the part, which is output -1."""
         return 0.0 if output < 0 else float(self.times[output])
 
     def drive_from(self, start: float) -> RingDrive:
         """The drive `start` [s] later."""
-        angle, speed, acceleration = self.drive
-        return RingDrive(
-            angle + start * (speed + 0.5 * acceleration * start), speed + acceleration * start, acceleration
-        )
+        return drive_later(self.drive, start)
 
 
 class Found(NamedTuple):

@@ -17,7 +17,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import ALL, PLACE, WINDOW
+from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
@@ -25,6 +25,7 @@ from bearing_twin.sample import Block
 UNSEEN = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
 CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
 LEAST_TURN = 1e-6  # rad between two outputs: a ball that turns less stands, and its load changes for other reasons
+WHOSE = {ALL: "all balls together", APART: "a copy that starts apart by what the run is off, before balls meet"}
 SIDES = ("inner", "outer")
 
 
@@ -245,7 +246,8 @@ class BearingDoubt:
         row = self.rows[name]
         if not self._known or row[PLACE[name]] == 0.0:
             return ""
-        whose = "all balls together" if row[PLACE["ball"]] == ALL else f"ball {int(row[PLACE['ball']])}"
+        ball = int(row[PLACE["ball"]])
+        whose = WHOSE.get(ball, f"ball {ball}")
         return f"{whose}, {row[PLACE['begin']]:.6g} s to {row[0]:.6g} s"
 
     def _mend(self) -> str:

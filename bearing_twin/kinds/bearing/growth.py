@@ -1,9 +1,15 @@
-"""Whether errors of balls that a companion follows grow by themselves, so that a motion cannot be known beyond."""
+"""Whether what a run is off grows by itself, so that its motion cannot be known beyond: the horizon.
 
-from bearing_twin.kinds.bearing.windows import PLACE
+Two kinds of rows tell: of balls that a companion follows, and of a copy of the run that starts apart by what it is off
+just before balls meet, and is looked at just after. A ball that rolls forgets what it is off; one that bounces, or hits
+another, carries it on and more.
+"""
+
+from bearing_twin.kinds.bearing.windows import APART, PLACE
 from bearing_twin.kinds.doubt import CHAOTIC, horizon
 
 FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
+MET = 100.0  # times, of a copy: within a millisecond or so, and the next meeting does the same again
 MOST = 32  # balls with their begin whose first error is kept
 
 
@@ -13,7 +19,7 @@ class Growth:
     def __init__(self, tolerance: float):
         self.tolerance = tolerance
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
-        self.grown, self.kept = 0.0, 0.0
+        self.grown, self.kept, self.since = 0.0, 0.0, ""
 
     def add(self, row, greatest: float) -> None:
         """Takes a row in; `greatest` load [N] so far."""
@@ -22,7 +28,8 @@ class Growth:
         first, kept = self.first.pop(key, (off, key[1]))
         if off <= self.tolerance:
             kept = float(row[0])
-        elif off > CHAOTIC * first and (not self.grown or kept < self.kept):
+        elif off > (MET if key[0] == APART else CHAOTIC) * first and (not self.grown or kept < self.kept):
+            self.since = "balls met" if key[0] == APART else "a companion began to follow a ball"
             self.grown, self.kept = off / first, kept
         self.first[key] = first, kept
         if len(self.first) > MOST:
@@ -31,4 +38,4 @@ class Growth:
     @property
     def notes(self) -> dict[str, str]:
         """The note on the horizon, if there is one."""
-        return {"horizon": horizon(self.grown, "a companion began to follow a ball", self.kept)} if self.grown else {}
+        return {"horizon": horizon(self.grown, self.since, self.kept)} if self.grown else {}

@@ -200,7 +200,7 @@ def _footer(facts, history):
     return "   ·   ".join(word for word in words if word)
 
 
-def _draw_bearing(axis, sample: Sample, scene=None) -> None:
+def _draw_bearing(axis, sample: Sample, scene) -> None:
     """Draw rings, balls and loads; arrows point the way the raceway pushes the ball, their length is the load."""
     position, load = sample["position"][:, :2], sample["normal_load"]
     radius = np.linalg.norm(sample["point"] - sample["position"][:, None, :], axis=-1).max()

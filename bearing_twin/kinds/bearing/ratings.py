@@ -114,7 +114,7 @@ def ratings_of(parameters) -> Ratings:
     return Ratings(given.dynamic or basic_dynamic_rating(geometry), given.static or basic_static_rating(geometry))
 
 
-def equivalent_load(geometry, ratings: Ratings, radial: float, axial: float) -> float:
+def equivalent_load(geometry, radial: float, axial: float) -> float:
     """P [N] of ISO 281 from radial and axial load [N]: the greater of F_r and X F_r + Y F_a, beyond F_a/F_r = e.
 
     Factors between the angles of the tables by straight lines; a deep groove's with f_0 = C_0/(Z D^2).
@@ -159,7 +159,7 @@ def lives_of(parameters, ratings: Ratings, force, inner_loads, outer_loads) -> L
     geometry = parameters.geometry
     least = ROUNDING * float(np.sum(inner_loads))
     radial, axial = (size if size > least else 0.0 for size in (math.hypot(force[0], force[1]), abs(force[2])))
-    equivalent = equivalent_load(geometry, ratings, radial, axial)
+    equivalent = equivalent_load(geometry, radial, axial)
     static = static_load(geometry, radial, axial)
     return Lives(
         (ratings.dynamic / equivalent) ** 3 if equivalent > 0.0 else math.inf,

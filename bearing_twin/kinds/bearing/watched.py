@@ -13,13 +13,14 @@ import numpy as np
 from bearing_twin.kinds.bearing.companion import Companion
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
+from bearing_twin.kinds.bearing.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.motion import MOVING, BearingMotion
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, BearingScene
 from bearing_twin.kinds.bearing.pointing import POINTED
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import PLACE, WINDOW, is_watched
+from bearing_twin.kinds.bearing.windows import APART, PLACE, WINDOW, is_watched
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.report import Choice
 
@@ -105,7 +106,7 @@ class WatchedMotion(BearingMotion):
     def _part(self, times, duration, out, first) -> None:
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
         arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
-        followed, self._windows = self.companion.followed, None
+        before_it, self._windows = self.companion.inherited(), None
         # What a part began with from before is not bettered by doing it again: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > FUTILE else self.elapsed
         for attempt in range(1 + REDONE):
@@ -120,7 +121,7 @@ class WatchedMotion(BearingMotion):
             vars(self).update(zip(BEGUN, others, strict=True))
             for name, array in arrays.items():
                 getattr(self, name)[:] = array
-            self.companion.followed = followed
+            self.companion.inherit(before_it)
             cut = min(LEAST_CUT, max(MOST_CUT, AIM / worst))
             self._set(max(cut * self.setting, VERIFIABLE / self.given))
         if self._found is not None and len(self._found):
@@ -138,7 +139,7 @@ class WatchedMotion(BearingMotion):
         rows, greatest = self._found, self.companion.greatest_load
         if rows is None or self.tolerance <= VERIFIABLE or greatest <= 0.0:
             return 0.0
-        rows = rows[rows[:, PLACE["begin"]] >= since]
+        rows = rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)]
         off = max(rows[:, PLACE["load"]].max(initial=0.0) / greatest, rows[:, PLACE["friction"]].max(initial=0.0))
         return off / self.parameters.wanted.tolerance
 
@@ -153,9 +154,10 @@ class WatchedMotion(BearingMotion):
             return
         if self._windows is None:
             self._windows = self.companion.windows(part)
-        elif self._windows and (self._windows[0].ball < 0) != part.coupled:
-            # Done again, other balls came near each other.
-            self._windows = [one._replace(ball=-1 if part.coupled else 0) for one in self._windows]
+        else:
+            # Done again, other balls may have met.
+            met = meetings(part)
+            self._windows = [as_met(one, met) for one in self._windows]
         pointed = self.stepper not in FIXED_STEP and len(part.pointer)
         scales = self.scales if pointed else self._asked[0]
         self._found = self.companion.look(part, self._windows, scales, self.tolerance)

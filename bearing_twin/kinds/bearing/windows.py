@@ -8,6 +8,7 @@ from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 from bearing_twin.sample import Channel, Table
 
 ALL = -1  # in place of the number of a ball
+APART = -2  # the same: all of them, in a copy of the run that starts apart by what it is off
 LEAST_STEPS = 10  # of the run in a window
 
 WINDOW = Table(
@@ -15,7 +16,7 @@ WINDOW = Table(
     (
         Channel("time", "s", (), "end of the window"),
         Channel("begin", "s", (), "of the window"),
-        Channel("ball", "1", (), "number of the ball; -1 = all of them"),
+        Channel("ball", "1", (), "number of the ball; -1 = all of them; -2 = all, in a copy that starts apart"),
         Channel("steps", "1", (), "of a ball that the companion took"),
         Channel("tolerance", "1", (), "that the run had in this piece"),
         Channel("load", "N", (), "error of a load on a raceway"),

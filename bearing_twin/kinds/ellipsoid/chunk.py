@@ -164,7 +164,7 @@ def advance(body, plan, state, clock, times, until, states, record, records, cou
             longest = contact_scales(body, plan, state, clock[TIME] - record[BEGAN], work)
             wanted = min(clock[STEP], plan.fixed if plan.fixed > 0.0 else longest)
         else:
-            flight_scales(body, plan, work)
+            flight_scales(plan, work)
             wanted = min(clock[STEP], min(safe_flight(body, plan, state), LONGEST_FLIGHT))
             if plan.fixed > 0.0:
                 wanted = min(wanted, FLIGHT_TURN / max(greatest_spin(body, state), 1e-9))

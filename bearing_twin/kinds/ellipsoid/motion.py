@@ -30,6 +30,7 @@ from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach
 
 SETTING = 1e-3  # tolerance of a step over that of contacts
+NEAR = 1e-6  # of the height of the centre: a gap within which a contact may still end
 KEPT = ("state", "clock", "record", "counts")  # what a motion goes on from
 FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or shorten solver.step",
@@ -123,6 +124,12 @@ class EllipsoidMotion(BouncingMotion):
             raise ValueError("state")
         self._touched = -math.inf if kept["touched"] is None else float(kept["touched"])
         self._now = float(kept["now"])
+        reach = ellipsoid_reach(self.body.semi_axes, pose_of(self.body, self.state).down)[0]
+        contact = self.clock[chunk.IN_CONTACT]
+        # Of another time, or in a contact far from the plane, it would step for ever.
+        inside = contact in (0.0, 1.0) and contact * (self.state[2] - reach) <= NEAR * reach
+        if not (inside and 0.0 <= self.clock[chunk.TIME] <= self._now):
+            raise ValueError("clock")
 
 
 def start_state(body: Ellipsoid, height: float, orientation, velocity, angular_velocity) -> np.ndarray:

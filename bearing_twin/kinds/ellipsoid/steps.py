@@ -126,7 +126,7 @@ def contact_scales(body, plan, state, lasted, work):
 
 
 @kernel
-def flight_scales(body, plan, work):
+def flight_scales(plan, work):
     """Sets the error scales of flight, where only the orientation has an error."""
     fill(work.scales, 0, COLUMNS, math.inf)
     fill(work.scales, QUATERNION, 4, plan.tolerance)
@@ -161,7 +161,10 @@ def landed(body, state):
 
 @kernel
 def adaptive_step(body, plan, state, wanted, loaded, counts, work):
-    """Takes the longest step up to `wanted` [s] that meets the tolerance; returns (step, the next to try, error)."""
+    """Takes the longest step up to `wanted` [s] that meets the tolerance; returns (step, the next to try).
+
+    The step is negative where none is short enough.
+    """
     step = wanted
     while True:
         error = one_step(body, plan, state, step, loaded, work, work.after)

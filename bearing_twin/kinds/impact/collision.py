@@ -220,12 +220,15 @@ def _collision(spring, reduced_mass, speed, history, start, end, last, steps, ev
     left = float(spring_elastic(spring, max(float(last[0]), 0.0)).energy)
     closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) + left - energy) / energy
     impulse = reduced_mass * (speed + leaving)
-    contact = ContactPeriod(0.0, duration, peak_of(times, load), impulse)
-    return Collision(contact, peak_of(times, approach), leaving, closure, history, steps, evaluations)
+    contact = ContactPeriod(0.0, duration, peak_of(load), impulse)
+    return Collision(contact, peak_of(approach), leaving, closure, history, steps, evaluations)
 
 
-def peak_of(times, values) -> float:
-    """Greatest value of a smooth sampled curve, by the parabola through the greatest sample and its neighbours."""
+def peak_of(values) -> float:
+    """Greatest value of a smooth curve, by the parabola through the greatest sample and its neighbours.
+
+    Samples are at equal distances.
+    """
     top = int(np.argmax(values))
     if not 0 < top < len(values) - 1:
         return float(values[top])

@@ -50,7 +50,7 @@ def draw_force(axis, time, values) -> None:
     axis.plot(time, values["normal_load"], color=BALL_COLOURS[0], linewidth=2)
     axis.set_ylabel("contact force [N]")
     axis.margins(x=0.0)
-    peak = peak_of(values["time"], values["normal_load"])
+    peak = peak_of(values["normal_load"])
     heading(axis, f"Contact force, at most {peak:.5g} N")
 
 

@@ -105,7 +105,7 @@ def crossing(step, before, before_rate, after, after_rate):
 
 
 @kernel
-def note(pair, clock, step, before, touch, state, record):
+def note(clock, step, before, touch, state, record):
     """Opens or closes the record of a contact where the step did; returns whether one has ended."""
     if touch.approach > 0.0:
         if clock[IN_CONTACT] == 0.0:
@@ -193,7 +193,7 @@ def advance(pair, plan, state, clock, times, until, states, record, records, cou
         clock[TIME], clock[DRIFT], clock[OFF] = end, max(clock[DRIFT], drift), max(clock[OFF], off)
         clock[STEP] = following if touch.approach > 0.0 and loaded else math.inf
         counts[STEPS] += 1
-        ended = note(pair, clock, step, before, touch, state, record)
+        ended = note(clock, step, before, touch, state, record)
         if clock[IN_CONTACT] > 0.0:
             note_peak(pair, step, touch, record, counts, work)
         work.before[:] = work.now

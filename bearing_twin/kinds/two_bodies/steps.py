@@ -95,7 +95,10 @@ def one_step(pair, state, step, loaded, work, out):
 
 @kernel
 def finish(pair, state):
-    """Puts right at the end of a step what it leaves open: quaternions, opposing points; returns the norms' drift."""
+    """Puts right at the end of a step what it leaves open: quaternions, opposing points.
+
+    Returns (the norms' drift, how far [m] the points were off).
+    """
     drift = 0.0
     for first in (QUATERNION, SECOND + QUATERNION):
         norm = 0.0

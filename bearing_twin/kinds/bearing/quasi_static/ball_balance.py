@@ -186,7 +186,7 @@ def _bracketed(setting, opening_r, opening_z, weight_r, weight_z):
 
 @kernel
 def _newton(setting, opening_r, opening_z, place_r, place_z, weight_r, weight_z):
-    """(place, balance, whether it is in balance) by damped Newton steps from this place."""
+    """(place, height, balance, whether it is in balance) by damped Newton steps from this place."""
     here = balance_at(setting, opening_r, opening_z, place_r, place_z, weight_r, weight_z)
     smallest = SMALLEST_STEP * setting.outer.groove_radius
     for _ in range(MOST_STEPS):

@@ -1,0 +1,177 @@
+"""Balls that bounce and balls that meet: what a bearing run is off there, how it comes to know, and its horizon."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from bearings import motion
+
+from bearing_twin.charts.work_precision import errors
+from bearing_twin.kinds.bearing.departures import LONGEST_FLIGHT, bouncing, pieces_of, room
+from bearing_twin.kinds.bearing.equations import approaches
+from bearing_twin.kinds.bearing.growth import Growth
+from bearing_twin.kinds.bearing.layout import (
+    AXIS_DISTANCE,
+    BORDER,
+    CARRIED_COLUMNS,
+    COLUMNS,
+    ORBIT_ANGLE,
+    RADIAL_VELOCITY,
+    TANGENTIAL_VELOCITY,
+)
+from bearing_twin.kinds.bearing.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
+from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, Window
+from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.steppers import RODAS4
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+
+# Radius, angle, height, velocity and spin of a ball that nears the inner raceway of a 6203 after its ring has jumped.
+FLIGHT = (0.0142466784, 2.28171953, 4.90065269e-6, -0.00583756855, 1.08232378, -0.002066549)
+FLIGHT += (12.0023973, -0.561827872, -320.491593, 0.0, 0.0, 0.0)
+JUMP = ("run.duration=0.033", "drive.change.offset=[2e-6,-5e-6,1e-6]")  # balls 7 and 0 meet at 31.1 ms
+
+
+def ran(*overrides):
+    """A run of the jump to its end, its outputs but the first, and the windows of its companion."""
+    run = simulate(load_scene("bearing_6203_sudden", (*JUMP, *overrides)))
+    blocks = list(run.blocks())
+    rows = [block.records["companion"] for block in blocks if "companion" in block.records]
+    found = Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
+    return run, found, np.concatenate(rows) if rows else None
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return ran("wanted.tolerance=1e-8", "solver.companion=off")[1]
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4])
+def test_what_becomes_of_errors_where_balls_meet_is_known_and_said(tolerance, exact):
+    run, found, rows = ran(f"wanted.tolerance={tolerance}")
+    error = max(errors(BearingMotion(run.scene.parameters, run.choice), found, exact))
+    apart = rows[rows[:, PLACE["ball"]] == APART]
+    before, after = apart[0, PLACE["friction"]], apart[1:, PLACE["friction"]].max()
+    assert apart[0, 0] < 0.0311 < apart[1, 0]
+    assert before < tolerance
+    assert error / 10.0 < after < 10.0 * error
+    told = run.report.errors["wanted_errors"]["friction"]
+    if error > tolerance:
+        assert run.report.status == "doubtful: friction"
+        assert told["error"] == after
+        assert "a copy that starts apart" in told["where"]
+        assert any("a copy that starts apart" in flag for flag in run.report.flags)
+
+
+def test_a_run_in_which_no_balls_meet_has_no_copy():
+    run = simulate(load_scene("bearing_6203_loose", ("run.duration=0.1",)))
+    rows = np.concatenate([block.records["companion"] for block in run.blocks() if "companion" in block.records])
+    assert (rows[:, PLACE["ball"]] >= 0).all()
+    assert run.report.status == "done"
+
+
+def test_pieces_of_a_flight_do_not_pass_over_a_bounce():
+    """One step of 0.3 ms has no stage in the contact; in pieces the ball leaves as by steps of a nanosecond's error."""
+    moving = motion("drive.offset=[2e-6,-5e-6,1.1e-5]", "drive.speed=274.89")
+    state, balls = np.array([FLIGHT]), np.zeros(1, np.int64)
+    assert max(approaches(moving.bearing, state[0])) < -1e-7
+
+    def after(flying, scales):
+        one, times, duration = state.copy(), np.array([1e-4, 3e-4]), 3e-4
+        turned, steps = moving.orientation[:1].copy(), np.full(1, duration)
+        results = room(2, 1, np.zeros((1, CARRIED_COLUMNS)), np.zeros(BORDER))
+        task = ChunkTask(RODAS4, moving.bearing, moving.drive, times, duration, scales)
+        for piece, filled in pieces_of(task, results, flying):
+            assert piece.duration <= max(LONGEST_FLIGHT, duration * (not flying)) * (1.0 + 1e-9)
+            assert rosenbrock_chunk(piece, (), balls, one, turned, steps, filled) == OK
+        assert np.array_equal(results.states[-1], one)
+        return results.states[:, 0]
+
+    fine, cut = after(True, 1e-5 * moving.scales), after(True, moving.scales)
+    assert fine[0, RADIAL_VELOCITY] > 0.0
+    assert np.abs(cut - fine)[:, RADIAL_VELOCITY].max() < 1e-4
+    assert np.abs(cut - fine)[:, AXIS_DISTANCE].max() < 1e-8
+
+
+def a_part(**what):
+    """A part of 4 outputs a millisecond apart, of three balls, with what a test needs."""
+    times, states = 1e-3 * np.arange(1, 5), np.zeros((5, 3, COLUMNS))
+    states[..., AXIS_DISTANCE], states[..., ORBIT_ANGLE] = 0.014, [0.0, 2.0, 4.0]
+    given = {
+        "near": np.ones(3, bool),
+        "partners": SimpleNamespace(active=False),
+        "times": times,
+        "duration": 4e-3,
+        "elapsed": 1.0,
+        "bearing": SimpleNamespace(ball_radius=0.003),
+        "out": {"normal_load": np.ones((4, 3, 2))},
+        "states": states,
+    } | what
+    states = given.pop("states")
+    given |= {"begun": [states[0]], "filled": (states[1:],)}
+    return SimpleNamespace(**given, start=lambda output: 0.0 if output < 0 else float(times[output]))
+
+
+def test_balls_meet_where_they_come_together_before_the_next_output():
+    still = a_part()
+    assert not meetings(still).any()
+    states = np.concatenate([still.begun[0][None], still.filled[0]])
+    touch = 2.0 * np.arcsin(0.003 / 0.014)
+    states[2:, 1, ORBIT_ANGLE] = touch * 1.01  # ball 1 comes up to ball 0 ...
+    states[1:3, 1, TANGENTIAL_VELOCITY] = -0.5  # ... and is quick enough until the second output
+    met = meetings(a_part(states=states))
+    assert met.tolist() == [[False] * 3, [True, False, False], [True, False, False], [False] * 3]
+    assert not meetings(a_part(states=states, near=np.zeros(3, bool))).any()
+    # Windows of balls 0 and 1 over that are of all balls, those before it and of ball 2 are not.
+    assert [as_met(Window(ball, -1, 4), met).ball for ball in range(3)] == [ALL, ALL, 2]
+    assert as_met(Window(0, -1, 1), met).ball == 0
+    assert until_met(Window(1, -1, 4), met) == Window(1, -1, 1)
+    assert until_met(Window(2, -1, 4), met) == Window(2, -1, 4)
+    assert list(stretches_from(met)) == [Window(APART, -1, 1), Window(APART, 0, 3)]
+    assert pairs_in(Window(ALL, 0, 1), met).tolist() == [True, False, False]
+
+
+def test_a_drift_grows_while_a_ball_coasts_and_is_forgotten_where_it_is_driven():
+    load = np.ones((4, 3, 2))
+    load[:, 1, 0] = 0.0  # ball 1 is carried by the outer raceway alone
+    load[:, 2] = 0.0  # ball 2 is loose
+    part, drift = a_part(out={"normal_load": load}), Drift(3)
+    exact = part.filled[0][:1].copy()
+    exact[0, :, ORBIT_ANGLE] += 1e-6
+    exact[0, :, TANGENTIAL_VELOCITY] += 0.014 * 1e-3
+    found = SimpleNamespace(states=exact)
+    for ball in (0, 1):
+        drift.see(part, Window(ball, 0, 1), found, ball, 1.0)
+    drift.go_on(part, set())
+    assert drift.angle == pytest.approx([1e-6, 1e-6 + 1e-3 * 2e-3, 0.0])
+    assert drift.speed == pytest.approx([0.0, 1e-3, 0.0])
+    assert drift.lost.tolist() == [False, False, True]
+    other = Drift(3)
+    other.remember(drift.memory())
+    state = np.zeros((3, COLUMNS))
+    state[:, AXIS_DISTANCE] = 0.014
+    other.set_apart(state, 1.005, 1e-3)
+    # Ball 2 was lost: the greatest of all stands for it; neighbours start off the other way.
+    most = 1e-6 + 1e-3 * 3e-3
+    assert state[:, ORBIT_ANGLE] == pytest.approx([-1e-6, most, -most])
+    assert state[:, TANGENTIAL_VELOCITY] == pytest.approx([0.0, 0.014e-3, -0.014e-3])
+
+
+def test_the_ball_that_bounces_most_is_followed_from_before_it_is_loose():
+    load = np.ones((4, 3, 2))
+    load[2, 0] = load[2:, 1] = 0.0
+    ((_, window, begin),) = bouncing(a_part(out={"normal_load": load}))
+    assert (window.ball, window.begin, begin) == (1, 0, pytest.approx(1.001))
+    assert not bouncing(a_part())
+
+
+def test_a_copy_that_grows_away_names_the_horizon_where_balls_met():
+    growth = Growth(1e-4)
+    for end, error in ((0.031, 1e-6), (0.032, 2e-3)):
+        row = np.zeros(len(WINDOW.columns))
+        row[0], row[PLACE["begin"]], row[PLACE["ball"]], row[PLACE["friction"]] = end, 0.0308, APART, error
+        growth.add(row, 50.0)
+    assert growth.notes["horizon"].startswith("errors have grown 2e+03 times since balls met: beyond 0.031 s")
