@@ -10,7 +10,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.loads import contacts as contacts_of
 from bearing_twin.kinds.bearing.loads import origins, wrenches
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.contract import Output
+from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output
 from bearing_twin.log import cdr
 from bearing_twin.log.encoder import Encoder
 from bearing_twin.log.encoding import encoded
@@ -40,9 +40,8 @@ def test_table():
     assert table[2].full_name == "/bearing/ball_0/wrench"
     assert table[names.index("/tf")].full_name == "/tf"
     assert {topic.qos.reliability for topic in table} == {"reliable"}
-    assert {topic.name: topic.qos.depth for topic in table if topic.qos.depth != 10} == {
-        "scene": 1, "robot_description": 1,
-    }  # fmt: skip
+    depths = {PUBLISH: 100, MARKERS: 20, SAMPLES: 20, ONCE: 1}  # a second of messages
+    assert [topic.qos.depth for topic in table] == [depths[topic.rate] for topic in table]
     assert {topic.qos.durability for topic in table[:2]} == {"transient_local"}
 
 
