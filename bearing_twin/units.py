@@ -193,6 +193,11 @@ def known_digits(value: float, error: float | None, digits: int = 6) -> str:
     return f"{rounded:.{decimals}f}" if 0 <= decimals <= digits else f"{rounded:.{digits}g}"
 
 
+def greatest_error(error) -> float | None:
+    """The error of a figure, of a list the greatest; None where it is not known."""
+    return max(error) if isinstance(error, (list, tuple)) else error
+
+
 def error_digits(error: float) -> str:
     """The size of an error for people: two digits, written out up to a million."""
     return f"{float(f'{error:.2g}'):g}"

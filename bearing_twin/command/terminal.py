@@ -10,7 +10,16 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING
 
 from bearing_twin.command.layout import columns_apart, named_values, table, width_of_terminal, wrapped
-from bearing_twin.units import UNITS, error_digits, for_people, known_digits, named, readable, unit_suffix
+from bearing_twin.units import (
+    UNITS,
+    error_digits,
+    for_people,
+    greatest_error,
+    known_digits,
+    named,
+    readable,
+    unit_suffix,
+)
 
 if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.sample import Block
@@ -49,7 +58,7 @@ def show_result(result: Mapping) -> None:
         for key, values in lists.items():
             words, unit, factor = _readable(key, values)
             header.append(f"{words}\n{unit or '-'}")
-            worst = _greatest(errors.get(key))
+            worst = greatest_error(errors.get(key))
             cells.append([_text(value, factor, worst) for value in values])
             if any(one in errors for one in lists):
                 cells[-1].append("" if worst is None else error_digits(factor * worst))
@@ -98,7 +107,7 @@ def _is_number(value) -> bool:
 
 def _named_value(key: str, value, error) -> tuple[str, str]:
     """The words of a key and its value for people, with its error, and marked where that is large."""
-    numbers, worst = list(value) if isinstance(value, (list, tuple)) else [value], _greatest(error)
+    numbers, worst = list(value) if isinstance(value, (list, tuple)) else [value], greatest_error(error)
     words, unit, factor = _readable(key, [*numbers, worst])
     shown = ", ".join(_text(one, factor, worst) for one in numbers)
     known = worst is not None and value is not None
@@ -247,11 +256,6 @@ def _unbounded(error):
     if isinstance(error, (list, tuple)):
         return [_unbounded(one) for one in error]
     return math.inf if error is None else error
-
-
-def _greatest(error) -> float | None:
-    """The greatest of the errors of a figure."""
-    return max(error) if isinstance(error, (list, tuple)) else error
 
 
 def _is_doubtful(value, error) -> bool:

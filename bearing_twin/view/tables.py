@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.units import error_digits, known_digits, readable
+from bearing_twin.units import error_digits, greatest_error, known_digits, readable
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors
@@ -86,11 +86,7 @@ def error_notes(errors: Mapping[str, Any]) -> list[str]:
 
 def _error(error, factor: float) -> str:
     """An error, of several the greatest, in the unit of its figure."""
-    return "" if error is None else error_digits(factor * _greatest(error))
-
-
-def _greatest(error) -> float:
-    return max(error) if isinstance(error, (list, tuple)) else error
+    return "" if error is None else error_digits(factor * greatest_error(error))
 
 
 def _of_balls(value) -> bool:
@@ -123,6 +119,6 @@ def _number(value, factor: float, error=None) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        worst = None if error is None else factor * _greatest(error)
+        worst = None if error is None else factor * greatest_error(error)
         return known_digits(value * factor, worst, DIGITS) if math.isfinite(value) else "-"
     return str(value)
