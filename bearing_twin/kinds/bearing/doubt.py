@@ -49,11 +49,11 @@ class BearingDoubt:
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
-        load = block.values["normal_load"]
+        load = np.ascontiguousarray(block.values["normal_load"])
         begins = np.array([0, *range(STRETCH - block.first_sequence % STRETCH, len(block), STRETCH)])
         self._follow_round(block, load, begins)
         self.outputs += len(block)
-        rubbed = np.add.reduceat(np.cbrt(load) ** 4 * np.abs(block.values["spin_rate"]), begins, axis=0)
+        rubbed = np.add.reduceat(load * np.cbrt(load) * np.abs(block.values["spin_rate"]), begins, axis=0)
         for stretch in rubbed:  # one after the other: sums are the same to the bit however outputs are cut
             self.rubbed += stretch
         better = load.max(axis=0) > self.load
