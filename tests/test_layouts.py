@@ -132,10 +132,12 @@ def test_panels_of_foxglove_have_titles_and_frames_do_not_hide_the_bearing():
     shown = panels(SCENE)
     configs = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]
     plots = [one for name, one in configs.items() if name.startswith("Plot!")]
-    assert [one["foxglovePanelTitle"] for one in plots] == [plot.title for plot in shown.plots]
+    for key in ("foxglovePanelTitle", "lichtblickPanelTitle"):
+        assert [one[key] for one in plots] == [plot.title for plot in shown.plots]
+    assert {one["legendDisplay"] for one in plots} == {"left"}  # floating ones hid the curves in Lichtblick 1.28
     frames = configs["3D!scene"]["scene"]["transforms"]
     assert not frames["showLabel"]
-    assert 0.2 * frames["axisScale"] == frames["axisSize"] < SCENE.parameters.geometry.pitch_diameter / 2.0
+    assert 0.2 * frames["axisScale"] == frames["axisSize"] < SCENE.parameters.geometry.pitch_diameter / 5.0
 
 
 def beside_each_other(node):
