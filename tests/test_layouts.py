@@ -208,6 +208,7 @@ def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys
     topic = "/bearing/study/realisations"
     foxglove = json.loads(Path(files["foxglove"]).read_text())["configById"]
     assert {one["xAxisPath"]["value"] for one in foxglove.values()} == {f"{topic}.number"}
+    assert {one["xAxisVal"] for one in foxglove.values()} == {"timestamp"}  # Lichtblick 1.28 draws no "custom" one
     assert [one["paths"][0]["value"] for one in foxglove.values()] == [f"{topic}.value[1]", f"{topic}.value[0]"]
     curves = list(ElementTree.parse(files["plotjuggler"]).iter("curve"))
     assert {(one.get("curve_x"), one.get("curve_y")) for one in curves} == {

@@ -136,10 +136,11 @@ def _foxglove_view(panels: Panels) -> dict:
 
 
 def _foxglove_plot(plot: Plot) -> dict:
-    """Curves over time; points over a number where the plot has one."""
-    over = {"xAxisVal": "timestamp"}
-    if plot.number:
-        over = {"xAxisVal": "custom", "xAxisPath": {"value": _dotted(plot.number), "enabled": True}}
+    """Curves over time; points where the plot has a number, which is the X axis once "message path" is chosen there.
+
+    Lichtblick 1.28 draws nothing of a file where both axes are fields of one topic.
+    """
+    over = {"xAxisPath": {"value": _dotted(plot.number), "enabled": True}} if plot.number else {}
     return {
         **dict.fromkeys(TITLES, plot.title),
         "paths": [
@@ -155,10 +156,11 @@ def _foxglove_plot(plot: Plot) -> dict:
         ],
         "showXAxisLabels": True,
         "showYAxisLabels": True,
-        "showLegend": True,
+        "showLegend": len(plot.curves) > 1,
         "legendDisplay": "left",
         "sidebarDimension": LEGEND_PIXELS,
         "isSynced": plot.number is None,
+        "xAxisVal": "timestamp",
         **over,
     }
 
