@@ -16,7 +16,7 @@ COLORS = (
 )  # fmt: skip
 PLOTS_IN_A_ROW = 2
 AXES = 0.5  # length of a frame's axes, of a fifth of the scene's size: longer ones hide the balls
-TITLES = ("foxglovePanelTitle", "lichtblickPanelTitle")  # the first is shown by Foxglove alone, the second by Lichtblick
+TITLES = ("foxglovePanelTitle", "lichtblickPanelTitle")  # what Foxglove shows, and what Lichtblick shows
 LEGEND_PIXELS = 150  # beside the curves: in front of them it hides those of small panels
 
 
