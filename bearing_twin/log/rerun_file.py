@@ -4,6 +4,7 @@ import functools
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.extras import install
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.panels import Panels
 from bearing_twin.log.raw_log import log_files
@@ -25,7 +26,7 @@ def write_rerun(log, panels: Panels, path) -> Path:
         import rerun
     except ImportError as error:
         raise BearingTwinError(
-            f"files for Rerun are written by rerun-sdk, which is not here ({error}): pip install 'bearing_twin[rerun]'"
+            f"files for Rerun are written by rerun-sdk, which is not here ({error}): {install('rerun')}"
         ) from error
     path = Path(path)
     if path.exists():
