@@ -13,8 +13,10 @@ import pytest
 from bearing_twin.charts import (
     bearing_laws,
     bearing_outputs,
+    body_limits,
     contest,
     model_limits,
+    model_maps,
     newcomers,
     scene_contests,
     stability,
@@ -96,6 +98,33 @@ def test_limits_of_spheres_and_discs_are_those_predicted(name):
             found = model_limits.limit(name, method, across)
             assert found.ratio == pytest.approx(1.0, abs=stability_picture.WITHIN)
             assert found.refused < 1.1 * found.found
+
+
+def test_modes_of_a_beam_hold_whatever_the_step(monkeypatch):
+    """From 4 steps a contact to a half; by Volterra's equation errors grow with the step."""
+    methods, errors = [], {}
+    throw = body_limits.throw
+    monkeypatch.setattr(body_limits, "throw", lambda *given: throw(*given[:-1], methods[-1]))
+    for method in ("modes", "volterra"):
+        methods.append(method)
+        place = body_limits.struck()
+        contact = body_limits.HATS * place.predicted(method)
+        errors[method] = [
+            place.error(method, contact / count) for count in (4.0, 1.0, 0.5)[: 3 if method == "modes" else 1]
+        ]
+    assert max(errors["modes"]) < 1e-2 < 0.1 < errors["volterra"][0]
+
+
+def test_what_is_put_right_drifts_when_left_alone():
+    """The norm by the closed form of rk4, the axis by rounding over the difference of the curvatures."""
+    for turn, steps in ((0.5, 20), (1.0, 20000)):
+        found = model_maps.model_cell("quaternion", "rk4", steps, turn, 0.0)
+        growth = abs(1.0 + (z := 0.5j * turn) * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
+        assert found.load_error == pytest.approx(1.0 - growth**steps, rel=1e-6)
+    rounder, longer = (model_maps.model_cell("axis", "gap", 0.5, across, 0.0) for across in (1e-15, 1e-4))
+    assert rounder.load_error > 1e-3 > 1e-11 > longer.load_error
+    assert "circular" in rounder.reason
+    assert not longer.reason
 
 
 def test_beyond_its_limit_rk4_gives_loads_right_and_friction_wrong():

@@ -93,7 +93,7 @@ def add_legend(figure, refuses: bool, dots: str = "", lines: bool = False) -> No
         Line2D([], [], marker="o", color=FOUND, label="limit found", **hollow),
     ] * (not dots)
     if lines:
-        handles.append(Line2D([], [], color=PREDICTED, linewidth=3.0, label="promised or chosen"))
+        handles.append(Line2D([], [], color=PREDICTED, linewidth=3.0, label="promised, chosen or told"))
     handles.append(Line2D([], [], marker="x", color="#7b1e1e", linestyle="none", markersize=8, label="broke down"))
     if refuses:
         handles.append(Patch(facecolor="#5f6f7a", edgecolor="white", hatch="//", label="refused"))
