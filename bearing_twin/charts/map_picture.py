@@ -69,6 +69,7 @@ def draw_map(axis, rows: list[Row], curves: Curves, flags=None):
             along.set_major_formatter("{x:g}")
         along.set_minor_locator(NullLocator())
     axis.tick_params(length=0, labelsize=15, labelcolor=STYLE["ink"])
+    axis.tick_params(axis="x", labelsize=13)  # at both ends, greater ones reach into the panel beside
     for spine in axis.spines.values():
         spine.set_visible(False)
     return drawn
