@@ -98,7 +98,7 @@ def draw(chart, rows: list[Row], path: Path) -> None:
     """One panel a problem; a cross at the right edge for what failed, was refused or was stopped, at its cost."""
     names = [name for name in chart.problems if any(row.problem == name for row in rows)]
     methods = list(dict.fromkeys(row.method for row in rows))
-    columns = min(COLUMNS, len(names))
+    columns = min(COLUMNS if len(names) % COLUMNS != 1 else 2, len(names))  # no panel alone in a line
     lines = math.ceil(len(names) / columns)
     figure = Figure(figsize=(16, 5.0 * lines + 2.2), layout="constrained")
     FigureCanvasAgg(figure)

@@ -35,11 +35,18 @@ def of_models(rows: list[Row], path: Path) -> None:
     for axis in list(axes.flat)[len(panels) :]:
         axis.set_visible(False)
     add_bar(figure, drawn, axes, "error of the load, of the norm, of the axis")
-    levels = (f"{100.0 * MODELS[name].dots:g} % ({name})" for name in dict.fromkeys(name for name, _ in panels))
-    add_legend(figure, False, f"error above {', '.join(levels)}", True)
+    add_legend(figure, False, f"error above {_levels(name for name, _ in panels)}", True)
     figure.suptitle("Where models fail", fontsize=20, color=STYLE["ink"])
     stamp(figure)
     figure.savefig(path, dpi=100)
+
+
+def _levels(names) -> str:
+    """The errors that dots stand for, that of most maps last."""
+    dots = [(MODELS[name].dots, name) for name in dict.fromkeys(names)]
+    most = max((level for level, _ in dots), key=[level for level, _ in dots].count)
+    words = [f"{100.0 * level:g} % ({name})" for level, name in dots if level != most]
+    return ", ".join([*words, f"{'else ' if words else ''}{100.0 * most:g} %"])
 
 
 def _panel(axis, rows, name, method):

@@ -34,7 +34,9 @@ CHARTS = {
     "bearing_friction": Chart("bearing_laws", "friction models inside a bearing's run: error and cost", 10, "contest"),
     "output_rate": Chart("bearing_outputs", "figures of a bearing over the output rate", 8, "contest"),
     "quantiles": Chart("bearing_outputs", "what a quantile of a bearing's load costs, by sampler", 45, "contest"),
-    "pairs": Chart("scene_contests", "two spheres: closed form, adaptive and fixed steps", 10, "contest"),
+    "pairs": Chart(
+        "scene_contests", "spheres, discs, an ellipsoid meet: closed form, adaptive and fixed steps", 20, "contest"
+    ),
     "beams": Chart("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 15, "contest"),
     "two_bodies": Chart("scene_contests", "opposing points in closed form, by Newton, as a DAE", 15, "contest"),
     "cost": Chart("cost", "where the time of a run goes, from the contacts to a log", 40, "told"),
