@@ -185,12 +185,22 @@ def test_the_volumetric_law_stays_off_and_others_do_not():
     assert near < 1e-5 < 1e-3 < off < 1e-2
 
 
+def test_friction_over_the_spot_is_nearer_than_its_closed_form(monkeypatch):
+    """Over two outputs, by the same stepper and tolerance."""
+    monkeypatch.setattr(bearing_laws, "FEW", 2)
+    spot, rough = (bearing_laws.judge_friction("thrust", model, 1e-3, 0.0).error for model in ("spot", "pade1"))
+    assert spot < 0.1 * rough
+
+
 def test_shorter_steps_and_tighter_tolerances_are_nearer(tmp_path):
     """A chart of each kind beside the bearing; its table gives the same sentences again."""
     for name, method, loose, tight in (
         ("elastic spheres", "rk4", *scene_contests.PAIRS["elastic spheres"].fields["rk4"].ladder[2:5:2]),
         ("elastic spheres", "dop853", 1e-4, 1e-8),
         ("1 cm/s, one contact", "volterra", 60, 250),
+        ("discs, line contact", "rk4", *scene_contests.PAIRS["discs, line contact"].fields["rk4"].ladder[2:5:2]),
+        ("ellipsoid on a plane", "rk4", *scene_contests.PAIRS["ellipsoid on a plane"].fields["rk4"].ladder[2:5:2]),
+        ("ball in a groove", "closed", 1e-2, 1e-8),
     ):
         errors = [scene_contests.judge(name, method, one, 0.0).error for one in (loose, tight)]
         assert errors[1] < 0.5 * errors[0] < 0.1
