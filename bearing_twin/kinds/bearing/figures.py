@@ -18,6 +18,7 @@ from bearing_twin.contact.validity import (
     wave_doubt,
     wave_transit,
 )
+from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
@@ -43,8 +44,8 @@ class BearingFigures:
     in_stretches = False  # blocks may hold many
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.law = parameters, choice.law
-        self.still = choice.stepper == QUASI_STATIC
+        self.parameters, self.choice, self.law = parameters, choice, choice.law
+        self.switches = Switches()
         self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
         self._sums = Sums(self._balls)
@@ -56,9 +57,19 @@ class BearingFigures:
         if layout is not self._layout:
             self._layout, self._columns = layout, columns_of(layout)
         self._sums.add(block, self._columns)
+        self.switches.add(block.records.get(CHOICE.name, ()))
         if not self.first:
             self.first = self._instant(block, 0)
         self.last = self._instant(block, len(block) - 1)
+
+    @property
+    def still(self) -> bool:
+        """Whether all or part of the run is one of equilibria."""
+        return QUASI_STATIC in (self.choice.stepper, *self.switches.steppers)
+
+    def chosen(self) -> Choice:
+        """The model in use at the end, and why."""
+        return self.switches.after(self.choice)
 
     @property
     def samples(self) -> int:
@@ -200,6 +211,7 @@ class BearingFigures:
             else None,
             groove_doubt(widths, 0.5 * diameter, conformities),
             self._law_doubt(),
+            self.switches.doubt,
             self._cage_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
             self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
@@ -264,5 +276,6 @@ def meanings() -> dict[str, str]:
 
 
 def tables(parameters: BearingScene) -> tuple[Table, ...]:
-    """What a bearing records: the windows of its companion, unless that is off."""
-    return (WINDOW,) if is_watched(parameters) else ()
+    """What a bearing records: the windows of its companion, unless that is off, and switches of its model."""
+    watched = (WINDOW,) if is_watched(parameters) else ()
+    return (*watched, CHOICE) if may_switch(parameters) else watched
