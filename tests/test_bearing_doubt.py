@@ -193,12 +193,12 @@ def test_loads_of_balls_that_stand_do_not_change_because_they_go_round():
 
 
 def test_a_command_that_makes_another_motion_of_it_keeps_the_tolerance_and_loads_do_not_jump():
-    """The setting stays that of the motion chosen for, balls that roll; the companion tightens where it must."""
+    """Another stepper is chosen for it, which goes on where the first one was."""
 
     def commanded(*overrides):
         simulation = Simulation(load_scene("bearing_6203", ("run.duration=0.15", *overrides)))
         before = simulation.advance(51)
-        simulation.set_speed(1500.0)  # for which another stepper would be chosen
+        simulation.set_speed(1500.0)
         return simulation, before, Rows(before.values.layout, simulation.advance(100).matrix())
 
     _, _, exact = commanded(f"wanted.tolerance={EXACT}", "solver.companion=off")

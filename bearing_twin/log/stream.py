@@ -187,6 +187,11 @@ class MessageStream:
         text = {"data": scene_text(self._scene, self._choice)}
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
 
+    def adopt(self, choice: Choice, time_ns: int) -> list[tuple[Channelled, int, bytes]]:
+        """The message of the topic `scene` where another model is in use from now on; none where it is the same."""
+        changed, self._choice = choice != self._choice, choice
+        return [self.scene_message(time_ns)] if changed else []
+
     def _latched(self, block: Consecutive) -> Iterator[tuple[Channelled, int, bytes]]:
         """What is said once: the scene, and the kind's own."""
         time_ns = int(block.time_ns[0])
