@@ -8,7 +8,8 @@ import math
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_border
+from bearing_twin.kinds.bearing.border import border_rates, follow_cage
+from bearing_twin.kinds.bearing.border_solve import six
 from bearing_twin.kinds.bearing.border_step import (
     border_finish,
     border_keep,
@@ -20,6 +21,8 @@ from bearing_twin.kinds.bearing.border_step import (
 from bearing_twin.kinds.bearing.jacobian import lane_jacobian
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
+    BORDER_MOTION,
+    CAGE,
     COLUMNS,
     END,
     ERROR,
@@ -32,8 +35,9 @@ from bearing_twin.kinds.bearing.layout import (
     LANES,
     MIDDLE,
     MOTION,
-    MOTION_SPAN,
     ORIENTATION,
+    PLACES,
+    POCKET,
     RIGHT,
     RING_SPEED,
     SECOND_STAGE,
@@ -47,15 +51,17 @@ from bearing_twin.kinds.bearing.layout import (
     THIRD_STAGE,
     TIME,
     TURNED,
+    VELOCITY,
     from_lane,
     get,
-    get_from,
     get_quaternion,
     get_vector,
     increase,
     put,
     put_from,
     put_quaternion,
+    put_six,
+    put_vector,
 )
 from bearing_twin.kinds.bearing.linear_system import (
     couple_jacobians,
@@ -87,19 +93,49 @@ def _mixed(weights, lanes, i):
     )
 
 
+@inlined
+def _place(border, drive, alpha, source, lanes):
+    """Takes the motion from the rows from `source` on, and what the rates need besides, `alpha` steps ahead.
+
+    With ring and cage where the border is `NOW`. One loop for all of it: one of few statements would be unrolled into
+    scalar code.
+    """
+    places, speeds, even = _border_now(border)
+    for k in range(LANES):
+        position, velocity = get_vector(lanes, source + AXIS_DISTANCE, k), get_vector(lanes, source + VELOCITY, k)
+        angle, speed = position[1], velocity[1]
+        if len(border) > 0:
+            angle = places[CAGE] + get(lanes, POCKET, k) if even else angle
+            speed = speeds[CAGE] * position[0] if even else speed
+            put_six(lanes, BORDER_MOTION, k, places)
+            put_six(lanes, BORDER_MOTION + PLACES, k, speeds)
+        put_vector(lanes, AXIS_DISTANCE, k, (position[0], angle, position[2]))
+        put_vector(lanes, VELOCITY, k, (velocity[0], speed, velocity[2]))
+        put_vector(lanes, SPIN, k, get_vector(lanes, source + SPIN, k))
+        moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
+        put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
+
+
 @lean_kernel
-def _rates_at(coupling, bearing, drive, source, alpha, blocks):
-    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead; a border is where it is `now`."""
-    if len(coupling) > 0:
-        put_border(coupling.border, blocks)
+def _place_start(border, drive, alpha, lanes):
+    """Where the steps start, `alpha` steps later."""
+    _place(border, drive, alpha, START, lanes)
+
+
+@lean_kernel
+def _place_stage(border, drive, alpha, a, lanes):
+    """The state at which a stage takes its rates, `alpha` steps ahead."""
+    weights = five(a)
+    for i in range(STATE_SPAN):
+        put(lanes, END, i, get(lanes, START, i) + _mixed(weights, lanes, i))
+    _place(border, drive, alpha, END, lanes)
+
+
+@lean_kernel
+def _rates(coupling, bearing, drive, alpha, blocks):
+    """Rates of the motion, `alpha` steps ahead."""
     for block in range(len(blocks)):
-        lanes = blocks[block]
-        for i in range(MOTION_SPAN):
-            put(lanes, AXIS_DISTANCE, i, get_from(lanes, source, i))
-        for k in range(LANES):
-            moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
-            put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
-        lane_rates(bearing, lanes)
+        lane_rates(bearing, blocks[block])
     if len(coupling) > 0:
         _add_coupled(coupling, bearing, drive, alpha, blocks)
 
@@ -111,6 +147,22 @@ def _add_coupled(coupling, bearing, drive, alpha, blocks):
         add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
     if coupling.border.active:
         border_rates(bearing, drive, coupling.border, _moment(alpha, blocks), blocks)
+
+
+@inlined
+def border_of(coupling):
+    """The border, or nothing where balls are alone."""
+    if len(coupling) > 0:
+        return coupling.border
+    return ()
+
+
+@inlined
+def _border_now(border):
+    """Places and velocities of a border `NOW`, and whether its cage is even."""
+    if len(border) > 0:
+        return six(border.numbers, at.NOW), six(border.numbers, at.NOW + PLACES), border.even
+    return (), (), False
 
 
 @inlined
@@ -150,14 +202,6 @@ def _take_slope(lanes):
 
 
 @lean_kernel
-def _stage_state(a, lanes):
-    """The state at which a stage takes its rates."""
-    weights = five(a)
-    for i in range(STATE_SPAN):
-        put(lanes, END, i, get(lanes, START, i) + _mixed(weights, lanes, i))
-
-
-@lean_kernel
 def _stage_right(c, d, lanes):
     """The right-hand side of a stage from its rates."""
     weights = five(c)
@@ -178,7 +222,7 @@ def _keep_stage(stage, lanes):
 @lean_kernel
 def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
-    stages, varies = len(method.alpha), drive.acceleration != 0.0 or _loads_vary(coupling)
+    stages, varies, border = len(method.alpha), drive.acceleration != 0.0 or _loads_vary(coupling), border_of(coupling)
     # Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes.
     for block in range(len(blocks)):
         _prepare(method.gamma, blocks[block])
@@ -186,12 +230,16 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         copy_state(coupling.border.numbers, at.BEGIN, at.NOW)
     if varies:
         # Times h, as the method wants it; at constant speed and load these rows stay zero.
-        _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
+        for block in range(len(blocks)):
+            _place_start(border, drive, SLOPE_STEP, blocks[block])
+        _rates(coupling, bearing, drive, SLOPE_STEP, blocks)
         for block in range(len(blocks)):
             _keep_rates(blocks[block])
         if len(coupling) > 0:
             copy_state(coupling.border.numbers, at.RATES, at.SLOPE)
-    _rates_at(coupling, bearing, drive, START, 0.0, blocks)
+    for block in range(len(blocks)):
+        _place_start(border, drive, 0.0, blocks[block])
+    _rates(coupling, bearing, drive, 0.0, blocks)
     for block in range(len(blocks)):
         if varies:
             _take_slope(blocks[block])
@@ -205,13 +253,12 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         for block in range(len(blocks)):
             factorise_alone(blocks[block])
     for stage in range(stages):
-        for block in range(len(blocks)):
-            _stage_state(method.a[stage], blocks[block])
         if len(coupling) > 0:
             border_stage_state(method.a[stage], coupling.border.numbers)
-            follow_cage(coupling.border, at.NOW, blocks, END)
         if stage > 0:
-            _rates_at(coupling, bearing, drive, END, method.alpha[stage], blocks)
+            for block in range(len(blocks)):
+                _place_stage(border, drive, method.alpha[stage], method.a[stage], blocks[block])
+            _rates(coupling, bearing, drive, method.alpha[stage], blocks)
         for block in range(len(blocks)):
             _stage_right(method.c[stage], method.d[stage], blocks[block])
         if len(coupling) > 0:
@@ -233,21 +280,29 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         _turn_lanes(method.dense, blocks[block])
 
 
+@inlined
+def _inverse(scales, first):
+    return (1.0 / scales[first], 1.0 / scales[first + 1], 1.0 / scales[first + 2])
+
+
+@inlined
+def _squares(errors, inverse):
+    """The sum of the squares of three errors in units of the scales."""
+    one, two, three = errors[0] * inverse[0], errors[1] * inverse[1], errors[2] * inverse[2]
+    return one * one + two * two + three * three
+
+
 @lean_kernel
 def _finish(scales, lanes):
     """The end of the steps, and their errors."""
     for i in range(STATE_SPAN):
         increase(lanes, END, i, get(lanes, SOLUTION, i))
     # Root mean square of the last stage, which is the error, in units of the scales.
+    first, second, third = _inverse(scales, 0), _inverse(scales, 3), _inverse(scales, 6)
     for k in range(LANES):
-        put(lanes, ERROR, k, 0.0)
-    for column in range(MOTION):
-        inverse = 1.0 / scales[column]
-        for k in range(LANES):
-            ratio = get(lanes, SOLUTION + column, k) * inverse
-            increase(lanes, ERROR, k, ratio * ratio)
-    for k in range(LANES):
-        put(lanes, ERROR, k, math.sqrt(get(lanes, ERROR, k) / MOTION))
+        total = _squares(get_vector(lanes, SOLUTION, k), first) + _squares(get_vector(lanes, SOLUTION + 3, k), second)
+        total += _squares(get_vector(lanes, SOLUTION + 6, k), third)
+        put(lanes, ERROR, k, math.sqrt(total / MOTION))
 
 
 @inlined

@@ -161,6 +161,13 @@ def put_vector(lanes, row, k, vector):
 
 
 @inlined
+def put_six(lanes, row, k, numbers):
+    """Writes six numbers into six rows of lane k from `row` on."""
+    put_vector(lanes, row, k, (numbers[0], numbers[1], numbers[2]))
+    put_vector(lanes, row + 3, k, (numbers[3], numbers[4], numbers[5]))
+
+
+@inlined
 def increase_vector(lanes, row, k, vector):
     """Adds a vector to three rows of lane k from `row` on."""
     lanes[row * LANES + k] += vector[0]

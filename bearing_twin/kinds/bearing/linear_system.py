@@ -9,7 +9,8 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import Border, new_border
-from bearing_twin.kinds.bearing.border_solve import border_tiles, factorise_border, put_border_tiles, solve_border
+from bearing_twin.kinds.bearing.border_apart import solve_apart
+from bearing_twin.kinds.bearing.border_solve import border_tiles, factorise_border, put_border_tiles
 from bearing_twin.kinds.bearing.border_system import border_follow, border_jacobian, border_known, still_balls
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_linear
 from bearing_twin.kinds.bearing.layout import (
@@ -251,20 +252,18 @@ def _solve_chain(coupling, blocks):
 def solve_together(drive, time, coupling, blocks):
     """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
     pairs, border, g = coupling.pairs, coupling.border, get(blocks[0], GAIN, 0)
+    if not pairs.touching:
+        solve_apart(g, drive, time, border, blocks)
+        return
     still_balls(border, blocks)
     for block in range(len(blocks)):
         _known(blocks[block])
-    if pairs.touching:
-        add_known(pairs, blocks, SOLUTION)
+    add_known(pairs, blocks, SOLUTION)
     if border.active:
         border_known(g, border, blocks)
-    if pairs.touching:
-        _solve_chain(coupling, blocks)
-    else:
-        solve_border(border, blocks)
+    _solve_chain(coupling, blocks)
     for block in range(len(blocks)):
         _follow(blocks[block])
-    if pairs.touching:
-        add_losses(g, pairs, blocks, SOLUTION)
+    add_losses(g, pairs, blocks, SOLUTION)
     if border.active:
         border_follow(g, drive, time, border, blocks)
