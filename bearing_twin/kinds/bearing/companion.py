@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.departures import (
     likely_steps,
     loose,
     nowhere,
-    pieces_of,
     room,
     starts,
     together,
@@ -261,9 +260,8 @@ class Companion:
         drive, bearing = part.drive_from(start), part.bearing
         duration = float(times[-1]) if until is None else until - start
         task = ChunkTask(ROSENBROCK[METHOD], bearing, drive, times, duration, TIGHTER * scales)
-        for piece, filled in pieces_of(task, results, loose(part, first)):
-            if rosenbrock_chunk(piece, (), np.arange(count), *moving[:3], filled) != OK:
-                return None
+        if rosenbrock_chunk(task, (), np.arange(count), *moving[:3], results) != OK:
+            return None
         out = outputs_alone(bearing, drive, times, results.states, results.orientations, borders)
         return Found(out, results.states, (*moving, borders[0]), int(results.counts[STEPS]))
 

@@ -1,20 +1,16 @@
 """From where a companion of a bearing run sets out: the run's own states at the beginnings of windows, and room."""
 
-import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.deviations import Part, drive_later
+from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, COLUMNS
 from bearing_twin.kinds.bearing.pointing import STEPS_IN
-from bearing_twin.kinds.bearing.rosenbrock import ChunkTask
 from bearing_twin.kinds.bearing.steps import Results
 from bearing_twin.kinds.bearing.windows import WINDOW, Window
 
 UNKNOWN = 0.0  # what the motion of a ball is off, over what is allowed, where nothing pointed to it
-LONGEST_FLIGHT = 5e-5  # s, of a step of a ball that bounces and is followed: longer ones may pass over a bounce
 
 
 class Followed(NamedTuple):
@@ -106,25 +102,3 @@ def room(length: int, balls: int, carried: np.ndarray, border: np.ndarray) -> Re
         border,
         np.zeros((0, 0, 0)),
     )
-
-
-def pieces_of(task: ChunkTask, results: Results, flying: bool) -> Iterator[tuple[ChunkTask, Results]]:
-    """A task, or equally long pieces of it, where its balls are `flying`, with the rows of the results.
-
-    No step is longer than a piece: one that begins and ends in flight may have passed over a bounce, which its error
-    estimate does not see where none of its stages lies in contact.
-    """
-    if not flying:
-        yield task, results
-        return
-    count = math.ceil(task.duration / LONGEST_FLIGHT)
-    edges = task.duration / count * np.arange(count + 1)
-    rows = np.searchsorted(task.times, edges, side="right")
-    rows[-1] = len(task.times)
-    for begin, end, first, last in zip(edges[:-1], edges[1:], rows[:-1], rows[1:], strict=True):
-        times = np.minimum(task.times[first:last], end) - begin
-        piece = task._replace(drive=drive_later(task.drive, begin), times=times, duration=end - begin)
-        states, orientations, border = (
-            one[first:last] for one in (results.states, results.orientations, results.border)
-        )
-        yield piece, results._replace(states=states, orientations=orientations, border=border)

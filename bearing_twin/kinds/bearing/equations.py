@@ -461,16 +461,27 @@ def time_apart(bearing, state, reach):
 
 
 @kernel
-def approaches(bearing, motion):
-    """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
-    angle, height = motion[ORBIT_ANGLE], motion[HEIGHT]
-    position = (motion[AXIS_DISTANCE], 0.0, height)
+def inner_approach(bearing, radius, angle, height):
+    """Approach [m] at the inner raceway of a ball `radius` [m] from the axis, at that `angle` [rad], `height` [m]."""
+    position = (radius, 0.0, height)
     offset = from_ring(bearing.ring, bearing.offset, math.cos(angle), math.sin(angle), position)
     across = math.sqrt(offset[0] ** 2 + offset[1] ** 2)
-    inner, outer = bearing.inner, bearing.outer
-    low = ball_in_groove(across, offset[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius)
-    high = ball_in_groove(motion[AXIS_DISTANCE], height, bearing.ball_radius, outer.locus_radius, outer.groove_radius)
-    return low.approach, high.approach
+    inner = bearing.inner
+    return ball_in_groove(across, offset[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius).approach
+
+
+@kernel
+def outer_approach(bearing, radius, height):
+    """Approach [m] at the outer raceway of a ball `radius` [m] from the axis, at a `height` [m]."""
+    outer = bearing.outer
+    return ball_in_groove(radius, height, bearing.ball_radius, outer.locus_radius, outer.groove_radius).approach
+
+
+@kernel
+def approaches(bearing, motion):
+    """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
+    radius, height = motion[AXIS_DISTANCE], motion[HEIGHT]
+    return inner_approach(bearing, radius, motion[ORBIT_ANGLE], height), outer_approach(bearing, radius, height)
 
 
 @kernel

@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.border import bearing_at, follow_cage, put_pocke
 from bearing_twin.kinds.bearing.border_step import border_at, border_inside, copy_state
 from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
+from bearing_twin.kinds.bearing.flight import NOTHING, cut_steps
 from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
     BORDERED_ROWS,
@@ -61,7 +62,6 @@ from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
 from bearing_twin.numerics.steppers import Rosenbrock, next_step
 
 RUNNING = IDLE = -1  # status of a ball that has not reached the chunk's end; number of the ball in a lane without one
-NOTHING = 1e-12  # share of a chunk that is too short for a step
 
 
 class ChunkTask(NamedTuple):
@@ -83,16 +83,6 @@ def _next_ball(number, state, orientation, carried, steps, duration, lanes, k):
     into_lane(orientation[number], lanes, ORIENTATION, k)
     put(lanes, TIME, k, 0.0)
     put(lanes, STEP, k, min(steps[number], duration))
-
-
-@lean_kernel
-def _cut_steps(duration, blocks):
-    """Lets no lane step over the end of the chunk; what it would have stepped is kept as WANTED."""
-    for lanes in blocks:
-        for k in range(LANES):
-            wanted, left = get(lanes, STEP, k), duration - get(lanes, TIME, k)
-            put(lanes, WANTED, k, wanted)
-            put(lanes, STEP, k, left if wanted >= left - NOTHING * duration else wanted)
 
 
 @inlined
@@ -250,7 +240,7 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
     while running > 0:
         if results.stop[0] != 0:
             return STOPPED
-        _cut_steps(task.duration, blocks)
+        cut_steps(task.bearing, task.duration, len(coupling) == 0, blocks)
         rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
         _judge(task, coupling, ball, len(balls), dense, results, blocks)
         _accept_coupled(task, coupling, cursor[0], blocks[0], results)
