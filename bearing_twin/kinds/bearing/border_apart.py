@@ -109,7 +109,7 @@ def _follow_border(g, border, lanes):
         put_vector(lanes, SOLUTION + SPIN, k, spin)
 
 
-@lean_kernel
+@inlined
 def solve_apart(g, drive, time, border, blocks):
     """Solves W k = right for one stage of ring, cage, and balls that touch no other."""
     known_places(g, border.numbers)

@@ -197,6 +197,12 @@ def six(numbers, first):
 
 
 @inlined
+def of_cage(numbers):
+    """The cage's of six numbers."""
+    return numbers[5]  # written out: CAGE is one of NumPy's integers, which Numba looks up among plain ones
+
+
+@inlined
 def mixed(ring, lanes, row, apart, k, weights):
     """The weighted sum of six rows so far apart, of which only the last counts without a ring."""
     last = weights[5] * get(lanes, row + 5 * apart, k)
@@ -207,7 +213,7 @@ def mixed(ring, lanes, row, apart, k, weights):
     return (first + second) + (weights[4] * get(lanes, row + 4 * apart, k) + last)
 
 
-@lean_kernel
+@inlined
 def solve_corner(border):
     """The border's velocities, once the balls have been eliminated from what they follow from."""
     ring, numbers, speeds = border.ring, border.numbers, at.SOLUTION + PLACES

@@ -8,7 +8,7 @@ of one statement a row, so that they become vector instructions.
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, border_load, leave_out_spares
-from bearing_twin.kinds.bearing.border_solve import mixed, six
+from bearing_twin.kinds.bearing.border_solve import mixed, of_cage, six
 from bearing_twin.kinds.bearing.cage import pocket_answers
 from bearing_twin.kinds.bearing.layout import (
     AXIAL_VELOCITY,
@@ -35,7 +35,6 @@ from bearing_twin.kinds.bearing.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
     WORK_DONE,
-    clear_rows,
     entry,
     get,
     get_vector,
@@ -45,7 +44,6 @@ from bearing_twin.kinds.bearing.layout import (
     put,
     sum_of,
 )
-from bearing_twin.kinds.bearing.ring_gradient import ring_answers
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 
@@ -110,14 +108,11 @@ def _own_jacobian(drive, numbers, time):
 
 
 @lean_kernel
-def border_jacobian(ring, pockets, bearing, drive, border, time, blocks):
-    """How balls and border answer to each other, at the motion of the last `border_rates`, after the balls' own."""
+def border_jacobian(pockets, bearing, drive, border, time, blocks):
+    """How balls and border answer to each other, at the motion of the last `border_rates`, after `ring_jacobian`."""
     numbers, stride = border.numbers, 2 * PLACES
     for block in range(len(blocks)):
         lanes = blocks[block]
-        clear_rows(lanes, BALL_BY_BORDER, BALL_TILE)
-        if len(ring) > 0 and len(border.ring) > 0:
-            ring_answers(ring, bearing, lanes)
         if len(pockets) > 0:
             pocket_answers(pockets, bearing, lanes)
         if border.even:
@@ -212,7 +207,7 @@ def follow_integral(ring, lanes, integral, k, places, speeds):
 def follow_even(lanes, k, places, speeds, speed):
     """Orbit angle and tangential velocity of a ball that goes round with an even cage at `speed`."""
     radius, grown = get(lanes, START + AXIS_DISTANCE, k), get(lanes, SOLUTION + AXIS_DISTANCE, k)
-    return places[CAGE], radius * speeds[CAGE] + speed * grown
+    return of_cage(places), radius * of_cage(speeds) + speed * grown
 
 
 @lean_kernel

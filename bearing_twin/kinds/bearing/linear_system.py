@@ -147,15 +147,15 @@ def _fill_tile(lanes, row, k, tile):
 
 
 @lean_kernel
-def couple_jacobians(ring, pockets, bearing, drive, time, coupling, blocks):
+def couple_jacobians(pockets, bearing, drive, time, coupling, blocks):
     """Adds to the Jacobians of balls alone what balls, ring and cage are to each other.
 
-    `ring` and `pockets` are the bearing's; after the rates at the same motion.
+    `pockets` are the bearing's; after the rates at the same motion.
     """
     if coupling.pairs.touching:
         add_answers(bearing, coupling.pairs, blocks)
     if coupling.border.active:
-        border_jacobian(ring, pockets, bearing, drive, coupling.border, time, blocks)
+        border_jacobian(pockets, bearing, drive, coupling.border, time, blocks)
 
 
 @lean_kernel
@@ -249,12 +249,9 @@ def _solve_chain(coupling, blocks):
 
 
 @lean_kernel
-def solve_together(drive, time, coupling, blocks):
-    """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
+def _solve_touching(drive, time, coupling, blocks):
+    """`solve_together` where balls touch."""
     pairs, border, g = coupling.pairs, coupling.border, get(blocks[0], GAIN, 0)
-    if not pairs.touching:
-        solve_apart(g, drive, time, border, blocks)
-        return
     still_balls(border, blocks)
     for block in range(len(blocks)):
         _known(blocks[block])
@@ -267,3 +264,12 @@ def solve_together(drive, time, coupling, blocks):
     add_losses(g, pairs, blocks, SOLUTION)
     if border.active:
         border_follow(g, drive, time, border, blocks)
+
+
+@inlined
+def solve_together(drive, time, coupling, blocks):
+    """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
+    if coupling.pairs.touching:
+        _solve_touching(drive, time, coupling, blocks)
+    else:
+        solve_apart(get(blocks[0], GAIN, 0), drive, time, coupling.border, blocks)
