@@ -4,15 +4,16 @@ import numpy as np
 from bearings import motion
 
 from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_border, put_pockets
+from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.equations import RingDrive
-from bearing_twin.kinds.bearing.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.jacobian import ring_jacobian
 from bearing_twin.kinds.bearing.layout import (
     ANSWERING,
     AXIS_DISTANCE,
     BALL_BY_BORDER,
     BORDER,
     BORDER_BY_BALL,
+    BORDER_MOTION,
     BORDERED_ROWS,
     COLUMNS,
     JACOBIAN,
@@ -62,8 +63,9 @@ class System:
         into_blocks(state, blocks, AXIS_DISTANCE)
         put_pockets(self.bearing, self.balls, blocks)
         follow_cage(coupling.border, at.NOW, blocks, AXIS_DISTANCE)
-        put_border(coupling.border, blocks)
         for lanes in blocks:
+            moving = coupling.border.numbers[at.NOW : at.NOW + 2 * PLACES]
+            lanes[BORDER_MOTION * LANES : (BORDER_MOTION + 2 * PLACES) * LANES] = np.repeat(moving, LANES)
             for k in range(LANES):
                 put(lanes, RING_SPEED, k, self.drive.speed)
             lane_rates(self.bearing, lanes)
@@ -81,14 +83,14 @@ class System:
     def linear(self):
         coupling, blocks = self.evaluated(self.state, self.border)
         for lanes in blocks:
-            lane_jacobian(self.bearing.spot, self.bearing, lanes)
+            ring_jacobian(self.bearing.ring, coupling.border, self.bearing, lanes)
         return coupling, blocks
 
     def jacobian(self):
         """By balls: (balls, COLUMNS, MOTION); balls by border; accelerations of the border by balls and by itself."""
         coupling, blocks = self.linear()
         bearing = self.bearing
-        couple_jacobians(bearing.ring, bearing.pockets, bearing, self.drive, 0.0, coupling, blocks)
+        couple_jacobians(bearing.pockets, bearing, self.drive, 0.0, coupling, blocks)
 
         def read(arrays, row, *shape):
             rows = int(np.prod(shape))

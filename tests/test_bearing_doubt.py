@@ -19,6 +19,7 @@ from bearing_twin.kinds.bearing.windows import LEAST_STEPS, PLACE, WINDOW, Windo
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.sample import cut
 
 EXACT = 1e-8  # tolerance of what counts as true
 CELLS = {
@@ -285,3 +286,19 @@ def test_a_ball_that_bounces_after_a_jump_names_its_horizon():
     assert "only statistics of many runs hold" in report.errors["errors_unknown"]["horizon"]
     assert any("moves that instant on" in flag for flag in report.flags)
     assert "horizon" not in reported("bearing_6203", "run.duration=0.04").report.errors["errors_unknown"]
+
+
+def test_what_errors_follow_from_does_not_depend_on_how_outputs_are_cut():
+    """To the bit, for one block of many outputs and for stretches of 50, also from the middle of one on."""
+    scene = made_up_scene()
+    for first in (0, 130):
+        block, found = made_up_block(scene, 330, first), []
+        for length in (50, 10**9):
+            doubt = BearingDoubt(scene.parameters, a_choice())
+            for piece in cut(block, length):
+                doubt.add(piece)
+            found.append((doubt.outputs, doubt.steepest, *doubt.load.flat, *doubt.curvatures.flat, *doubt.rubbed.flat))
+        assert found[0] == found[1]
+        turned, load = np.diff(block.values["orbit_angle"], axis=0)[..., None], block.values["normal_load"]
+        within = np.diff((first + np.arange(330)) // 50) == 0
+        assert found[0][1] == pytest.approx(np.abs(np.diff(load, axis=0) / turned)[within].max())

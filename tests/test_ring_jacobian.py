@@ -103,7 +103,7 @@ def test_the_system_is_solved_as_a_dense_one(name):
     for lanes in blocks:
         lanes[GAIN * LANES : (GAIN + 1) * LANES] = g
     bearing = system.bearing
-    couple_jacobians(bearing.ring, bearing.pockets, bearing, system.drive, 0.0, coupling, blocks)
+    couple_jacobians(bearing.pockets, bearing, system.drive, 0.0, coupling, blocks)
     factorise_together(coupling, blocks)
     solve_together(system.drive, 0.0, coupling, blocks)
     solved = np.zeros((count, COLUMNS))

@@ -23,7 +23,6 @@ from bearing_twin.kinds.bearing.equations import Bearing
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER,
-    BORDER_MOTION,
     BORDER_PUSH,
     CAGE,
     LANE_RATES,
@@ -146,16 +145,6 @@ def put_pockets(bearing, balls, blocks):
 
 
 @lean_kernel
-def put_border(border, blocks):
-    """Gives all lanes the motion of ring and cage, as the border has it `NOW`."""
-    if border.active:
-        for block in range(len(blocks)):
-            for i in range(2 * PLACES):
-                for k in range(LANES):
-                    put(blocks[block], BORDER_MOTION + i, k, border.numbers[at.NOW + i])
-
-
-@lean_kernel
 def follow_cage(border, first, blocks, row):
     """Puts balls of an even cage, whose state begins at `row`, as the border's state at `first` has the cage."""
     if border.even:
@@ -167,7 +156,7 @@ def follow_cage(border, first, blocks, row):
                 put(lanes, row + TANGENTIAL_VELOCITY, k, speed * get(lanes, row + AXIS_DISTANCE, k))
 
 
-@lean_kernel
+@inlined
 def leave_out_spares(count, blocks, row, rows):
     """Puts zeros into so many rows from `row` on of lanes that repeat the last ball, so that sums leave them out."""
     if count % LANES != 0:
@@ -177,13 +166,13 @@ def leave_out_spares(count, blocks, row, rows):
                 put(last, at, k, 0.0)
 
 
-@lean_kernel
-def _pulls(bearing, lanes):
+@inlined
+def _pulls(ball_mass, lanes):
     """Of an even cage's balls r (F_t - 2 m v_r w) [N m] and m r^2 [kg m^2]."""
     for k in range(LANES):
         radius = get(lanes, AXIS_DISTANCE, k)
         turning = get(lanes, TANGENTIAL_VELOCITY, k) * get(lanes, RADIAL_VELOCITY, k) / radius
-        lever = bearing.ball_mass * radius
+        lever = ball_mass * radius
         put(lanes, BORDER_PUSH + CAGE, k, lever * (get(lanes, LANE_RATES + TANGENTIAL_VELOCITY, k) - turning))
         put(lanes, SHARES, k, lever * radius)
 
@@ -215,14 +204,14 @@ def border_load(numbers, drive, time, i):
     return applied_load(numbers[at.LOAD + i], numbers[at.LOAD_RATE + i], unbalance, phase, drive, time, i)
 
 
-@lean_kernel
+@inlined
 def border_rates(bearing, drive, border, time, blocks):
     """Fills the border's rates at its state `NOW`, from the pushes and rates of the balls in `blocks`."""
     numbers = border.numbers
     inertia = numbers[at.MASS + CAGE]
     for block in range(len(blocks)):
         if border.even:
-            _pulls(bearing, blocks[block])
+            _pulls(bearing.ball_mass, blocks[block])
     leave_out_spares(border.count, blocks, BORDER_PUSH, PLACES)
     if border.even:
         leave_out_spares(border.count, blocks, SHARES, 1)

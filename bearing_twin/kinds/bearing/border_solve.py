@@ -27,7 +27,6 @@ from bearing_twin.kinds.bearing.layout import (
     RING_Y,
     RING_Z,
     SHARES,
-    SOLUTION,
     SPIN,
     TILT_X,
     TILT_Y,
@@ -36,7 +35,6 @@ from bearing_twin.kinds.bearing.layout import (
     get,
     get_block,
     get_vector,
-    increase,
     put,
     put_vector,
     sum_of,
@@ -48,46 +46,47 @@ from bearing_twin.numerics.rotation import add
 
 
 @inlined
-def _ball_column(g, lanes, c):
-    """Column c of the balls' answers to the border, without positions."""
-    for k in range(LANES):
-        for r in range(6):
-            ball = BALL_BY_BORDER + r * 2 * PLACES + c
-            put(lanes, BALL_TILE + 6 * c + r, k, -(get(lanes, ball + PLACES, k) + g * get(lanes, ball, k)))
+def _ball_column(g, lanes, c, k):
+    """Column c of a ball's answers to the border, without positions."""
+    for r in range(6):
+        ball = BALL_BY_BORDER + r * 2 * PLACES + c
+        put(lanes, BALL_TILE + 6 * c + r, k, -(get(lanes, ball + PLACES, k) + g * get(lanes, ball, k)))
 
 
 @inlined
-def _border_row(g, lanes, r):
-    """Row r of the border's answers to the balls, without positions."""
+def _border_row(g, lanes, r, k):
+    """Row r of the border's answers to a ball, without positions."""
     row, tile = BORDER_BY_BALL + r * MOTION, BORDER_TILE + r
-    for k in range(LANES):
-        turn_radius, turn_velocity = get(lanes, FACTOR_RADIUS, k), get(lanes, FACTOR_VELOCITY, k)
-        angle = get(lanes, row + ORBIT_ANGLE, k)
-        radial = get(lanes, row + VELOCITY, k) + g * get(lanes, row + AXIS_DISTANCE, k) + turn_radius * angle
-        put(lanes, tile, k, -radial)
-        put(lanes, tile + 6, k, -(get(lanes, row + VELOCITY + 1, k) + turn_velocity * angle))
-        put(lanes, tile + 12, k, -(get(lanes, row + VELOCITY + 2, k) + g * get(lanes, row + 2, k)))
-        put(lanes, tile + 18, k, -get(lanes, row + SPIN, k))
-        put(lanes, tile + 24, k, -get(lanes, row + SPIN + 1, k))
-        put(lanes, tile + 30, k, -get(lanes, row + SPIN + 2, k))
+    turn_radius, turn_velocity = get(lanes, FACTOR_RADIUS, k), get(lanes, FACTOR_VELOCITY, k)
+    angle = get(lanes, row + ORBIT_ANGLE, k)
+    radial = get(lanes, row + VELOCITY, k) + g * get(lanes, row + AXIS_DISTANCE, k) + turn_radius * angle
+    put(lanes, tile, k, -radial)
+    put(lanes, tile + 6, k, -(get(lanes, row + VELOCITY + 1, k) + turn_velocity * angle))
+    put(lanes, tile + 12, k, -(get(lanes, row + VELOCITY + 2, k) + g * get(lanes, row + 2, k)))
+    put(lanes, tile + 18, k, -get(lanes, row + SPIN, k))
+    put(lanes, tile + 24, k, -get(lanes, row + SPIN + 1, k))
+    put(lanes, tile + 30, k, -get(lanes, row + SPIN + 2, k))
 
 
 @lean_kernel
 def border_tiles(g, border, lanes):
     """Tiles of the linear system between the balls in `lanes` and the border, after the balls' own."""
     if len(border.ring) > 0:
-        _ball_column(g, lanes, RING_X)
-        _ball_column(g, lanes, RING_Y)
-        _ball_column(g, lanes, RING_Z)
-        _ball_column(g, lanes, TILT_X)
-        _ball_column(g, lanes, TILT_Y)
-        _border_row(g, lanes, RING_X)
-        _border_row(g, lanes, RING_Y)
-        _border_row(g, lanes, RING_Z)
-        _border_row(g, lanes, TILT_X)
-        _border_row(g, lanes, TILT_Y)
-    _ball_column(g, lanes, CAGE)
-    _border_row(g, lanes, CAGE)
+        for k in range(LANES):
+            _ball_column(g, lanes, RING_X, k)
+            _ball_column(g, lanes, RING_Y, k)
+            _ball_column(g, lanes, RING_Z, k)
+            _ball_column(g, lanes, TILT_X, k)
+            _ball_column(g, lanes, TILT_Y, k)
+        for k in range(LANES):
+            _border_row(g, lanes, RING_X, k)
+            _border_row(g, lanes, RING_Y, k)
+            _border_row(g, lanes, RING_Z, k)
+            _border_row(g, lanes, TILT_X, k)
+            _border_row(g, lanes, TILT_Y, k)
+    for k in range(LANES):
+        _ball_column(g, lanes, CAGE, k)
+        _border_row(g, lanes, CAGE, k)
 
 
 @lean_kernel
@@ -121,7 +120,7 @@ def put_border_tiles(g, border, chain, blocks):
 
 
 @inlined
-def _ball_solved(lanes, k, velocity, spin):
+def ball_solved(lanes, k, velocity, spin):
     """The velocity and spin that an own right-hand side gives a ball, its positions eliminated."""
     push = times(get_block(lanes, FACTOR_INVERSE, k), velocity)
     spins = times(get_block(lanes, FACTOR_SCHUR, k), add(spin, times(get_block(lanes, FACTOR_BELOW, k), push)))
@@ -129,7 +128,7 @@ def _ball_solved(lanes, k, velocity, spin):
 
 
 @inlined
-def _share(lanes, r, k, velocity, spin):
+def share(lanes, r, k, velocity, spin):
     """What a ball's motion does to coordinate r of the border."""
     tile = BORDER_TILE + r
     found = get(lanes, tile, k) * velocity[0] + get(lanes, tile + 6, k) * velocity[1]
@@ -142,8 +141,8 @@ def _put_shares(ring, lanes, k, velocity, spin):
     """Writes what a ball's motion does to the border, all of it or, without a ring, the cage."""
     if len(ring) > 0:
         for r in range(CAGE):
-            put(lanes, SHARES + r, k, _share(lanes, r, k, velocity, spin))
-    put(lanes, SHARES + CAGE, k, _share(lanes, CAGE, k, velocity, spin))
+            put(lanes, SHARES + r, k, share(lanes, r, k, velocity, spin))
+    put(lanes, SHARES + CAGE, k, share(lanes, CAGE, k, velocity, spin))
 
 
 @inlined
@@ -151,7 +150,7 @@ def _eliminate(border, lanes, c):
     """Takes from column c of the border's system what the balls answer with."""
     ring, tile = border.ring, BALL_TILE + 6 * c
     for k in range(LANES):
-        velocity, spin = _ball_solved(lanes, k, get_vector(lanes, tile, k), get_vector(lanes, tile + 3, k))
+        velocity, spin = ball_solved(lanes, k, get_vector(lanes, tile, k), get_vector(lanes, tile + 3, k))
         put_vector(lanes, tile, k, velocity)
         put_vector(lanes, tile + 3, k, spin)
         _put_shares(ring, lanes, k, velocity, spin)
@@ -198,6 +197,12 @@ def six(numbers, first):
 
 
 @inlined
+def of_cage(numbers):
+    """The cage's of six numbers."""
+    return numbers[5]  # written out: CAGE is one of NumPy's integers, which Numba looks up among plain ones
+
+
+@inlined
 def mixed(ring, lanes, row, apart, k, weights):
     """The weighted sum of six rows so far apart, of which only the last counts without a ring."""
     last = weights[5] * get(lanes, row + 5 * apart, k)
@@ -208,20 +213,10 @@ def mixed(ring, lanes, row, apart, k, weights):
     return (first + second) + (weights[4] * get(lanes, row + 4 * apart, k) + last)
 
 
-@lean_kernel
-def solve_border(border, blocks):
-    """Solves for velocities and spins of balls that do not touch, and the border's velocities; after `border_known`."""
+@inlined
+def solve_corner(border):
+    """The border's velocities, once the balls have been eliminated from what they follow from."""
     ring, numbers, speeds = border.ring, border.numbers, at.SOLUTION + PLACES
-    for block in range(len(blocks)):
-        lanes = blocks[block]
-        for k in range(LANES):
-            right = get_vector(lanes, SOLUTION + VELOCITY, k), get_vector(lanes, SOLUTION + SPIN, k)
-            velocity, spin = _ball_solved(lanes, k, right[0], right[1])
-            put_vector(lanes, SOLUTION + VELOCITY, k, velocity)
-            put_vector(lanes, SOLUTION + SPIN, k, spin)
-            _put_shares(ring, lanes, k, velocity, spin)
-        for r in range(PLACES):
-            numbers[speeds + r] -= sum_of(lanes, SHARES + r)
     right = six(numbers, speeds)
     if len(ring) > 0:
         for i in range(PLACES):
@@ -231,9 +226,3 @@ def solve_border(border, blocks):
             numbers[speeds + i] = low + high
     else:
         numbers[speeds + CAGE] = numbers[at.CORNER + 7 * CAGE] * right[5]
-    found = six(numbers, speeds)
-    for block in range(len(blocks)):
-        lanes = blocks[block]
-        for k in range(LANES):
-            for r in range(6):
-                increase(lanes, SOLUTION + VELOCITY + r, k, -mixed(ring, lanes, BALL_TILE + r, 6, k, found))

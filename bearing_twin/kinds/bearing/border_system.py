@@ -8,7 +8,7 @@ of one statement a row, so that they become vector instructions.
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, border_load, leave_out_spares
-from bearing_twin.kinds.bearing.border_solve import mixed, six
+from bearing_twin.kinds.bearing.border_solve import mixed, of_cage, six
 from bearing_twin.kinds.bearing.cage import pocket_answers
 from bearing_twin.kinds.bearing.layout import (
     AXIAL_VELOCITY,
@@ -30,20 +30,20 @@ from bearing_twin.kinds.bearing.layout import (
     RIGHT,
     SHARES,
     SOLUTION,
+    SPIN,
     START,
     TANGENTIAL_VELOCITY,
     VELOCITY,
     WORK_DONE,
-    clear_rows,
     entry,
     get,
     get_vector,
     increase,
+    increase_vector,
     multiply_rows,
     put,
     sum_of,
 )
-from bearing_twin.kinds.bearing.ring_gradient import ring_answers
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 
@@ -69,36 +69,27 @@ def _make_even(bearing, border, lanes):
     acceleration, mass = border.numbers[at.RATES + CAGE_SPEED], bearing.ball_mass
     last, stride = BORDER_BY_BALL + CAGE * MOTION, 2 * PLACES
     tangential = BALL_BY_BORDER + (TANGENTIAL_VELOCITY - VELOCITY) * stride
-    # m r (a - w v_r) with v_t still free, less what the growing inertia takes of the acceleration
     for k in range(LANES):
-        lever = mass * get(lanes, AXIS_DISTANCE, k)
+        # m r (a - w v_r) with v_t still free, less what the growing inertia takes of the acceleration
+        radius, radial = get(lanes, AXIS_DISTANCE, k), get(lanes, RADIAL_VELOCITY, k)
+        lever = mass * radius
         for column in range(MOTION):
             put(lanes, last + column, k, lever * get(lanes, entry(TANGENTIAL_VELOCITY, column), k))
             put(lanes, entry(TANGENTIAL_VELOCITY, column), k, 0.0)
             put(lanes, entry(ORBIT_ANGLE, column), k, 0.0)
-    for k in range(LANES):
-        radius, radial = get(lanes, AXIS_DISTANCE, k), get(lanes, RADIAL_VELOCITY, k)
         grown = get(lanes, LANE_RATES + TANGENTIAL_VELOCITY, k) - 2.0 * radius * acceleration
         increase(lanes, last + AXIS_DISTANCE, k, mass * grown)
         increase(lanes, last + RADIAL_VELOCITY, k, -mass * get(lanes, TANGENTIAL_VELOCITY, k))
         increase(lanes, last + TANGENTIAL_VELOCITY, k, -mass * radial)
-    for k in range(LANES):
-        lever = mass * get(lanes, AXIS_DISTANCE, k)
         for i in range(stride):
             put(lanes, BORDER_BY_BORDER + CAGE * stride + i, k, lever * get(lanes, tangential + i, k))
             put(lanes, tangential + i, k, 0.0)
-    for k in range(LANES):
         _to_cage(entry(RADIAL_VELOCITY, 0), BALL_BY_BORDER, lanes, k)
-        for rate in range(AXIAL_VELOCITY, DRIVE_WORK):
+        for rate in range(AXIAL_VELOCITY, COLUMNS):
             _to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
-    for k in range(LANES):
-        for rate in range(DRIVE_WORK, COLUMNS):
-            _to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
-    if len(border.ring) > 0:
-        for k in range(LANES):
+        if len(border.ring) > 0:
             for i in range(CAGE):
                 _to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
-    for k in range(LANES):
         _to_cage(BORDER_BY_BALL + CAGE * MOTION, BORDER_BY_BORDER + CAGE * stride, lanes, k)
 
 
@@ -117,14 +108,11 @@ def _own_jacobian(drive, numbers, time):
 
 
 @lean_kernel
-def border_jacobian(ring, pockets, bearing, drive, border, time, blocks):
-    """How balls and border answer to each other, at the motion of the last `border_rates`, after the balls' own."""
+def border_jacobian(pockets, bearing, drive, border, time, blocks):
+    """How balls and border answer to each other, at the motion of the last `border_rates`, after `ring_jacobian`."""
     numbers, stride = border.numbers, 2 * PLACES
     for block in range(len(blocks)):
         lanes = blocks[block]
-        clear_rows(lanes, BALL_BY_BORDER, BALL_TILE)
-        if len(ring) > 0 and len(border.ring) > 0:
-            ring_answers(ring, bearing, lanes)
         if len(pockets) > 0:
             pocket_answers(pockets, bearing, lanes)
         if border.even:
@@ -144,36 +132,58 @@ def border_jacobian(ring, pockets, bearing, drive, border, time, blocks):
                 numbers[own + PLACES] += inverse * sum_of(lanes, row + PLACES)
 
 
-@lean_kernel
-def border_known(g, border, blocks):
-    """What is known before a stage is solved: of the border, and added to the balls; after the balls' own."""
-    numbers, speeds = border.numbers, at.SOLUTION + PLACES
+@inlined
+def known_places(g, numbers):
+    """What is known of the border before a stage: changes of its places, and the right-hand side of its velocities."""
     for i in range(PLACES):
         numbers[at.SOLUTION + i] = g * numbers[at.RIGHT + i]
     for i in range(PLACES):
         total = numbers[at.RIGHT + PLACES + i]
         for j in range(PLACES):
             total += numbers[at.OWN + i * 2 * PLACES + j] * numbers[at.SOLUTION + j]
-        numbers[speeds + i] = total
-    places, ring = six(numbers, at.SOLUTION), border.ring
+        numbers[at.SOLUTION + PLACES + i] = total
+
+
+@inlined
+def known_share(lanes, r, k, known):
+    """What the changes of a ball's position that are `known` do to coordinate r of the border."""
+    return dot(get_vector(lanes, BORDER_BY_BALL + r * MOTION, k), known)
+
+
+@inlined
+def by_places(ring, lanes, first, k, places):
+    """What changes of the border's places do to three rates of a ball, from the one `first` after VELOCITY on."""
+    row = BALL_BY_BORDER + first * 2 * PLACES
+    return (
+        mixed(ring, lanes, row, 1, k, places),
+        mixed(ring, lanes, row + 2 * PLACES, 1, k, places),
+        mixed(ring, lanes, row + 4 * PLACES, 1, k, places),
+    )
+
+
+@lean_kernel
+def border_known(g, border, blocks):
+    """What is known before a stage is solved: of the border, and added to the balls; after the balls' own."""
+    numbers, ring = border.numbers, border.ring
+    known_places(g, numbers)
+    places = six(numbers, at.SOLUTION)
     for block in range(len(blocks)):
         lanes = blocks[block]
         for k in range(LANES):
             known = get_vector(lanes, SOLUTION, k)
             if len(ring) > 0:
                 for r in range(CAGE):
-                    put(lanes, SHARES + r, k, dot(get_vector(lanes, BORDER_BY_BALL + r * MOTION, k), known))
-            put(lanes, SHARES + CAGE, k, dot(get_vector(lanes, BORDER_BY_BALL + CAGE * MOTION, k), known))
-            for r in range(6):
-                row = BALL_BY_BORDER + r * 2 * PLACES
-                increase(lanes, SOLUTION + VELOCITY + r, k, mixed(ring, lanes, row, 1, k, places))
+                    put(lanes, SHARES + r, k, known_share(lanes, r, k, known))
+            put(lanes, SHARES + CAGE, k, known_share(lanes, CAGE, k, known))
+            increase_vector(lanes, SOLUTION + VELOCITY, k, by_places(ring, lanes, 0, k, places))
+            increase_vector(lanes, SOLUTION + SPIN, k, by_places(ring, lanes, 3, k, places))
         for r in range(PLACES):
-            numbers[speeds + r] += sum_of(lanes, SHARES + r)
+            numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
 
 
-@lean_kernel
-def border_follow(g, drive, time, border, blocks):
-    """The border's places and integrals by its velocities, those of the balls that follow, and their integrals."""
+@inlined
+def follow_places(g, drive, time, border):
+    """The border's places and integrals by its velocities."""
     numbers, ring = border.numbers, border.ring
     work, lost = numbers[at.RIGHT + WORK_DONE], numbers[at.RIGHT + LOST]
     for i in range(PLACES):
@@ -184,20 +194,40 @@ def border_follow(g, drive, time, border, blocks):
             work += border_load(numbers, drive, time, i) * change
             lost += 2.0 * numbers[at.DAMPING + i] * numbers[at.BEGIN + PLACES + i] * change
     numbers[at.SOLUTION + WORK_DONE], numbers[at.SOLUTION + LOST] = g * work, g * lost
+
+
+@inlined
+def follow_integral(ring, lanes, integral, k, places, speeds):
+    """What the border's changes do to the rate of an integral of a ball."""
+    row = BALL_BY_BORDER + (integral - VELOCITY) * 2 * PLACES
+    return mixed(ring, lanes, row, 1, k, places) + mixed(ring, lanes, row + PLACES, 1, k, speeds)
+
+
+@inlined
+def follow_even(lanes, k, places, speeds, speed):
+    """Orbit angle and tangential velocity of a ball that goes round with an even cage at `speed`."""
+    radius, grown = get(lanes, START + AXIS_DISTANCE, k), get(lanes, SOLUTION + AXIS_DISTANCE, k)
+    return of_cage(places), radius * of_cage(speeds) + speed * grown
+
+
+@lean_kernel
+def border_follow(g, drive, time, border, blocks):
+    """The border's places and integrals by its velocities, those of the balls that follow, and their integrals."""
+    numbers, ring = border.numbers, border.ring
+    follow_places(g, drive, time, border)
     places, speeds = six(numbers, at.SOLUTION), six(numbers, at.SOLUTION + PLACES)
     for block in range(len(blocks)):
         lanes = blocks[block]
         for k in range(LANES):
             for integral in range(DRIVE_WORK, COLUMNS):
-                row = BALL_BY_BORDER + (integral - VELOCITY) * 2 * PLACES
-                found = mixed(ring, lanes, row, 1, k, places) + mixed(ring, lanes, row + PLACES, 1, k, speeds)
+                found = follow_integral(ring, lanes, integral, k, places, speeds)
                 increase(lanes, SOLUTION + integral, k, g * found)
         if border.even:
             speed = numbers[at.BEGIN + CAGE_SPEED]
             for k in range(LANES):
-                radius, grown = get(lanes, START + AXIS_DISTANCE, k), get(lanes, SOLUTION + AXIS_DISTANCE, k)
-                put(lanes, SOLUTION + ORBIT_ANGLE, k, places[CAGE])
-                put(lanes, SOLUTION + TANGENTIAL_VELOCITY, k, radius * speeds[CAGE] + speed * grown)
+                angle, tangential = follow_even(lanes, k, places, speeds, speed)
+                put(lanes, SOLUTION + ORBIT_ANGLE, k, angle)
+                put(lanes, SOLUTION + TANGENTIAL_VELOCITY, k, tangential)
 
 
 @lean_kernel

@@ -62,7 +62,7 @@ def carry_on(bearing, source, row, lanes):
         _carry_ball(bearing, source, row, lanes, k)
 
 
-@kernel
+@inlined
 def carry_ball(bearing, source, row, lanes, k):
     """As `carry_on` for lane k alone."""
     if carries(bearing.inner.law):

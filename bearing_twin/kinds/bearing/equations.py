@@ -363,13 +363,9 @@ def _put_push(ring, place, cosine, sine, position, contact, lanes, k):
         put(lanes, BORDER_PUSH + 4, k, -moment[1])
 
 
-@kernel
-def raceway_rates(bearing, lanes):
-    """Newton's and Euler's equations of LANES balls side by side, neighbours apart: d(state)/dt into the rates' rows.
-
-    In the frame turning with the ball at `orbit_rate` about z, velocity and angular velocity gain the terms
-    -orbit_rate z x (.), which hold the centrifugal, Coriolis and gyroscopic effects.
-    """
+@inlined
+def rates_of_raceways(bearing, lanes):
+    """`raceway_rates`, put into its caller: to hand over a bearing, number by number, costs as much as a contact."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
@@ -404,6 +400,16 @@ def raceway_rates(bearing, lanes):
         put(lanes, LANE_RATES + DISSIPATED, k, inner.dissipation + outer.dissipation)
         put(lanes, LANE_RATES + GROSS_WORK, k, abs(inner.drive_power))
         _put_push(ring, place, cosine, sine, position, inner, lanes, k)
+
+
+@kernel
+def raceway_rates(bearing, lanes):
+    """Newton's and Euler's equations of LANES balls side by side, neighbours apart: d(state)/dt into the rates' rows.
+
+    In the frame turning with the ball at `orbit_rate` about z, velocity and angular velocity gain the terms
+    -orbit_rate z x (.), which hold the centrifugal, Coriolis and gyroscopic effects.
+    """
+    rates_of_raceways(bearing, lanes)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""One Rosenbrock step of many balls side by side, alone or coupled, and its dense output.
+"""One Rosenbrock step of many balls side by side, alone or coupled.
 
 Balls stand in blocks of lanes. Balls alone have a step size each and are solved one by one; coupled ones, which
 `linear_system` says more about, have one step size for all and are solved together. All else is the same.
@@ -8,7 +8,7 @@ import math
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_border
+from bearing_twin.kinds.bearing.border import border_rates
 from bearing_twin.kinds.bearing.border_step import (
     border_finish,
     border_keep,
@@ -17,45 +17,22 @@ from bearing_twin.kinds.bearing.border_step import (
     border_stage_state,
     copy_state,
 )
-from bearing_twin.kinds.bearing.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.jacobian import lane_jacobian, ring_jacobian
 from bearing_twin.kinds.bearing.layout import (
-    AXIS_DISTANCE,
     COLUMNS,
-    END,
     ERROR,
-    FIFTH_STAGE,
     FIRST_STAGE,
-    FOURTH_STAGE,
-    GAIN,
     INVERSE_STEP,
     LANE_RATES,
-    LANES,
-    MIDDLE,
-    MOTION,
-    MOTION_SPAN,
-    ORIENTATION,
     RIGHT,
-    RING_SPEED,
-    SECOND_STAGE,
     SLOPE,
     SOLUTION,
-    SPIN,
-    START,
     STATE_SPAN,
     STEP,
-    TANGENTIAL_VELOCITY,
-    THIRD_STAGE,
     TIME,
-    TURNED,
-    from_lane,
     get,
-    get_from,
-    get_quaternion,
-    get_vector,
-    increase,
     put,
     put_from,
-    put_quaternion,
 )
 from bearing_twin.kinds.bearing.linear_system import (
     couple_jacobians,
@@ -65,52 +42,31 @@ from bearing_twin.kinds.bearing.linear_system import (
     solve_together,
 )
 from bearing_twin.kinds.bearing.pairs import add_pairs
-from bearing_twin.kinds.bearing.rates import lane_rates
-from bearing_twin.kinds.bearing.steps import spin_in_frame
+from bearing_twin.kinds.bearing.rates import rates_in_lanes
+from bearing_twin.kinds.bearing.stage_places import mixed_stages, place_stage, place_start
+from bearing_twin.kinds.bearing.step_ends import finish_lanes
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.steppers import five, rosenbrock_dense
+from bearing_twin.numerics.steppers import five
 
 # Share of the step over which the rates' explicit change with time is taken: at 1e-3 the order fell from 4 to 2.
 SLOPE_STEP = 1e-6
 
 
 @inlined
-def _mixed(weights, lanes, i):
-    """The weighted sum of the earlier stages; `i` counts through the rows of one."""
-    return (
-        weights[0] * get(lanes, FIRST_STAGE, i)
-        + weights[1] * get(lanes, SECOND_STAGE, i)
-        + weights[2] * get(lanes, THIRD_STAGE, i)
-        + weights[3] * get(lanes, FOURTH_STAGE, i)
-        + weights[4] * get(lanes, FIFTH_STAGE, i)
-    )
-
-
-@lean_kernel
-def _rates_at(coupling, bearing, drive, source, alpha, blocks):
-    """Rates of the motion in the rows from `source` on, at times `alpha` steps ahead; a border is where it is `now`."""
-    if len(coupling) > 0:
-        put_border(coupling.border, blocks)
-    for block in range(len(blocks)):
-        lanes = blocks[block]
-        for i in range(MOTION_SPAN):
-            put(lanes, AXIS_DISTANCE, i, get_from(lanes, source, i))
-        for k in range(LANES):
-            moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
-            put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
-        lane_rates(bearing, lanes)
-    if len(coupling) > 0:
-        _add_coupled(coupling, bearing, drive, alpha, blocks)
-
-
-@lean_kernel
 def _add_coupled(coupling, bearing, drive, alpha, blocks):
     """Adds what balls do to each other, and finds the rates of the border."""
     if coupling.pairs.touching:
         add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
     if coupling.border.active:
         border_rates(bearing, drive, coupling.border, _moment(alpha, blocks), blocks)
+
+
+@inlined
+def border_of(coupling):
+    """The border, or nothing where balls are alone."""
+    if len(coupling) > 0:
+        return coupling.border
+    return ()
 
 
 @inlined
@@ -128,19 +84,14 @@ def _loads_vary(coupling):
 
 
 @lean_kernel
-def _prepare(gamma, lanes):
-    """What follows from the step sizes."""
-    for k in range(LANES):
-        put(lanes, GAIN, k, gamma * get(lanes, STEP, k))
-        put(lanes, INVERSE_STEP, k, 1.0 / get(lanes, STEP, k))
-    for i in range(LANES, STATE_SPAN):
-        put(lanes, INVERSE_STEP, i, get(lanes, INVERSE_STEP, i - LANES))
-
-
-@lean_kernel
-def _keep_rates(lanes):
-    for i in range(STATE_SPAN):
-        put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
+def _keep_rates(border, blocks):
+    """Keeps the rates of balls, ring and cage for `_take_slope`."""
+    for block in range(len(blocks)):
+        lanes = blocks[block]
+        for i in range(STATE_SPAN):
+            put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
+    if len(border) > 0:
+        copy_state(border.numbers, at.RATES, at.SLOPE)
 
 
 @lean_kernel
@@ -150,20 +101,12 @@ def _take_slope(lanes):
 
 
 @lean_kernel
-def _stage_state(a, lanes):
-    """The state at which a stage takes its rates."""
-    weights = five(a)
-    for i in range(STATE_SPAN):
-        put(lanes, END, i, get(lanes, START, i) + _mixed(weights, lanes, i))
-
-
-@lean_kernel
 def _stage_right(c, d, lanes):
     """The right-hand side of a stage from its rates."""
     weights = five(c)
     for i in range(STATE_SPAN):
         known = get(lanes, LANE_RATES, i) + d * get(lanes, SLOPE, i)
-        put(lanes, RIGHT, i, known + _mixed(weights, lanes, i) * get(lanes, INVERSE_STEP, i))
+        put(lanes, RIGHT, i, known + mixed_stages(weights, lanes, 0, i) * get(lanes, INVERSE_STEP, i))
 
 
 @lean_kernel
@@ -175,121 +118,78 @@ def _keep_stage(stage, lanes):
         put_from(lanes, row, i, value if abs(value) < math.inf else 0.0)
 
 
-@lean_kernel
-def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
-    """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
-    stages, varies = len(method.alpha), drive.acceleration != 0.0 or _loads_vary(coupling)
-    # Rates, Jacobian and explicit time dependence at the start of the steps, and the factors for their sizes.
-    for block in range(len(blocks)):
-        _prepare(method.gamma, blocks[block])
-    if len(coupling) > 0:
-        copy_state(coupling.border.numbers, at.BEGIN, at.NOW)
-    if varies:
-        # Times h, as the method wants it; at constant speed and load these rows stay zero.
-        _rates_at(coupling, bearing, drive, START, SLOPE_STEP, blocks)
-        for block in range(len(blocks)):
-            _keep_rates(blocks[block])
-        if len(coupling) > 0:
-            copy_state(coupling.border.numbers, at.RATES, at.SLOPE)
-    _rates_at(coupling, bearing, drive, START, 0.0, blocks)
+@inlined
+def _linearise(varies, coupling, bearing, drive, blocks):
+    """The Jacobian and the explicit change with time where the steps start, after the rates, and the factors."""
     for block in range(len(blocks)):
         if varies:
             _take_slope(blocks[block])
-        lane_jacobian(bearing.spot, bearing, blocks[block])
+        if len(coupling) > 0:
+            ring_jacobian(bearing.ring, coupling.border, bearing, blocks[block])
+        else:
+            lane_jacobian(bearing.spot, bearing, blocks[block])
     if len(coupling) > 0:
         if varies:
             border_slope(SLOPE_STEP, coupling.border.numbers)
-        couple_jacobians(bearing.ring, bearing.pockets, bearing, drive, _moment(0.0, blocks), coupling, blocks)
+        couple_jacobians(bearing.pockets, bearing, drive, _moment(0.0, blocks), coupling, blocks)
         factorise_together(coupling, blocks)
     else:
         for block in range(len(blocks)):
             factorise_alone(blocks[block])
-    for stage in range(stages):
-        for block in range(len(blocks)):
-            _stage_state(method.a[stage], blocks[block])
-        if len(coupling) > 0:
-            border_stage_state(method.a[stage], coupling.border.numbers)
-            follow_cage(coupling.border, at.NOW, blocks, END)
-        if stage > 0:
-            _rates_at(coupling, bearing, drive, END, method.alpha[stage], blocks)
-        for block in range(len(blocks)):
-            _stage_right(method.c[stage], method.d[stage], blocks[block])
-        if len(coupling) > 0:
-            border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), coupling.border.numbers)
-            solve_together(drive, _moment(0.0, blocks), coupling, blocks)
-            border_keep(stage, coupling.border.numbers)
-        else:
-            for block in range(len(blocks)):
-                solve_alone(blocks[block])
-        for block in range(len(blocks)):
-            _keep_stage(stage, blocks[block])
-    for block in range(len(blocks)):
-        _finish(scales, blocks[block])
-    if len(coupling) > 0:
-        border_finish(method.dense, coupling.border.numbers)
-        follow_cage(coupling.border, at.FINISH, blocks, END)
-        put(blocks[0], ERROR, 0, max(get(blocks[0], ERROR, 0), coupling.border.numbers[at.ERROR]))
-    for block in range(len(blocks)):
-        _turn_lanes(method.dense, blocks[block])
-
-
-@lean_kernel
-def _finish(scales, lanes):
-    """The end of the steps, and their errors."""
-    for i in range(STATE_SPAN):
-        increase(lanes, END, i, get(lanes, SOLUTION, i))
-    # Root mean square of the last stage, which is the error, in units of the scales.
-    for k in range(LANES):
-        put(lanes, ERROR, k, 0.0)
-    for column in range(MOTION):
-        inverse = 1.0 / scales[column]
-        for k in range(LANES):
-            ratio = get(lanes, SOLUTION + column, k) * inverse
-            increase(lanes, ERROR, k, ratio * ratio)
-    for k in range(LANES):
-        put(lanes, ERROR, k, math.sqrt(get(lanes, ERROR, k) / MOTION))
 
 
 @inlined
-def _lane_spin(lanes, state, k):
-    """`spin_in_frame` of a lane's ball whose state stands in the rows from `state` on."""
-    tangential_velocity = get(lanes, state + TANGENTIAL_VELOCITY, k)
-    spin = get_vector(lanes, state + SPIN, k)
-    return spin_in_frame(get(lanes, state + AXIS_DISTANCE, k), tangential_velocity, spin)
+def _solve_stage(stage, method, coupling, drive, blocks):
+    """Solves for a stage after its rates, and keeps it."""
+    for block in range(len(blocks)):
+        _stage_right(method.c[stage], method.d[stage], blocks[block])
+    if len(coupling) > 0:
+        border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), coupling.border.numbers)
+        solve_together(drive, _moment(0.0, blocks), coupling, blocks)
+        border_keep(stage, coupling.border.numbers)
+    else:
+        for block in range(len(blocks)):
+            solve_alone(blocks[block])
+    for block in range(len(blocks)):
+        _keep_stage(stage, blocks[block])
+
+
+@inlined
+def _stage_of_border(stage, method, numbers):
+    """Where ring and cage are in a stage; in the first, where they begin."""
+    if stage > 0:
+        border_stage_state(method.a[stage], numbers)
 
 
 @lean_kernel
-def _turn_lanes(dense, lanes):
-    """The middle of every lane's step by its interpolant, and the orientation at its end."""
-    third, fourth = five(dense[0]), five(dense[1])
-    for i in range(STATE_SPAN):
-        start, end = get(lanes, START, i), get(lanes, END, i)
-        middle = rosenbrock_dense(0.5, start, end, _mixed(third, lanes, i), _mixed(fourth, lanes, i))
-        put(lanes, MIDDLE, i, middle)
-    for k in range(LANES):
-        result = turned(
-            get_quaternion(lanes, ORIENTATION, k),
-            _lane_spin(lanes, START, k),
-            _lane_spin(lanes, MIDDLE, k),
-            _lane_spin(lanes, END, k),
-            get(lanes, STEP, k),
-        )
-        put_quaternion(lanes, TURNED, k, result)
-
-
-@lean_kernel
-def dense_ends(lanes, k, dense):
-    """Fills the start, the end and the first orientation of one lane's dense step."""
-    from_lane(lanes, START, k, dense.start)
-    from_lane(lanes, END, k, dense.end)
-    from_lane(lanes, ORIENTATION, k, dense.orientation)
-
-
-@lean_kernel
-def dense_terms(weights, lanes, k, dense):
-    """Fills the two terms of one lane's interpolant by the method's dense weights."""
-    third, fourth = five(weights[0]), five(weights[1])
-    for column in range(COLUMNS):
-        i = column * LANES + k
-        dense.third[column] = _mixed(third, lanes, i)
-        dense.fourth[column] = _mixed(fourth, lanes, i)
+def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
+    """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
+    varies, border = drive.acceleration != 0.0 or _loads_vary(coupling), border_of(coupling)
+    if len(coupling) > 0:
+        copy_state(coupling.border.numbers, at.BEGIN, at.NOW)
+    # One loop, so that the code of the rates is here once. The stage before the first is the start a little later,
+    # for the rates' explicit change with time: times h, as the method wants it, and zero at constant speed and load.
+    for stage in range(-1 if varies else 0, len(method.alpha)):
+        alpha = method.alpha[stage] if stage >= 0 else SLOPE_STEP
+        if len(coupling) > 0:
+            _stage_of_border(stage, method, coupling.border.numbers)
+        for block in range(len(blocks)):
+            if stage > 0:
+                place_stage(border, drive, alpha, method.a[stage], blocks[block])
+            else:
+                place_start(method.gamma, border, drive, alpha, blocks[block])
+            rates_in_lanes(bearing, blocks[block])
+        if len(coupling) > 0:
+            _add_coupled(coupling, bearing, drive, alpha, blocks)
+        if stage < 0:
+            _keep_rates(border, blocks)
+            continue
+        if stage == 0:
+            _linearise(varies, coupling, bearing, drive, blocks)
+        _solve_stage(stage, method, coupling, drive, blocks)
+    if len(coupling) > 0:
+        border_finish(method.dense, coupling.border.numbers)
+    for block in range(len(blocks)):
+        finish_lanes(border, scales, method.dense, blocks[block])
+    if len(coupling) > 0:
+        put(blocks[0], ERROR, 0, max(get(blocks[0], ERROR, 0), coupling.border.numbers[at.ERROR]))

@@ -63,15 +63,15 @@ JACOBIAN_END = ORIENTATION
 VELOCITY_BEFORE, SPIN_BEFORE, IMEX_ROWS = _rows(_SHARED, 3, 3)
 TANGENTIAL_VELOCITY_BEFORE = VELOCITY_BEFORE + TANGENTIAL_VELOCITY - VELOCITY
 
-# Rosenbrock methods. What `factorise_body` leaves; a stage's right-hand side and what it solves to; a step's start,
-# middle and end; h times the explicit change of the rates with time; 1 / h in every row; the stages; and of each lane:
+# Rosenbrock methods. What `factorise_body` leaves; a stage's right-hand side and what it solves to; a step's start
+# and end; h times the explicit change of the rates with time; 1 / h in every row; the stages; and of each lane:
 # time, step, h gamma, the error estimated, the share of the step to its first landing, the step before its cut, and
 # what the error does to acceleration and angular acceleration, squared.
 FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, RIGHT = _rows(
     _SHARED, 1, 1, 9, 9, 9, 9
 )
-SOLUTION, START, MIDDLE, END, SLOPE, INVERSE_STEP, _STAGES, TIME = _rows(
-    RIGHT + COLUMNS, *(COLUMNS,) * 6, MOST_STAGES * COLUMNS
+SOLUTION, START, END, SLOPE, INVERSE_STEP, _STAGES, TIME = _rows(
+    RIGHT + COLUMNS, *(COLUMNS,) * 5, MOST_STAGES * COLUMNS
 )
 FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
 STEP, GAIN, ERROR, SHARE, WANTED, FORCE_ERROR, TORQUE_ERROR, ROSENBROCK_ROWS = _rows(TIME + 1, 1, 1, 1, 1, 1, 1, 1)
@@ -107,14 +107,8 @@ def put(lanes, row, k, value):
 
 
 @inlined
-def get_from(lanes, row, i):
-    """`get` of a row that is known only when the kernel runs: an unsigned index is not looked at for its sign."""
-    return lanes[np.uint64(row * LANES + i)]
-
-
-@inlined
 def put_from(lanes, row, i, value):
-    """`put` into a row that is known only when the kernel runs."""
+    """`put` into a row known only when the kernel runs: an unsigned index is not looked at for its sign."""
     lanes[np.uint64(row * LANES + i)] = value
 
 
@@ -158,6 +152,13 @@ def put_vector(lanes, row, k, vector):
     lanes[row * LANES + k] = vector[0]
     lanes[(row + 1) * LANES + k] = vector[1]
     lanes[(row + 2) * LANES + k] = vector[2]
+
+
+@inlined
+def put_six(lanes, row, k, numbers):
+    """Writes six numbers into six rows of lane k from `row` on."""
+    put_vector(lanes, row, k, (numbers[0], numbers[1], numbers[2]))
+    put_vector(lanes, row + 3, k, (numbers[3], numbers[4], numbers[5]))
 
 
 @inlined

@@ -9,7 +9,8 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import Border, new_border
-from bearing_twin.kinds.bearing.border_solve import border_tiles, factorise_border, put_border_tiles, solve_border
+from bearing_twin.kinds.bearing.border_apart import solve_apart
+from bearing_twin.kinds.bearing.border_solve import border_tiles, factorise_border, put_border_tiles
 from bearing_twin.kinds.bearing.border_system import border_follow, border_jacobian, border_known, still_balls
 from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_linear
 from bearing_twin.kinds.bearing.layout import (
@@ -146,15 +147,15 @@ def _fill_tile(lanes, row, k, tile):
 
 
 @lean_kernel
-def couple_jacobians(ring, pockets, bearing, drive, time, coupling, blocks):
+def couple_jacobians(pockets, bearing, drive, time, coupling, blocks):
     """Adds to the Jacobians of balls alone what balls, ring and cage are to each other.
 
-    `ring` and `pockets` are the bearing's; after the rates at the same motion.
+    `pockets` are the bearing's; after the rates at the same motion.
     """
     if coupling.pairs.touching:
         add_answers(bearing, coupling.pairs, blocks)
     if coupling.border.active:
-        border_jacobian(ring, pockets, bearing, drive, coupling.border, time, blocks)
+        border_jacobian(pockets, bearing, drive, coupling.border, time, blocks)
 
 
 @lean_kernel
@@ -248,23 +249,27 @@ def _solve_chain(coupling, blocks):
 
 
 @lean_kernel
-def solve_together(drive, time, coupling, blocks):
-    """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
+def _solve_touching(drive, time, coupling, blocks):
+    """`solve_together` where balls touch."""
     pairs, border, g = coupling.pairs, coupling.border, get(blocks[0], GAIN, 0)
     still_balls(border, blocks)
     for block in range(len(blocks)):
         _known(blocks[block])
-    if pairs.touching:
-        add_known(pairs, blocks, SOLUTION)
+    add_known(pairs, blocks, SOLUTION)
     if border.active:
         border_known(g, border, blocks)
-    if pairs.touching:
-        _solve_chain(coupling, blocks)
-    else:
-        solve_border(border, blocks)
+    _solve_chain(coupling, blocks)
     for block in range(len(blocks)):
         _follow(blocks[block])
-    if pairs.touching:
-        add_losses(g, pairs, blocks, SOLUTION)
+    add_losses(g, pairs, blocks, SOLUTION)
     if border.active:
         border_follow(g, drive, time, border, blocks)
+
+
+@inlined
+def solve_together(drive, time, coupling, blocks):
+    """Solves W k = right for one stage of balls, ring and cage: the motion, then the integrals that only listen."""
+    if coupling.pairs.touching:
+        _solve_touching(drive, time, coupling, blocks)
+    else:
+        solve_apart(get(blocks[0], GAIN, 0), drive, time, coupling.border, blocks)

@@ -7,7 +7,14 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, of_held_ring, share_at_start, still_error
+from bearing_twin.kinds.bearing.adequacy import (
+    cage_needed,
+    doubts,
+    of_held_ring,
+    of_temperatures,
+    share_at_start,
+    still_error,
+)
 from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, of_asked, predictions, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
@@ -127,7 +134,7 @@ def choose(parameters) -> Choice:
             f"the law {law} is {100 * error:.2g} % off exact Hertz here, more than the wanted "
             f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
-    warnings += drift(law)
+    warnings += [*drift(law), *of_temperatures(parameters)]
 
     dimension, why = _dimension(parameters, law, warnings)
     reasons.append(why)

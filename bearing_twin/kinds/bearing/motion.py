@@ -8,7 +8,7 @@ import numpy as np
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
-from bearing_twin.kinds.bearing.error_scales import error_scales
+from bearing_twin.kinds.bearing.error_scales import EVEN_SHARE, error_scales
 from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
@@ -47,8 +47,7 @@ class BearingMotion:
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters = parameters
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
-        self.stepper, self.law = choice.stepper, choice.law
-        self.stop = SIGNALLED
+        self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.loading = Loading(parameters)
         partners = partners_of(parameters)
         self.longest_chunk = None if partners.active else LONGEST_ALONE
@@ -58,8 +57,9 @@ class BearingMotion:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
             start, self._start_border = caged_start(start, partners)
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
-        self.scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
-        self.partners = partners._replace(scales=border_scales(parameters, self.scales))
+        scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
+        self.partners = partners._replace(scales=border_scales(parameters, scales))
+        self.scales = (EVEN_SHARE if partners.even else 1.0) * scales
         self._start = start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:

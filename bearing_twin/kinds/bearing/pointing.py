@@ -28,13 +28,13 @@ OF_FORCE, OF_TORQUE, STEPS_IN = range(POINTED)
 def _square(first, lanes, row):
     """Writes the squared length of three rates' errors, from `first` on, into a row."""
     for k in range(LANES):
-        put(lanes, row, k, 0.0)
-    for rate in range(3):
-        for k in range(LANES):
+        total = 0.0
+        for rate in range(3):
             error = 0.0
             for column in range(MOTION):
                 error += get(lanes, entry(first + rate, column), k) * get(lanes, SOLUTION + column, k)
-            put(lanes, row, k, get(lanes, row, k) + error * error)
+            total += error * error
+        put(lanes, row, k, total)
 
 
 @lean_kernel

@@ -3,8 +3,9 @@
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact.elasticity import in_lanes
 from bearing_twin.kinds.bearing.cage import add_pockets
-from bearing_twin.kinds.bearing.equations import give_coefficients, raceway_rates
+from bearing_twin.kinds.bearing.equations import give_coefficients, raceway_rates, rates_of_raceways
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
@@ -30,6 +31,16 @@ def lane_rates(bearing, lanes):
     """`raceway_rates` by whatever law and friction, and what the pockets of a cage do."""
     give_coefficients(bearing, lanes)
     raceway_rates(bearing, lanes)
+    add_spots(bearing.spot, bearing, lanes)
+    add_pockets(bearing.pockets, bearing, lanes)
+
+
+@inlined
+def rates_in_lanes(bearing, lanes):
+    """`lane_rates`, put into its caller."""
+    if not in_lanes(bearing.inner.law):
+        give_coefficients(bearing, lanes)
+    rates_of_raceways(bearing, lanes)
     add_spots(bearing.spot, bearing, lanes)
     add_pockets(bearing.pockets, bearing, lanes)
 

@@ -8,31 +8,24 @@ velocities are put in by the chain rule, in the axes of the ball's frame.
 import math
 from typing import NamedTuple
 
-from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import RacewayContact, brought_back, lane_position
+from bearing_twin.compiled import inlined
+from bearing_twin.kinds.bearing.equations import RacewayContact, brought_back
 from bearing_twin.kinds.bearing.gradient import Gradient, contact_gradient
 from bearing_twin.kinds.bearing.layout import (
     ANSWERING,
     BALL_BY_BORDER,
     BORDER_BY_BALL,
     BORDER_BY_BORDER,
-    GIVEN_INNER,
-    GIVEN_SLOPE_INNER,
-    LANES,
     MOTION,
-    ORBIT_ANGLE,
     PLACES,
-    RING_SPEED,
     SPIN,
     VELOCITY,
-    get,
-    get_vector,
     put,
     put_vector,
 )
-from bearing_twin.kinds.bearing.ring_seat import Seat, ring_in_lane, seat_of, seen_from
+from bearing_twin.kinds.bearing.ring_seat import Seat, seat_of, seen_from
 from bearing_twin.numerics.block_solve import combined, minus_block, negative, plus, product, times
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
+from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
 UP = (0.0, 0.0, 1.0)
 
@@ -134,15 +127,10 @@ def _by_ball(answer):
 
 
 @inlined
-def inner_gradient(ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin):
-    """`contact_gradient` of a ball with the inner ring at `place`; `ring` is the bearing's."""
-    if len(ring) == 0:
-        centre = about_z(cosine, -sine, place)
-        by_angle = (-centre[1], centre[0], 0.0)
-        return contact_gradient(bearing, bearing.inner, given, slope, centre, by_angle, speed, position, velocity, spin)
-    found = seated_gradient(ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin)
+def of_ball(found):
+    """The part of a seated contact's answers that a ball's own motion makes."""
     power, loss = found.power, found.loss
-    return found.contact, Gradient(
+    return Gradient(
         force_p=_by_ball(found.force),
         force_v=found.force.velocity,
         force_s=found.force.spin,
@@ -156,6 +144,17 @@ def inner_gradient(ring, bearing, given, slope, place, cosine, sine, speed, posi
         loss_v=loss.velocity,
         loss_s=loss.spin,
     )
+
+
+@inlined
+def inner_gradient(ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin):
+    """`contact_gradient` of a ball with the inner ring at `place`; `ring` is the bearing's."""
+    if len(ring) == 0:
+        centre = about_z(cosine, -sine, place)
+        by_angle = (-centre[1], centre[0], 0.0)
+        return contact_gradient(bearing, bearing.inner, given, slope, centre, by_angle, speed, position, velocity, spin)
+    found = seated_gradient(ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin)
+    return found.contact, of_ball(found)
 
 
 @inlined
@@ -240,30 +239,20 @@ def _moment(found):
     return add(cross(d, pull), found.contact.torque), answer
 
 
-@kernel
-def ring_answers(ring, bearing, lanes):
-    """Fills the rows of how balls and ring answer to each other's motion.
+@inlined
+def put_answers(bearing, found, lanes, k, cosine, sine):
+    """Writes how a ball and a ring that moves answer to each other's motion, by the contact `found`; none of a cage.
 
-    Forces and moments on the ring are not yet divided by its inertia. `ring` is the bearing's, not empty; friction
-    acts at a point.
+    Forces and moments on the ring are not yet divided by its inertia. Friction acts at a point.
     """
-    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     stride = 2 * PLACES
-    for k in range(LANES):
-        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
-        place, moving = ring_in_lane(ring, bearing.offset, lanes, k)
-        found = seated_gradient(
-            moving, bearing, get(lanes, GIVEN_INNER, k), get(lanes, GIVEN_SLOPE_INNER, k), place, cosine, sine,
-            get(lanes, RING_SPEED, k), lane_position(lanes, k), get_vector(lanes, VELOCITY, k),
-            get_vector(lanes, SPIN, k),
-        )  # fmt: skip
-        _put_columns(lanes, BALL_BY_BORDER, stride, k, cosine, sine, inverse_mass, found.force)
-        _put_columns(lanes, BALL_BY_BORDER + 3 * stride, stride, k, cosine, sine, inverse_inertia, found.torque)
-        work = BALL_BY_BORDER + (ANSWERING - 3) * stride
-        _put_number(lanes, work, k, cosine, sine, 1.0, found.power)
-        _put_number(lanes, work + stride, k, cosine, sine, 1.0, found.loss)
-        sign = math.copysign(1.0, found.contact.drive_power)
-        _put_number(lanes, work + 2 * stride, k, cosine, sine, sign, found.power)
-        _put_reaction(lanes, 0, True, k, cosine, sine, found.contact.force, found.force)
-        value, answer = _moment(found)
-        _put_reaction(lanes, 3, False, k, cosine, sine, value, answer)
+    _put_columns(lanes, BALL_BY_BORDER, stride, k, cosine, sine, 1.0 / bearing.ball_mass, found.force)
+    _put_columns(lanes, BALL_BY_BORDER + 3 * stride, stride, k, cosine, sine, 1.0 / bearing.ball_inertia, found.torque)
+    work = BALL_BY_BORDER + (ANSWERING - 3) * stride
+    _put_number(lanes, work, k, cosine, sine, 1.0, found.power)
+    _put_number(lanes, work + stride, k, cosine, sine, 1.0, found.loss)
+    sign = math.copysign(1.0, found.contact.drive_power)
+    _put_number(lanes, work + 2 * stride, k, cosine, sine, sign, found.power)
+    _put_reaction(lanes, 0, True, k, cosine, sine, found.contact.force, found.force)
+    value, answer = _moment(found)
+    _put_reaction(lanes, 3, False, k, cosine, sine, value, answer)

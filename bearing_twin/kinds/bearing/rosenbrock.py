@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.border_step import border_at, border_inside, cop
 from bearing_twin.kinds.bearing.carried import carry_ball
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.flight import NOTHING, cut_steps
-from bearing_twin.kinds.bearing.lanes import dense_ends, dense_terms, rosenbrock_step
+from bearing_twin.kinds.bearing.lanes import rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
     BORDERED_ROWS,
     CARRIED_INNER,
@@ -44,6 +44,7 @@ from bearing_twin.kinds.bearing.layout import (
 )
 from bearing_twin.kinds.bearing.pointing import note_error, point_out
 from bearing_twin.kinds.bearing.ring_seat import put_still_ring
+from bearing_twin.kinds.bearing.step_ends import dense_ends, dense_terms
 from bearing_twin.kinds.bearing.steps import (
     JACOBIANS,
     LANDED,
@@ -86,8 +87,11 @@ def _next_ball(number, state, orientation, carried, steps, duration, lanes, k):
 
 
 @inlined
-def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, dense):
-    """Moves a lane to the end of its step, giving out the instants in it; returns its status and its next instant."""
+def _accept(task, number, cursor, proposed, state, orientation, steps, results, lanes, k, dense):
+    """Moves a lane to the end of its step, giving out the instants in it; returns its status and its next instant.
+
+    `proposed` is its next step [s].
+    """
     times, time, step = task.times, get(lanes, TIME, k), get(lanes, STEP, k)
     note_error(results.pointer, number, cursor, lanes, k)
     moment = time + step
@@ -97,7 +101,6 @@ def _accept(task, number, cursor, state, orientation, steps, results, lanes, k, 
         dense_ends(lanes, k, dense)
         dense_terms(task.method.dense, lanes, k, dense)
         cursor = give_out(times, cursor, until, time, step, number, dense, results)
-    proposed = next_step(step, get(lanes, ERROR, k), task.method.order)
     for column in range(COLUMNS):
         put(lanes, START + column, k, get(lanes, END + column, k))
     put_quaternion(lanes, ORIENTATION, k, get_quaternion(lanes, TURNED, k))
@@ -237,6 +240,7 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
     """`rosenbrock_chunk` in the room it has made."""
     method, counts = task.method, results.counts
     running = waiting = _begin(task, coupling, balls, state, orientation, steps, results, ball, blocks)
+    proposed = judged = stepped = 0.0
     while running > 0:
         if results.stop[0] != 0:
             return STOPPED
@@ -249,10 +253,12 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
             if number == IDLE:
                 continue
             error, step, share = get(lanes, ERROR, k), get(lanes, STEP, k), get(lanes, SHARE, k)
+            if error != judged or step != stepped:  # as nearly never among coupled balls, whose steps are one
+                judged, stepped, proposed = error, step, next_step(step, error, method.order)
             if not error <= 1.0:
                 counts[REJECTIONS] += 1
-                put(lanes, STEP, k, next_step(step, error, method.order))
-                if get(lanes, STEP, k) < LEAST_STEP:
+                put(lanes, STEP, k, proposed)
+                if proposed < LEAST_STEP:
                     results.failure[0], results.failure[1] = get(lanes, TIME, k), number
                     return STALLED
                 continue
@@ -261,7 +267,7 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
                 put(lanes, STEP, k, step * share)
                 continue
             counts[STEPS] += 1
-            given = _accept(task, number, cursor[place], state, orientation, steps, results, lanes, k, dense)
+            given = _accept(task, number, cursor[place], proposed, state, orientation, steps, results, lanes, k, dense)
             status, cursor[place] = given
             if status == RUNNING:
                 continue

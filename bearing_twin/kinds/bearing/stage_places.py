@@ -1,0 +1,100 @@
+"""Where the balls in lanes, ring and cage are at a step's start and in its stages: what their rates are taken at."""
+
+from bearing_twin.compiled import inlined
+from bearing_twin.kinds.bearing import border_rows as at
+from bearing_twin.kinds.bearing.border_solve import of_cage, six
+from bearing_twin.kinds.bearing.layout import (
+    AXIS_DISTANCE,
+    BORDER_MOTION,
+    COLUMNS,
+    END,
+    FIFTH_STAGE,
+    FIRST_STAGE,
+    FOURTH_STAGE,
+    GAIN,
+    INVERSE_STEP,
+    LANES,
+    PLACES,
+    POCKET,
+    RING_SPEED,
+    SECOND_STAGE,
+    SPIN,
+    START,
+    STEP,
+    THIRD_STAGE,
+    TIME,
+    VELOCITY,
+    get,
+    get_vector,
+    put,
+    put_six,
+    put_vector,
+)
+from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.steppers import five
+
+
+@inlined
+def mixed_stages(weights, lanes, column, k):
+    """The weighted sum of the earlier stages in one column; k may run on, as for `get`."""
+    return (
+        weights[0] * get(lanes, FIRST_STAGE + column, k)
+        + weights[1] * get(lanes, SECOND_STAGE + column, k)
+        + weights[2] * get(lanes, THIRD_STAGE + column, k)
+        + weights[3] * get(lanes, FOURTH_STAGE + column, k)
+        + weights[4] * get(lanes, FIFTH_STAGE + column, k)
+    )
+
+
+@inlined
+def border_state(border, first):
+    """Places and velocities of a border whose state begins at `first`, and whether its cage is even."""
+    if len(border) > 0:
+        return six(border.numbers, first), six(border.numbers, first + PLACES), border.even
+    return ()
+
+
+@inlined
+def _place(border, drive, alpha, source, lanes, k):
+    """Takes a ball's motion from the rows from `source` on, and what the rates need besides, `alpha` steps ahead.
+
+    With ring and cage where the border is `NOW`.
+    """
+    position, velocity = get_vector(lanes, source + AXIS_DISTANCE, k), get_vector(lanes, source + VELOCITY, k)
+    angle, speed = position[1], velocity[1]
+    if len(border) > 0:
+        places, speeds, even = border
+        angle = of_cage(places) + get(lanes, POCKET, k) if even else angle
+        speed = of_cage(speeds) * position[0] if even else speed
+        put_six(lanes, BORDER_MOTION, k, places)
+        put_six(lanes, BORDER_MOTION + PLACES, k, speeds)
+    put_vector(lanes, AXIS_DISTANCE, k, (position[0], angle, position[2]))
+    put_vector(lanes, VELOCITY, k, (velocity[0], speed, velocity[2]))
+    put_vector(lanes, SPIN, k, get_vector(lanes, source + SPIN, k))
+    moment = get(lanes, TIME, k) + alpha * get(lanes, STEP, k)
+    put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * moment)
+
+
+@lean_kernel
+def place_start(gamma, border, drive, alpha, lanes):
+    """Where the steps start, `alpha` steps later, and what follows from their sizes.
+
+    All in one loop, as in `place_stage`: loops of few statements are unrolled into scalar code.
+    """
+    now = border_state(border, at.NOW)
+    for k in range(LANES):
+        step = get(lanes, STEP, k)
+        put(lanes, GAIN, k, gamma * step)
+        for column in range(COLUMNS):
+            put(lanes, INVERSE_STEP + column, k, 1.0 / step)
+        _place(now, drive, alpha, START, lanes, k)
+
+
+@lean_kernel
+def place_stage(border, drive, alpha, a, lanes):
+    """The state at which a stage takes its rates, `alpha` steps ahead."""
+    weights, now = five(a), border_state(border, at.NOW)
+    for k in range(LANES):
+        for column in range(COLUMNS):
+            put(lanes, END + column, k, get(lanes, START + column, k) + mixed_stages(weights, lanes, column, k))
+        _place(now, drive, alpha, END, lanes, k)
