@@ -12,12 +12,16 @@ EXTRAS = {  # extra of the package: what it is for
 }
 
 
+def install(extra: str) -> str:
+    """What installs an extra: the package is on no index, where its name alone would bring nothing, or another's."""
+    return f"pip install '.[{extra}]' (in the checkout)"
+
+
 def wanted(module: str, extra: str) -> ModuleType:
     """The module of an optional package; raises BearingTwinError that says which extra brings it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
         raise BearingTwinError(
-            f"{EXTRAS[extra]} need the package {module.partition('.')[0]}; install it with: "
-            f"pip install 'bearing_twin[{extra}]'"
+            f"{EXTRAS[extra]} need the package {module.partition('.')[0]}; install it with: {install(extra)}"
         ) from error

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from bearing_twin.errors import SceneError
 from bearing_twin.spelling import LONGEST_ECHO, echo, unknown
-from bearing_twin.units import NO_LIMITS, UNITS, Limits, with_unit
+from bearing_twin.units import NO_LIMITS, UNITS, Limits, in_si, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
@@ -170,7 +170,7 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
     if isinstance(given, str) and len(given) <= LONGEST_NUMBER and NUMBER.fullmatch(given.strip()):
         given = float(given) if not given.strip().lstrip("+-").isdigit() else int(given)
     if isinstance(given, bool) or not isinstance(given, (int, float)):
-        return None, legal
+        return None, legal + (in_si(given, unit) if isinstance(given, str) else "")
     try:
         value = float(given)
     except OverflowError:

@@ -2,7 +2,9 @@
 
 import json
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 
@@ -20,6 +22,25 @@ class Choice(NamedTuple):
     warnings: tuple[str, ...]
     setting: float = math.nan
     predicted: dict[str, float | str] | None = None
+
+
+def never() -> bool:
+    """False: nothing is waited for."""
+    return False
+
+
+class Rechosen(NamedTuple):
+    """What a look at the model of a running scene gave: the `choice` and the `motion` from now on.
+
+    It is to be looked at again once `settled()`: what was commanded is reached, and was not yet. `told` says what was
+    switched, or why not; "" where nothing else was chosen. `records` joins those of the motion.
+    """
+
+    choice: Choice
+    motion: Any
+    settled: Callable[[], bool] = never
+    told: str = ""
+    records: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,8 @@ class Shelf(NamedTuple):
         if looks_like_a_path:
             raise self.error(f"there is no {self.noun} file {echo(text)}; give the path of one, or a name: {known}")
         also = list(also)
+        if (designation := text.rpartition("_")[2]) in also:
+            raise self.error(f"there is no {self.noun} {echo(text)}; did you mean {designation}, by its designation?")
         hint = unknown(text, also if nearest(text, also) and not nearest(text, self.names()) else self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
@@ -98,6 +100,8 @@ class Shelf(NamedTuple):
                 content = stream.read(GREATEST_FILE + 1)
         except OSError as error:
             raise self.error(f"{path} cannot be read ({error.strerror}); check its permissions") from error
+        if path.suffix == ".mcap":
+            raise self.error(f"{path} is a log, no {self.noun}; verify, report, view, export or replay it")
         if len(content) > GREATEST_FILE:
             raise self.error(f"{path} is larger than {GREATEST_FILE} bytes, so it is no {self.noun}; give a YAML file")
         try:

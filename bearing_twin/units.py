@@ -5,6 +5,7 @@ A channel, a quantity and a parameter declare the symbol; the keys of figures, J
 
 import functools
 import math
+import re
 from typing import NamedTuple
 
 ALL, BELOW_ONE = "GMkmµn", "mµn"
@@ -102,6 +103,8 @@ UNITS = {  # by the symbol that declarations use
     "s (m/s)^0.2": Unit("", "s (m/s)^0.2", least=1e-12, greatest=1e6),
     "N s/m^1.25": Unit("", "N s/m^1.25", greatest=1e15),
 }
+_WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].{0,9})")
+_WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "Nm": "N m", "Nmm": "N mm"}
 _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
 
 
@@ -153,6 +156,24 @@ def symbol_of(key: str) -> str:
 def with_unit(unit: str) -> str:
     """A unit to append to a number or word; nothing where there is none."""
     return f" {unit}" if not _is_plain(unit) else ""
+
+
+def in_si(text: str, unit: str) -> str:
+    """What to write in place of a text such as `1750 rpm` or `13um`, as the tail of a message; "" where it is no such.
+
+    It goes by the prefixes, and by the units that engineers read in place of `unit`; °C is read as a temperature.
+    """
+    found = _WITH_UNIT.fullmatch(text.strip())
+    row = UNITS.get(unit)
+    if not found or row is None or _is_plain(unit):
+        return ""
+    factors = {prefix + row.shown: factor for prefix, factor in PREFIXES.items()} if " " not in unit else {unit: 1.0}
+    if row.people:
+        factors.setdefault(row.people[0], 1.0 / row.people[1])
+    word, number = _WRITTEN.get(found[2], found[2]).replace("u", "µ"), float(found[1])
+    if unit == "K" and word in ("°C", "C"):
+        return f"; {text.strip()} is {number + 273.15:.7g}"
+    return f"; {text.strip()} is {number * factors[word]:.7g}" if word in factors else ""
 
 
 def labelled(words: str, unit: str) -> str:

@@ -169,8 +169,8 @@ def _failures() -> str:
         (
             row.fails,
             row.does,
-            f"`bearing_twin {row.command}`" if row.command else "",
-            f"`{row.chart}`" if row.chart else "",
+            f"`bearing_twin {row.command}`",
+            f"`{row.chart}`",
         )
         for row in FAILURES
     )

@@ -16,6 +16,7 @@ from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.kinds.bearing.windows import LEAST_STEPS, PLACE, WINDOW, Window, overlap, window_at, within
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.sample import cut
 
 EXACT = 1e-8  # tolerance of what counts as true
 TOO_ROUGH = 30.0  # times the wanted tolerance
@@ -192,12 +193,12 @@ def test_loads_of_balls_that_stand_do_not_change_because_they_go_round():
 
 
 def test_a_command_that_makes_another_motion_of_it_keeps_the_tolerance_and_loads_do_not_jump():
-    """The setting stays that of the motion chosen for, balls that roll; the companion tightens where it must."""
+    """Another stepper is chosen for it, which goes on where the first one was."""
 
     def commanded(*overrides):
         simulation = Simulation(load_scene("bearing_6203", ("run.duration=0.15", *overrides)))
         before = simulation.advance(51)
-        simulation.set_speed(1500.0)  # for which another stepper would be chosen
+        simulation.set_speed(1500.0)
         return simulation, before, Rows(before.values.layout, simulation.advance(100).matrix())
 
     _, _, exact = commanded(f"wanted.tolerance={EXACT}", "solver.companion=off")
@@ -261,3 +262,19 @@ def test_a_ball_that_bounces_after_a_jump_names_its_horizon():
     assert "only statistics of many runs hold" in report.errors["errors_unknown"]["horizon"]
     assert any("moves that instant on" in flag for flag in report.flags)
     assert "horizon" not in reported("bearing_6203", "run.duration=0.04").report.errors["errors_unknown"]
+
+
+def test_what_errors_follow_from_does_not_depend_on_how_outputs_are_cut():
+    """To the bit, for one block of many outputs and for stretches of 50, also from the middle of one on."""
+    scene = made_up_scene()
+    for first in (0, 130):
+        block, found = made_up_block(scene, 330, first), []
+        for length in (50, 10**9):
+            doubt = BearingDoubt(scene.parameters, a_choice())
+            for piece in cut(block, length):
+                doubt.add(piece)
+            found.append((doubt.outputs, doubt.steepest, *doubt.load.flat, *doubt.curvatures.flat, *doubt.rubbed.flat))
+        assert found[0] == found[1]
+        turned, load = np.diff(block.values["orbit_angle"], axis=0)[..., None], block.values["normal_load"]
+        within = np.diff((first + np.arange(330)) // 50) == 0
+        assert found[0][1] == pytest.approx(np.abs(np.diff(load, axis=0) / turned)[within].max())

@@ -87,6 +87,15 @@ def test_no_step_passes_over_a_bounce():
     assert abs(cut - fine)[AXIS_DISTANCE] < 1e-8
 
 
+def test_a_contact_begins_at_any_tolerance():
+    """The load of damping grows like the root of time: the first steps in contact are far below 1e-12 s."""
+    moving = motion("geometry.balls=1", "wanted.tolerance=1e-8", scene="bearing_6203_loose")
+    moving.state[0, RADIAL_VELOCITY] = 2.0
+    moving.state[0, AXIS_DISTANCE] -= approaches(moving.bearing, moving.state[0])[1] + 2e-10
+    moving.advance(np.array([1e-6]), 1e-6)
+    assert approaches(moving.bearing, moving.state[0])[1] > 1e-6
+
+
 def a_part(**what):
     """A part of 4 outputs a millisecond apart, of three balls, with what a test needs."""
     times, states = 1e-3 * np.arange(1, 5), np.zeros((5, 3, COLUMNS))

@@ -12,6 +12,7 @@ from bearing_twin.command import cli
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.catalogue_answer import answer_of, row_of
+from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.parameters import Geometry
 from bearing_twin.kinds.bearing.quasi_static.answer import rolling_frequencies
 from bearing_twin.kinds.bearing.ratings import basic_dynamic_rating, basic_static_rating
@@ -266,3 +267,14 @@ def test_ratings_and_frequencies_find_the_same_balls():
             differ.add(name)
     # of 6212 and 6306 the makers publish ratings far apart; of the 6318 two sets are equally near
     assert differ == {*OTHER_BALLS, "6212", "6306", "6318"}
+
+
+def test_a_designation_is_found_as_a_number_and_where_it_is_taken_for_a_scene():
+    assert load_scene(6308).parameters == load_scene("6308").parameters
+    with pytest.raises(SceneError, match="did you mean 6308, by its designation"):
+        load_scene("bearing_6308")
+
+
+def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
+    choice = choose(load_scene("6308", ["temperatures.inner_ring=60", "rings.inner.load=[0,-1000,0]"]).parameters)
+    assert "temperatures.inner_ring = 60 K is -213.15 °C: if °C was meant, write 333.15" in choice.warnings

@@ -192,7 +192,7 @@ def test_commands_options_names_and_keys_are_completed(tmp_path):
 def test_a_missing_package_for_completion_is_named(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "argcomplete", None)
     assert cli.main(["completion", "bash"]) == cli.BAD_INPUT
-    assert "pip install 'bearing_twin[completion]'" in capsys.readouterr().err
+    assert "pip install '.[completion]'" in capsys.readouterr().err
 
 
 def test_near_words_are_near():

@@ -13,8 +13,10 @@ import pytest
 from bearing_twin.charts import (
     bearing_laws,
     bearing_outputs,
+    body_limits,
     contest,
     model_limits,
+    model_maps,
     newcomers,
     scene_contests,
     stability,
@@ -98,6 +100,33 @@ def test_limits_of_spheres_and_discs_are_those_predicted(name):
             assert found.refused < 1.1 * found.found
 
 
+def test_modes_of_a_beam_hold_whatever_the_step(monkeypatch):
+    """From 4 steps a contact to a half; by Volterra's equation errors grow with the step."""
+    methods, errors = [], {}
+    throw = body_limits.throw
+    monkeypatch.setattr(body_limits, "throw", lambda *given: throw(*given[:-1], methods[-1]))
+    for method in ("modes", "volterra"):
+        methods.append(method)
+        place = body_limits.struck()
+        contact = body_limits.HATS * place.predicted(method)
+        errors[method] = [
+            place.error(method, contact / count) for count in (4.0, 1.0, 0.5)[: 3 if method == "modes" else 1]
+        ]
+    assert max(errors["modes"]) < 1e-2 < 0.1 < errors["volterra"][0]
+
+
+def test_what_is_put_right_drifts_when_left_alone():
+    """The norm by the closed form of rk4, the axis by rounding over the difference of the curvatures."""
+    for turn, steps in ((0.5, 20), (1.0, 20000)):
+        found = model_maps.model_cell("quaternion", "rk4", steps, turn, 0.0)
+        growth = abs(1.0 + (z := 0.5j * turn) * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
+        assert found.load_error == pytest.approx(1.0 - growth**steps, rel=1e-6)
+    rounder, longer = (model_maps.model_cell("axis", "gap", 0.5, across, 0.0) for across in (1e-15, 1e-4))
+    assert rounder.load_error > 1e-3 > 1e-11 > longer.load_error
+    assert "circular" in rounder.reason
+    assert not longer.reason
+
+
 def test_beyond_its_limit_rk4_gives_loads_right_and_friction_wrong():
     good, bad = (stability.cell("regularisation", "rk4", step, 1e-2) for step in (1e-6, 4e-6))
     assert good.error < 1e-6
@@ -156,12 +185,22 @@ def test_the_volumetric_law_stays_off_and_others_do_not():
     assert near < 1e-5 < 1e-3 < off < 1e-2
 
 
+def test_friction_over_the_spot_is_nearer_than_its_closed_form(monkeypatch):
+    """Over two outputs, by the same stepper and tolerance."""
+    monkeypatch.setattr(bearing_laws, "FEW", 2)
+    spot, rough = (bearing_laws.judge_friction("thrust", model, 1e-3, 0.0).error for model in ("spot", "pade1"))
+    assert spot < 0.1 * rough
+
+
 def test_shorter_steps_and_tighter_tolerances_are_nearer(tmp_path):
     """A chart of each kind beside the bearing; its table gives the same sentences again."""
     for name, method, loose, tight in (
         ("elastic spheres", "rk4", *scene_contests.PAIRS["elastic spheres"].fields["rk4"].ladder[2:5:2]),
         ("elastic spheres", "dop853", 1e-4, 1e-8),
         ("1 cm/s, one contact", "volterra", 60, 250),
+        ("discs, line contact", "rk4", *scene_contests.PAIRS["discs, line contact"].fields["rk4"].ladder[2:5:2]),
+        ("ellipsoid on a plane", "rk4", *scene_contests.PAIRS["ellipsoid on a plane"].fields["rk4"].ladder[2:5:2]),
+        ("ball in a groove", "closed", 1e-2, 1e-8),
     ):
         errors = [scene_contests.judge(name, method, one, 0.0).error for one in (loose, tight)]
         assert errors[1] < 0.5 * errors[0] < 0.1

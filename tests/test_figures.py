@@ -277,6 +277,35 @@ def test_a_hundredth_of_the_energy_made_or_lost_is_a_failure_in_every_kind(name,
     assert (report.status == "failed: energy") == report.status.startswith("failed") == (abs(share) > 0.01)
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
+def test_where_nothing_does_work_energy_is_a_share_of_what_is_stored(tolerance):
+    """Without friction a bearing moves no work: the tolerance leaves a hundredth of itself open, and 1e-7 at least."""
+    differs = ("contact.friction_coefficient=0", f"wanted.tolerance={tolerance}", "run.duration=0.02")
+    run = simulate(load_scene("bearing_6203_fast", differs))
+    [block] = run.blocks()
+    assert run.report.status == "done"
+    assert abs(run.report.figures["energy_closure"]) < 0.01
+    energies = [block.values[name] for name in ("kinetic_energy", "elastic_energy", "potential_energy")]
+    for share in (0.02, -0.02, 0.005, -0.005):
+        made = share * max(tolerance, 1e-5) * sum(abs(float(one[-1])) for one in energies)
+        kinetic = energies[0] + made * np.linspace(0.0, 1.0, len(block))
+        changed = dataclasses.replace(block, values=dict(block.values) | {"kinetic_energy": kinetic})
+        report = gathered(run.scene, run.choice, [changed]).report("changed")
+        assert (report.status == "failed: energy") == (abs(share) > 0.01)
+
+
+def test_a_torque_that_is_rounding_alone_is_none():
+    """In equilibria of balls that do not spin, 1e-18 N m were told as a torque; with a contact angle there is one."""
+    radial, thrust = (
+        simulate(load_scene(name, ("model.dimension=quasi_static", "run.duration=0.005", *differs)))
+        for name, differs in (("bearing_6203_rig_400N", ()), ("bearing_6203", ("drive.offset=[0,0,2e-5]",)))
+    )
+    for run in (radial, thrust):
+        assert len(list(run.blocks())) == 1
+    assert radial.report.figures["friction_torque_nm"] == [0.0] * 8
+    assert min(thrust.report.figures["friction_torque_nm"]) > 1e-6
+
+
 @pytest.mark.parametrize(("share", "word"), [(0.02, "grew"), (-0.02, "was lost"), (0.008, "")])
 def test_python_the_command_line_and_studies_judge_energy_alike(share, word, monkeypatch, tmp_path, capsys):
     """A beam whose solution has that closure."""

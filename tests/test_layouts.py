@@ -19,7 +19,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.layouts import LAYOUTS, rviz
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.panels import panels, panels_of_study
-from bearing_twin.log.raw_log import log_span
+from bearing_twin.log.rerun_file import log_span
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
 from bearing_twin.paths import share_path
@@ -132,10 +132,12 @@ def test_panels_of_foxglove_have_titles_and_frames_do_not_hide_the_bearing():
     shown = panels(SCENE)
     configs = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]
     plots = [one for name, one in configs.items() if name.startswith("Plot!")]
-    assert [one["foxglovePanelTitle"] for one in plots] == [plot.title for plot in shown.plots]
+    for key in ("foxglovePanelTitle", "lichtblickPanelTitle"):
+        assert [one[key] for one in plots] == [plot.title for plot in shown.plots]
+    assert {one["legendDisplay"] for one in plots} == {"left"}  # floating ones hid the curves in Lichtblick 1.28
     frames = configs["3D!scene"]["scene"]["transforms"]
     assert not frames["showLabel"]
-    assert 0.2 * frames["axisScale"] == frames["axisSize"] < SCENE.parameters.geometry.pitch_diameter / 2.0
+    assert 0.2 * frames["axisScale"] == frames["axisSize"] < SCENE.parameters.geometry.pitch_diameter / 5.0
 
 
 def beside_each_other(node):
@@ -206,6 +208,7 @@ def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys
     topic = "/bearing/study/realisations"
     foxglove = json.loads(Path(files["foxglove"]).read_text())["configById"]
     assert {one["xAxisPath"]["value"] for one in foxglove.values()} == {f"{topic}.number"}
+    assert {one["xAxisVal"] for one in foxglove.values()} == {"timestamp"}  # Lichtblick 1.28 draws no "custom" one
     assert [one["paths"][0]["value"] for one in foxglove.values()] == [f"{topic}.value[1]", f"{topic}.value[0]"]
     curves = list(ElementTree.parse(files["plotjuggler"]).iter("curve"))
     assert {(one.get("curve_x"), one.get("curve_y")) for one in curves} == {

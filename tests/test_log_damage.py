@@ -272,16 +272,17 @@ def test_logs_of_other_writers_can_be_read(tmp_path):
 @pytest.mark.parametrize("kept_writes", [3, 4, 6])
 def test_full_disk_keeps_what_was_written_and_says_so(tmp_path, monkeypatch, kept_writes):
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 60_000)
-    write, calls = os.pwrite, []
+    write, calls = os.pwritev, []
 
-    def full(file, data, offset):
+    def full(file, parts, offset):
         calls.append(offset)
         if len(calls) == kept_writes + 1:
-            write(file, bytes(data)[: len(data) // 2], offset)
+            data = b"".join(parts)
+            write(file, [data[: len(data) // 2]], offset)
             raise OSError(errno.ENOSPC, "No space left on device")
-        return write(file, data, offset)
+        return write(file, parts, offset)
 
-    monkeypatch.setattr(os, "pwrite", full)
+    monkeypatch.setattr(os, "pwritev", full)
     with pytest.raises(
         LogError, match=r"cannot grow \(No space left on device\): \d+ messages .* are kept in it"
     ) as error:
@@ -300,7 +301,7 @@ def test_writing_on_after_a_full_disk_fails_again(tmp_path, monkeypatch):
         number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
         log.write(number, 0, 0, bytes(12))
         with monkeypatch.context() as patched:
-            patched.setattr(os, "pwrite", full)
+            patched.setattr(os, "pwritev", full)
             with pytest.raises(LogError, match="0 messages"):
                 log.flush()
         for _ in range(2):
@@ -324,7 +325,7 @@ def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
         log.flush()
         before = (tmp_path / "run.mcap").read_bytes()
         with monkeypatch.context() as patched:
-            patched.setattr(os, "pwrite", full)
+            patched.setattr(os, "pwritev", full)
             for k in range(40, 140):
                 log.write(number, k, k, bytes(100))
                 log.flush()
@@ -353,7 +354,7 @@ def test_a_split_that_finds_no_room_loses_nothing(tmp_path, monkeypatch):
 
     with RawLogWriter(tmp_path / "bag", safety=Safety(patient=True, split_seconds=1e-8)) as log:
         number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
-        for first, name, fails in ((0, "pwrite", os.pwrite), (20, "pwrite", full), (40, "open", no_new_file)):
+        for first, name, fails in ((0, "pwritev", os.pwritev), (20, "pwritev", full), (40, "open", no_new_file)):
             with monkeypatch.context() as patched:
                 patched.setattr(os, name, fails)
                 for k in range(first, first + 20):
@@ -364,7 +365,7 @@ def test_a_split_that_finds_no_room_loses_nothing(tmp_path, monkeypatch):
         assert (log.problem, log.dropped) == ("", 0)
         monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 0)
         with monkeypatch.context() as patched:
-            patched.setattr(os, "pwrite", full)
+            patched.setattr(os, "pwritev", full)
             for k in range(80, 200):
                 log.write(number, k, k, bytes(12))
                 log.flush()
@@ -405,7 +406,7 @@ def test_disk_full_from_the_start(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(os, "pwrite", full)
+    monkeypatch.setattr(os, "pwritev", full)
     with pytest.raises(LogError, match=r"cannot be written .*No space left on device"):
         write_log(made_up_run(SCENE, [BLOCK]), tmp_path / "run.mcap")
     assert list(tmp_path.iterdir()) == []

@@ -118,6 +118,10 @@ def test_topics_are_read_timed_and_written(toy, told):
     assert 30.0 < told("topic", "hz", "/toy/wrench", "--count", "20", "--json")["rate_hz"] < 70.0
     told("topic", "pub", "--once", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}")
     assert toy == [250.0]
+    typo = told("topic", "pub", "/toy/sped", "std_msgs/msg/Float64", "{data: 2}", "--wait", "3", code=cli.BAD_INPUT)
+    assert "did you mean /toy/speed?" in typo
+    other = told("topic", "pub", "/toy/speed", "std_msgs/msg/String", "{data: a}", code=cli.BAD_INPUT)
+    assert "/toy/speed takes std_msgs/msg/Float64, not std_msgs/msg/String" in other
 
 
 def test_what_is_there_is_listed(told):
@@ -148,6 +152,8 @@ def test_parameters_are_read_and_set(told):
     assert {"name": "pace", "value": 2.0} in told("param", "list", "/toy", "--json")["parameters"]
     assert told("param", "describe", "/toy", "pace", "--json")["name"] == "pace"
     assert "/toy has no parameter 'pac'; did you mean pace?" in told("param", "get", "/toy", "pac", code=cli.BAD_INPUT)
+    unknown = told("param", "set", "/toy", "contact.normal", "x", code=cli.BAD_INPUT)
+    assert "/toy has no parameter 'contact.normal'" in unknown
     assert "/toy refuses pace = 'x'" in told("set", "/toy", "pace", "x", code=cli.BAD_INPUT)
 
 
@@ -188,7 +194,7 @@ def test_messages_become_data_and_back(toy):
         ({"header": {"stamp": {"sec": 1e99}}}, "header.stamp: The .sec. field must be an integer"),
         ({"header": {"frame_id": 3}}, "header.frame_id = 3 must be text"),
         ({"wrench": 3}, "wrench = 3 must be fields with values"),
-        ([1], "must be fields with values"),
+        ([1], "must be fields with values, as {header: ..., wrench: ...}"),
     ]:
         with pytest.raises(MessageError, match=sentence):
             filled(ros.WrenchStamped, wrong)

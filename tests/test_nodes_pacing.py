@@ -254,3 +254,13 @@ def test_a_stream_that_restarts_ticks_from_its_beginning():
     stream.restart()
     drive(stream, clock)
     assert [time for _, word, time in seen if word == "tick"] == [0, 0, 10]
+
+
+def test_messages_of_one_instant_are_asked_for_once(monkeypatch):
+    """A thousand instants a second with fifteen messages each: when they are due is worked out for the instant."""
+    asked, due = [], Pacer.due
+    monkeypatch.setattr(Pacer, "due", lambda self, stream_ns: (asked.append(stream_ns), due(self, stream_ns))[1])
+    stream, delivered, clock = paced([[0] * 15 + [10] * 15 + [20] * 15])
+    drive(stream, clock)
+    assert len(delivered) == 45
+    assert len(asked) <= 4 * 3  # whether it is due, how late it was, when the next is, and that that is not due yet

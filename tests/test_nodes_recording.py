@@ -19,7 +19,8 @@ from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
-from bearing_twin.log.stream import RELIABLE, MessageStream, samples_message, topics
+from bearing_twin.log.samples import samples_message
+from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
@@ -101,7 +102,7 @@ def test_many_messages_at_once_are_recorded_as_one_by_one(tmp_path, monkeypatch,
     monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 3000)
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 500)
     messages = [(number, number, bytes([number]) * 100, number) for number in (1, 2, 5, *range(6, 70))]
-    found, write = [], os.pwrite
+    found, write = [], os.pwritev
     for name in ("many", "single"):
         recording, left = Recording(tmp_path / name, ["*"], safety=Safety(patient=True)), [room]
         recording.add("/one", cdr.CLOCK, cdr.type_hash(cdr.CLOCK), (Qos(),))
@@ -114,7 +115,7 @@ def test_many_messages_at_once_are_recorded_as_one_by_one(tmp_path, monkeypatch,
             return write(*arguments)
 
         with monkeypatch.context() as patched:
-            patched.setattr(os, "pwrite", sometimes)
+            patched.setattr(os, "pwritev", sometimes)
             for part in [messages] if name == "many" else [[one] for one in messages]:
                 recording.receive_all("/one", part)
         recording.close()
@@ -150,7 +151,7 @@ def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch)
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr(os, "pwrite", full)
+        patched.setattr(os, "pwritev", full)
         for number in range(8, 108):
             recording.receive("/one", 1, 1, bytes(100), number)
             recording._log.flush()  # as the log does by itself every `max_loss` seconds

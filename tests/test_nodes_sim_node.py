@@ -1,10 +1,10 @@
 """sim_node on the wire: topics, rates, losses, commands, diagnostics."""
 
+import json
 import math
 import re
 import threading
 import time
-from collections import defaultdict
 from functools import cache
 
 import pytest
@@ -19,6 +19,7 @@ from ros import (
     SetBool,
     Step,
     Stiffness,
+    String,
     Trigger,
     TwistStamped,
     WrenchStamped,
@@ -54,7 +55,7 @@ STIFFNESS = "/bearing/sim_node/stiffness"
 @cache
 def expected(outputs):
     """The messages of the first outputs of the scene, by topic: as computed without ROS."""
-    simulation, messages = Simulation(SCENE), defaultdict(list)
+    simulation, messages = Simulation(SCENE), {name: [] for name, _ in NAMES}
     stream = MessageStream(SCENE, choice=simulation.choice)
     for part in (stream.messages(simulation.advance(outputs)), stream.flush()):
         for topic, _, cdr in part:
@@ -199,6 +200,29 @@ def test_the_speed_follows_commands_and_ignores_impossible_ones():
         assert speeds[0] == pytest.approx(SCENE.parameters.drive.speed)
         spin_for(executor, 0.1)
         assert states(lists)[-1].inner_ring_speed == 200.0
+
+
+def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene():
+    with ros_executor(threads=2) as executor:
+        node, watcher, lists = paused_node(executor)
+        seen = []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        publisher = watcher.create_publisher(Float64, "/bearing/command/speed", 10)
+        spin_until(executor, publisher.get_subscription_count, "discovery of command/speed")
+        assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
+        publisher.publish(Float64(data=1500.0))
+        spin_until(executor, lambda: node.loop.commands.taken == 1, "the command")
+        assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
+        spin_until(executor, lambda: len(lists["/bearing/scene"]) == 2, "the scene with its new model")
+        told = [json.loads(deserialize_message(data, String).data) for data in lists["/bearing/scene"]]
+        assert [one["stepper"] for one in told] == ["rodas4", "rodas3"]
+        assert told[0]["scene"] == told[1]["scene"]
+
+        def said():
+            values = {pair.key: pair.value for status in seen[-1:] for pair in status.values}
+            return values.get("stepper") == "rodas3" and "from 0.02 s on rodas3" in values["choice_switch"]
+
+        spin_until(executor, said, "the switch on /diagnostics")
 
 
 def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():

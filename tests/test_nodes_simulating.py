@@ -24,7 +24,7 @@ BLOCK = made_up_block(SCENE, 400)
 
 def made_up_simulation():
     """The outputs of BLOCK, one after the other, behind the interface of a Simulation; `speeds` are the commands."""
-    it = SimpleNamespace(output_period_ns=MS, sequence=-1, time_ns=-MS, speeds=[])
+    it = SimpleNamespace(output_period_ns=MS, sequence=-1, time_ns=-MS, speeds=[], choice=a_choice(), switched="")
 
     def reset():
         it.sequence, it.time_ns = -1, -MS

@@ -214,7 +214,7 @@ def refused_report(path, capsys):
 
 @pytest.mark.parametrize("from_write", [3, 5])
 def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, capsys):
-    write, calls = os.pwrite, []
+    write, calls = os.pwritev, []
 
     def full(*arguments):
         calls.append(arguments)
@@ -222,7 +222,7 @@ def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, ca
             raise OSError(errno.ENOSPC, "No space left on device")
         return write(*arguments)
 
-    monkeypatch.setattr(os, "pwrite", full)
+    monkeypatch.setattr(os, "pwritev", full)
     words = ["study", *QUICK, "--samples", "500", "--set", "modality=no", "--out", str(tmp_path / "s.mcap"), "--json"]
     assert main(words) == BAD_INPUT
     out, err = capsys.readouterr()

@@ -108,6 +108,7 @@ CONTESTS = {
         problems={"lift-off": "100 Hz to 30 kHz"},
         entries=lambda name: ((figure, rate) for figure in FIGURES for rate in RATES),
         command=_rate_command,
+        setting="outputs a second [1/s]",
     ),
     "quantiles": Contest(
         judge=judge_quantile,

@@ -26,7 +26,8 @@ class Contest:
 
     `judge`, a function of a module, gives the row of (problem, method, setting, limit of CPU seconds);
     `command` repeats a run, "" where nothing does. `error` and `cost` say what is on the axes, `wanted` is the
-    error at which costs are compared, `more` reads the rows further.
+    error at which costs are compared, `more` reads the rows further. With a name for the `setting`, errors
+    and costs are drawn over it, a panel each: of figures that one run has, none costs more than another.
     """
 
     judge: Callable[[str, str, float, float], Row]
@@ -38,6 +39,7 @@ class Contest:
     entries: Callable[[str], Iterable[tuple[str, float]]]
     command: Callable[[str, str, float], str]
     more: Callable[[list[Row]], list[str]] = lambda rows: []
+    setting: str = ""
 
     def blank(self, task: Task) -> Row:
         """The row of a run before it has run."""
@@ -55,7 +57,7 @@ class Contest:
 
     def reading(self, rows: list[Row]) -> list[str]:
         """What the chart says, from its rows."""
-        return [*best_of(self, rows), *self.more(rows)]
+        return [*(enough_from if self.setting else best_of)(self, rows), *self.more(rows)]
 
     def read(self, folder: Path, name: str) -> list[str]:
         """The same from the table that was written there before."""
@@ -65,7 +67,7 @@ class Contest:
         """Runs the contest, and writes picture and table."""
         rows = self.measure(wanted)
         picture, table = folder / f"{name}.png", folder / f"{name}.csv"
-        draw(self, rows, picture)
+        (draw_over if self.setting else draw)(self, rows, picture)
         write_table(rows, table)
         return Made(self.reading(rows), [str(picture)], [str(table)], rows)
 
@@ -96,7 +98,7 @@ def draw(chart, rows: list[Row], path: Path) -> None:
     """One panel a problem; a cross at the right edge for what failed, was refused or was stopped, at its cost."""
     names = [name for name in chart.problems if any(row.problem == name for row in rows)]
     methods = list(dict.fromkeys(row.method for row in rows))
-    columns = min(COLUMNS, len(names))
+    columns = min(COLUMNS if len(names) % COLUMNS != 1 else 2, len(names))  # no panel alone in a line
     lines = math.ceil(len(names) / columns)
     figure = Figure(figsize=(16, 5.0 * lines + 2.2), layout="constrained")
     FigureCanvasAgg(figure)
@@ -129,6 +131,51 @@ def draw(chart, rows: list[Row], path: Path) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6), fontsize=15, frameon=False)
     figure.suptitle(f"{chart.title} (dotted: {chart.wanted:g}, x: no result)", fontsize=19, color=STYLE["ink"])
     figure.savefig(path, dpi=100)
+
+
+def draw_over(chart, rows: list[Row], path: Path) -> None:
+    """Errors over the setting on the left, a line a method, and the median cost of a run over it on the right."""
+    figure = Figure(figsize=(16, 7.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2)
+    for number, method in enumerate(dict.fromkeys(row.method for row in rows)):
+        mine = sorted((row.setting, max(row.error, LEAST)) for row in rows if row.method == method)
+        look = ball_line(number)
+        left.plot(*np.transpose(mine), "o", **look, label=method, markersize=8, linewidth=2)
+    left.axhline(chart.wanted, color=STYLE["soft"], linewidth=1.2, linestyle=":")
+    left.legend(frameon=False, fontsize=15, loc="center left")
+    costs = [(one, np.median([row.seconds for row in rows if row.setting == one])) for one in _settings(rows)]
+    right.plot(*np.transpose(costs), "o", color=STYLE["ink"], markersize=8, linewidth=2, linestyle="-")
+    for axis, text in ((left, chart.error), (right, chart.cost)):
+        frame(axis)
+        axis.set(xscale="log", yscale="log")
+        axis.set_xlabel(chart.setting, fontsize=16)
+        axis.set_ylabel(text, fontsize=16)
+        axis.tick_params(labelsize=15, which="both")
+    low, high = right.get_ylim()
+    right.set_ylim(low / 1.5, 1.5 * high)
+    right.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    right.yaxis.set_major_formatter("{x:g}")
+    right.yaxis.set_minor_formatter(NullFormatter())
+    figure.suptitle(f"{chart.title} (dotted: {chart.wanted:g})", fontsize=19, color=STYLE["ink"])
+    figure.savefig(path, dpi=100)
+
+
+def _settings(rows) -> list[float]:
+    return sorted({row.setting for row in rows})
+
+
+def enough_from(chart, rows: list[Row]) -> list[str]:
+    """A sentence a method: from which setting on its errors stay within the one wanted."""
+    sentences, words = [], chart.setting.split(" [")[0]
+    for method in dict.fromkeys(row.method for row in rows):
+        mine = {row.setting: row.error for row in rows if row.method == method}
+        bad = [one for one, error in mine.items() if not error <= chart.wanted]
+        good = [one for one in mine if one > max(bad, default=0.0)]
+        worst = f"{max(mine.values()):.2g} at worst, {mine[max(mine)]:.2g} at {max(mine):g}"
+        held = f"from {min(good):g} {words} on" if good else "at none tried"
+        sentences.append(f"{method}: error within {chart.wanted:g} {held}; {worst}.")
+    return sentences
 
 
 def _line(axis, rows, method, number) -> None:

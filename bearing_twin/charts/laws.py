@@ -144,6 +144,7 @@ def draw(points: list[LawPoint], path: Path) -> None:
     figure = Figure(figsize=(15, 7.5), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0), sharey=True)
+    named: dict[tuple, int] = {}  # how many names stand at a place, by decades in error and quarters of one in cost
     for number, law in enumerate(dict.fromkeys(p.law for p in points)):
         look = ball_line(number)
         mine = [p for p in points if p.law == law]
@@ -156,7 +157,10 @@ def draw(points: list[LawPoint], path: Path) -> None:
         right.plot(
             mine[0].nanoseconds, min(near, 1.0), "x" if near > FAILED else "o", color=look["color"], markersize=10
         )
-        right.annotate(law, (mine[0].nanoseconds, min(near, 1.0)), xytext=(9, -4), textcoords="offset points")
+        spot = round(4.0 * math.log10(mine[0].nanoseconds)), round(math.log10(min(near, 1.0)))
+        below = named[spot] = named.get(spot, -1) + 1
+        place = 9, -4 - 16 * below
+        right.annotate(law, (mine[0].nanoseconds, min(near, 1.0)), xytext=place, textcoords="offset points")
     left.axvspan(*BEARING, color=STYLE["ring"], alpha=0.7, zorder=0.5)
     left.axhline(1.0, color=STYLE["soft"], linewidth=1.0)
     left.set(xscale="log", yscale="log", ylim=(0.4 * LEAST, 100.0), xlabel="b/a of the contact ellipse")

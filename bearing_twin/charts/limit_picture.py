@@ -25,7 +25,7 @@ def of_limits(limits: list[Limit], path: Path) -> None:
         _panel(axis, name, [one for one in limits if one.map == name])
     for axis in list(axes.flat)[len(names) :]:
         axis.set_visible(False)
-    figure.suptitle("The longest step of explicit methods: line predicted, rings found, dashes refused from there on",
+    figure.suptitle("The longest fixed step: line predicted, rings found, dashes refused from there on",
                     fontsize=20, color=STYLE["ink"])  # fmt: skip
     stamp(figure)
     figure.savefig(path, dpi=100)

@@ -26,6 +26,14 @@ class Limit(NamedTuple):
         return self.predicted / self.found
 
 
+class Place(NamedTuple):
+    """One place: `error(method, step)`, `predicted(method)` [s], and where refusal begins [s]."""
+
+    error: Callable[[str, float], float]
+    predicted: Callable[[str], float]
+    refused: float
+
+
 def spread(low: float, high: float, count: int) -> tuple[float, ...]:
     """So many numbers, evenly spaced by their logarithm, with four digits."""
     return tuple(float(f"{value:.4g}") for value in np.geomspace(low, high, count))

@@ -69,6 +69,7 @@ def draw_map(axis, rows: list[Row], curves: Curves, flags=None):
             along.set_major_formatter("{x:g}")
         along.set_minor_locator(NullLocator())
     axis.tick_params(length=0, labelsize=15, labelcolor=STYLE["ink"])
+    axis.tick_params(axis="x", labelsize=13)  # at both ends, greater ones reach into the panel beside
     for spine in axis.spines.values():
         spine.set_visible(False)
     return drawn
@@ -93,7 +94,7 @@ def add_legend(figure, refuses: bool, dots: str = "", lines: bool = False) -> No
         Line2D([], [], marker="o", color=FOUND, label="limit found", **hollow),
     ] * (not dots)
     if lines:
-        handles.append(Line2D([], [], color=PREDICTED, linewidth=3.0, label="promised or chosen"))
+        handles.append(Line2D([], [], color=PREDICTED, linewidth=3.0, label="promised, chosen or told"))
     handles.append(Line2D([], [], marker="x", color="#7b1e1e", linestyle="none", markersize=8, label="broke down"))
     if refuses:
         handles.append(Patch(facecolor="#5f6f7a", edgecolor="white", hatch="//", label="refused"))

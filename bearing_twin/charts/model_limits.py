@@ -1,4 +1,4 @@
-"""Limits of the step of two spheres and of a soft disc, predicted and found, over two decades of what they depend on.
+"""Limits of steps, predicted and found, over two decades of what they depend on: spheres, soft discs, `body_limits`.
 
 Spheres: the error is that of the speed after the contact over the speed before, the worst of PHASES instants of the
 touch within a step. Nothing grows within one contact; what fails is a step that goes so deep that one kick turns the
@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.charts import body_limits as bodies
 from bearing_twin.charts.contest import Row, judged
-from bearing_twin.charts.limits import FAILS, Limit, command_of, longest, spread
+from bearing_twin.charts.limits import FAILS, Limit, Place, command_of, longest, spread
 from bearing_twin.contact.damping import restitution_of
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.impact.collision import FEWEST_STEPS, FIXED_STEP, NO_LINE, Spring, march_fixed
@@ -42,14 +43,6 @@ class Limited(NamedTuple):
     methods: tuple[str, ...]
     across: tuple[float, ...]
     place: Callable
-
-
-class Place(NamedTuple):
-    """One place: `error(method, step)`, `predicted(method)` [s], and where refusal begins [s]."""
-
-    error: Callable[[str, float], float]
-    predicted: Callable[[str], float]
-    refused: float
 
 
 def _spheres(modulus: float = 2.1e11, number: float = 0.0) -> Place:
@@ -96,7 +89,7 @@ def _disc(*keys: str) -> Place:
     return Place(error, lambda _: bound, bound)
 
 
-DISC = ("central_differences",)
+DISC, BALL, HATS = ("central_differences",), ("rk4",), ("volterra",)
 LIMITED = {
     "impact_stiffness": Limited(
         "two spheres", "Young's modulus", "Pa", FIXED_STEP, spread(2e10, 2e12, 9), lambda value: _spheres(value)
@@ -116,6 +109,25 @@ LIMITED = {
     "disc_poisson": Limited(
         "soft disc", "1 - 2 (Poisson's ratio)", "1", DISC, spread(4e-3, 4e-1, 5),
         lambda value: _disc(f"disc.material.poisson_ratio={0.5 - 0.5 * value!r}"),
+    ),
+    "ellipsoid_stiffness": Limited(
+        "ellipsoid strikes", "Young's modulus", "Pa", BALL, spread(2e10, 2e12, 9),
+        lambda value: bodies.striking(*(f"{body}.material.young_modulus={value!r}" for body in ("body", "plane"))),
+    ),
+    "ellipsoid_damping": Limited(
+        "ellipsoid strikes", "damping times speed", "1", BALL, spread(1e-2, 1.0, 9),
+        lambda value: bodies.striking(f"contact.damping={value!r}"),
+    ),
+    "ellipsoid_creep": Limited(
+        "ellipsoid creeps", "friction regularisation", "m/s", BALL, spread(1e-5, 1e-3, 9), bodies.creeping
+    ),
+    "beam_stiffness": Limited(
+        "sphere on a beam", "Young's modulus of the sphere", "Pa", HATS, spread(2e10, 2e12, 9),
+        lambda value: bodies.struck(f"sphere.material.young_modulus={value!r}"),
+    ),
+    "beam_damping": Limited(
+        "sphere on a beam", "damping ratio of the modes", "1", HATS, spread(5e-3, 5e-1, 9),
+        lambda value: bodies.struck(f"beam.damping_ratio={value!r}"),
     ),
 }  # fmt: skip
 _place = functools.lru_cache(maxsize=8)(lambda name, across: LIMITED[name].place(across))

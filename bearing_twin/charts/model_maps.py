@@ -1,7 +1,8 @@
 """Maps of where models fail: laws over the ellipse's shape, modes and steps of a beam, Euler's beam, elements.
 
 Colour is the error of the load: of a law's coefficient against exact Hertz; of the force over time against a tolerance
-of 1e-9; of Euler's first peak against Timoshenko's; of a soft disc's force against 32 divisions of order 4.
+of 1e-9; of Euler's first peak against Timoshenko's; of a soft disc's force against 32 divisions of order 4; of what
+`left_alone` names.
 """
 
 import functools
@@ -10,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.charts.contest import DONE, Row, Task, judged
+from bearing_twin.charts.left_alone import axis, quaternion
+from bearing_twin.charts.left_alone import sentences_of as left_alone
 from bearing_twin.charts.limits import command_of, spread
 from bearing_twin.charts.scene_rows import scene_row
 from bearing_twin.charts.soft_discs import disc_force
@@ -71,6 +74,24 @@ MODELS = {
         (8, 12, 16, 24),
         1e-2,
     ),
+    "quaternion": ModelMap(
+        "a quaternion's norm, left alone",
+        "turn a step [rad]",
+        "steps",
+        ("rk4",),
+        spread(0.0625, 4.0, 13),
+        (2, 20, 200, 2000, 20000),
+        1e-2,
+    ),
+    "axis": ModelMap(
+        "axis of a round spot, left alone [rad]",
+        "(Q - P)/(Q + P)",
+        "turned by [rad]",
+        ("gap",),
+        spread(1e-16, 1e-2, 15),
+        spread(0.1, 1.5, 6),
+        1e-2,
+    ),
 }
 FROZEN_AT = 0.1  # b/a at which `constant` is exact: a ball in a raceway
 HERTZ_KEPT, VOLUMETRIC_KEPT, VOLUMETRIC_FROM = 1e-9, 5e-3, 0.06  # errors that laws promise; of the latter from this b/a
@@ -130,7 +151,7 @@ def _disc(row, limit):
     return judged(row, outcome, limit)
 
 
-_CELLS = {"law": _law, "modes": _modes, "height": _height, "poisson": _disc}
+_CELLS = {"law": _law, "modes": _modes, "height": _height, "poisson": _disc, "quaternion": quaternion, "axis": axis}
 
 
 def model_tasks(name: str, limit: float) -> list[Task]:
@@ -197,4 +218,4 @@ def sentences_of(rows: list[Row]) -> list[str]:
             for method, mine in discs.items()
         )
         sentences.append(f"Disc, Poisson's ratio {0.5 - 0.5 * least:g}, coarse to fine mesh: {', '.join(words)}.")
-    return sentences
+    return sentences + left_alone(rows)

@@ -177,7 +177,7 @@ def _modes(kept, instants, seed):
         Line("p-value of one mode at most", instants[places], values, {**colour(0), "marker": "o"}),
         Line("5 %", instants[places], np.full(len(places), 0.05), dashed()),
     ]
-    return Panel("modality", "Modality over time, by bootstrap", TIME, Axis("p-value", "1", limits=(0.0, 1.05)), parts)
+    return Panel("modality", "Modality over time, by bootstrap", TIME, Axis("p-value", "1", limits=(0.0, 1.4)), parts)
 
 
 def _change_of_sign(change):

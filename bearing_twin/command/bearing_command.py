@@ -16,11 +16,11 @@ EXAMPLES = (
 )
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
-VECTORS = {  # option: names of its numbers, unit
-    "load": (("FX", "FY", "FZ"), "N"),
-    "moment": (("MX", "MY"), "N m"),
-    "displacement": (("X", "Y", "Z"), "m"),
-    "misalignment": (("TX", "TY"), "rad"),
+VECTORS = {  # option: names of its numbers, unit, an example
+    "load": (("FX", "FY", "FZ"), "N", "0,-3000,0"),
+    "moment": (("MX", "MY"), "N m", "5,0"),
+    "displacement": (("X", "Y", "Z"), "m", "0,-1e-5,0"),
+    "misalignment": (("TX", "TY"), "rad", "1e-3,0"),
 }
 WORDS = {
     "load": "force on the inner ring [N]; - leaves a coordinate to --displacement",
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
     )
-    for name, (names, _) in VECTORS.items():
+    for name, (names, *_) in VECTORS.items():
         parser.add_argument(f"--{name}", metavar=",".join(names), help=WORDS[name])
     parser.add_argument(
         "--arm", choices=("groove", "pitch"), default="groove", help="arm of a tilt: groove centre, or pitch circle"
@@ -93,10 +93,10 @@ def run(arguments: argparse.Namespace) -> Outcome:
     return Outcome(result, result.get("flags", []), lambda: show(result), True)
 
 
-def _number(option: str, text: str) -> float:
+def _number(option: str, text: str, unit: str = "") -> float:
     from bearing_twin.parameters import echo, read_number
 
-    value, problem = read_number(text)
+    value, problem = read_number(text, unit)
     if problem:
         raise SceneError(f"{option} {echo(text)} {problem}")
     return float(value)
@@ -108,11 +108,13 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
 
     if text is None:
         return None
-    names, unit = VECTORS[name]
+    names, unit, such = VECTORS[name]
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != len(names):
-        raise SceneError(f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}")
-    return [None if part == "-" else _number(f"--{name}", part) for part in parts]
+        raise SceneError(
+            f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}, such as {such}"
+        )
+    return [None if part == "-" else _number(f"--{name}", part, unit) for part in parts]
 
 
 def _support(given: dict, parameters):

@@ -17,53 +17,55 @@ class Chart(NamedTuple):
 
 
 CHARTS = {
-    "steppers": Chart("work_precision", "error in load and friction against cost", 240, "problems"),
+    "steppers": Chart("work_precision", "error in load and friction against cost", 150, "problems"),
     "tolerance": Chart(
-        "tolerance", "the error asked for against the error got, and what runs say of it", 40, "contest"
+        "tolerance", "the error asked for against the error got, and what runs say of it", 20, "contest"
     ),
     "fidelity": Chart(
-        "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 100, "share"
+        "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 80, "share"
     ),
     "stability": Chart(
-        "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 170, "contest"
+        "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 90, "contest"
     ),
     "newcomers": Chart(
-        "newcomers", "SciPy with its defaults, Euler, a step of 0.1 ms: their error and cost", 60, "contest"
+        "newcomers", "SciPy with its defaults, Euler, a step of 0.1 ms: their error and cost", 25, "contest"
     ),
-    "bearing_laws": Chart("bearing_laws", "elastic laws inside a bearing's run: error and cost", 60, "contest"),
-    "bearing_friction": Chart("bearing_laws", "friction models inside a bearing's run: error and cost", 60, "contest"),
-    "output_rate": Chart("bearing_outputs", "figures of a bearing over the output rate", 30, "contest"),
-    "quantiles": Chart("bearing_outputs", "what a quantile of a bearing's load costs, by sampler", 100, "contest"),
-    "pairs": Chart("scene_contests", "two spheres: closed form, adaptive and fixed steps", 30, "contest"),
-    "beams": Chart("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 60, "contest"),
-    "two_bodies": Chart("scene_contests", "opposing points in closed form, by Newton, as a DAE", 60, "contest"),
-    "cost": Chart("cost", "where the time of a run goes, from the contacts to a log", 60, "told"),
-    "laws": Chart("laws", "error and cost of the elastic laws", 10),
-    "friction": Chart("friction", "error and cost of friction over a spot that slides and spins", 30),
-    "bounces": Chart("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 10),
+    "bearing_laws": Chart("bearing_laws", "elastic laws inside a bearing's run: error and cost", 15, "contest"),
+    "bearing_friction": Chart("bearing_laws", "friction models inside a bearing's run: error and cost", 10, "contest"),
+    "output_rate": Chart("bearing_outputs", "figures of a bearing over the output rate", 8, "contest"),
+    "quantiles": Chart("bearing_outputs", "what a quantile of a bearing's load costs, by sampler", 45, "contest"),
+    "pairs": Chart(
+        "scene_contests", "spheres, discs, an ellipsoid meet: closed form, adaptive and fixed steps", 20, "contest"
+    ),
+    "beams": Chart("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 15, "contest"),
+    "two_bodies": Chart("scene_contests", "opposing points in closed form, by Newton, as a DAE", 15, "contest"),
+    "cost": Chart("cost", "where the time of a run goes, from the contacts to a log", 40, "told"),
+    "laws": Chart("laws", "error and cost of the elastic laws", 4),
+    "friction": Chart("friction", "error and cost of friction over a spot that slides and spins", 8),
+    "bounces": Chart("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 12),
     "dimensions": Chart(
         "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "share"
     ),
     "cages": Chart(
-        "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 60, "share"
+        "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 20, "share"
     ),
     "samplers": Chart(
-        "samplers", "error of mean and deviation of a contact time against realisations and cost", 30, "share"
+        "samplers", "error of mean and deviation of a contact time against realisations and cost", 70, "share"
     ),
     "coverage": Chart(
-        "coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples", 60, "told"
+        "coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples", 90, "told"
     ),
     "discs": Chart(
-        "soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps", 60
+        "soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps", 45
     ),
     "paper1": Chart(
-        "paper1", "paper 1's bearing in space, contact point and normal of a ball by several laws, their cost", 30
+        "paper1", "paper 1's bearing in space, contact point and normal of a ball by several laws, their cost", 15
     ),
-    "studies": Chart("studies", "densities, forces and convergence of impacts with uncertain inputs", 200, "sheets"),
+    "studies": Chart("studies", "densities, forces and convergence of impacts with uncertain inputs", 150, "sheets"),
     "paper2": Chart(
         "paper2",
         "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them",
-        60,
+        5,
         "sheets",
     ),
 }

@@ -20,7 +20,7 @@ from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import complete
 from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.pipes import leave, while_read
-from bearing_twin.processors import one_processor
+from bearing_twin.processors import one_processor, seldom_collecting
 from bearing_twin.report import json_text, plain_json
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
@@ -45,6 +45,7 @@ class _Parser(argparse.ArgumentParser):
 
 def program() -> NoReturn:
     """The executable: `main`, after which the process ends at once."""
+    seldom_collecting()
     try:
         code = main()
     except SystemExit as end:  # --help, or a signal

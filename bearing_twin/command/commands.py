@@ -24,7 +24,7 @@ from bearing_twin.command import (
     watch_command,
 )
 from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
@@ -169,8 +169,11 @@ def _samples_arguments(parser):
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress, show_result
     from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.log.study_log import is_study
     from bearing_twin.run.verification import verify
 
+    if is_study(arguments.log):
+        raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
         log = read_log(arguments.log, topic=arguments.topic)
         verification = verify(log, update)

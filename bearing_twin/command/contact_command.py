@@ -249,6 +249,8 @@ def _show_shapes(result):
 
     shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
     show_quantities({key: result[key] for key in shown})
+    if result["curvature_small_per_m"] is not None and result["major_axis"] is None:
+        show_text("major axis: none, for the spot is circular")
     show_text()
     rows = ((name, "none here" if row is None else f"{row['error_m']:.3g}") for name, row in result["tracking"].items())
     show_rows(("opposing points", "off equations (1) by [m]"), rows)

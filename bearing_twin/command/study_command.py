@@ -159,6 +159,8 @@ def show(summary) -> None:
     for name, found in summary["quantities"].items():
         for sentence in _remarks(found, *units[name]):
             show_paragraph(f"{name}: {sentence}")
+    for name, found in summary["histories"].items():
+        show_paragraph(f"{name} over time: --json has the statistics of {found['realisations']} realisations")
     failed = sum(summary["failed"].values())
     show_paragraph(
         f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {summary['stopped_because']}"

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from bearing_twin.kinds.doubt import Doubt, NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
-from bearing_twin.report import Choice
+from bearing_twin.report import Choice, Rechosen
 from bearing_twin.units import suffix_of
 
 if TYPE_CHECKING:
@@ -224,14 +224,14 @@ plain_picture = late("bearing_twin.pictures.channels:ChannelPicture")
 class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
-    `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind. `brief`: a run ends by
-    itself. `steered`: its companion also makes it more exact. `commands`: topics obeyed under way; its motion then has
-    `take_back()`, which puts it back to before the last `advance`, a `goal_speed` [rad/s] and, where
-    `check_load(parameters, law, speed, force, moment)` raises nothing, `set_load(force, moment)`; None for both is the
-    scene's own load. `doubt`: see `Doubt`. `operating_point(parameters, law, sample)` raises BearingTwinError where
-    none is. `animated`: to a .gif. `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier versions to
-    those: refused in scenes; `upgraded` rewrites a scene in an old log. `catalogue()` maps names to the plain data of
-    scenes; `completed(scene)` fills them in, or says why not. `place_of(channel, index)` names body and contact.
+    `parameters` is the dataclass of its YAML, `home` what registers it when imported. `brief`: a run ends by itself.
+    `steered`: its companion makes it exacter. `commands`: topics obeyed under way; its motion then has `take_back()`,
+    back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
+    moment)` raises nothing, `set_load(force, moment)`; None for both: the scene's own. `rechosen(parameters, choice,
+    motion, load)` gives a `Rechosen` after each. `doubt`: see `Doubt`. `operating_point(parameters, law, sample)` may
+    raise BearingTwinError. `animated`: to a .gif. `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier
+    versions to those, refused in scenes; `upgraded` rewrites one in an old log. `catalogue()`: plain data of scenes by
+    name; `completed(scene)` fills in, or says why not. `place_of(channel, index)` names body and contact.
     """
 
     name: str
@@ -254,6 +254,7 @@ class Kind:
     steered: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
     check_load: Callable[..., None] | None = None
+    rechosen: Callable[..., Rechosen] | None = None
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = nothing

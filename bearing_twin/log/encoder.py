@@ -30,14 +30,19 @@ class Encoder:
         """
         stamps = stamps_of(stamps_ns) if stamps is None else stamps
         if not isinstance(values, list):
-            return self._of_one_size(values, stamps_ns, stamps)
+            found = self.together(values, stamps_ns, stamps)
+            if isinstance(found, list):
+                return [b"".join(pieces) for pieces in found]
+            data, size = found.tobytes(), found.shape[1]
+            return [data[low : low + size] for low in range(0, len(data), size)]
         found: list = [None] * len(stamps_ns)
         for rows, fields in values:
-            for row, data in zip(rows.tolist(), self._of_one_size(fields, stamps_ns[rows], stamps[rows]), strict=True):
+            for row, data in zip(rows.tolist(), self.encoded(fields, stamps_ns[rows], stamps[rows]), strict=True):
                 found[row] = data
         return found
 
-    def _of_one_size(self, values: Mapping[str, Any], stamps_ns: np.ndarray, stamps: np.ndarray) -> list:
+    def together(self, values: Mapping[str, Any], stamps_ns: np.ndarray, stamps: np.ndarray) -> np.ndarray | list:
+        """Messages of one size as bytes (count, size); of large ones the pieces of each, its arrays not copied."""
         count, arrays = len(stamps_ns), list(_arrays(values))
         sizes = tuple([(array.shape[1:], array.itemsize) for array in arrays])
         layout = self._layouts.get(sizes)
@@ -47,13 +52,13 @@ class Encoder:
             layout = self._layouts[sizes] = self._laid_out(values, stamps_ns, arrays)
         size = layout.record.itemsize
         if size >= LARGE:
-            return [layout.joined(row, arrays, stamps) for row in range(count)]
+            return [layout.pieces(row, arrays, stamps) for row in range(count)]
         records = np.empty(count, layout.record)
-        records.view((np.uint8, size))[...] = layout.template
+        found = records.view((np.uint8, size))
+        found[...] = layout.template
         for name, place in layout.filled:
             records[name] = stamps if place is None else arrays[place].reshape(count, -1)
-        data = records.tobytes()
-        return [data[low : low + size] for low in range(0, count * size, size)]
+        return found
 
     def _laid_out(self, values, stamps_ns, arrays) -> "_Layout":
         for array in arrays:
@@ -80,15 +85,16 @@ class _Layout(NamedTuple):
     filled: list[tuple[str, int | None]]
     record: np.dtype
 
-    def joined(self, row: int, arrays: list[np.ndarray], stamps: np.ndarray) -> bytes:
-        """One message, its arrays copied straight into it."""
+    def pieces(self, row: int, arrays: list[np.ndarray], stamps: np.ndarray) -> list[memoryview]:
+        """One message as its pieces, its arrays as they are."""
         pieces, position, template = [], 0, self.template.data
         for name, place in self.filled:
             kind, begin = self.record.fields[name][:2]
             numbers = stamps[row] if place is None else arrays[place][row]
-            pieces += [template[position:begin], np.ascontiguousarray(numbers, kind.base).reshape(-1).data]
+            flat = np.ascontiguousarray(numbers, kind.base).reshape(-1).view(np.uint8).data
+            pieces += [template[position:begin], flat]
             position = begin + kind.itemsize
-        return b"".join([*pieces, template[position:]])
+        return [*pieces, template[position:]]
 
 
 def stamps_of(stamps_ns: np.ndarray) -> np.ndarray:

@@ -15,6 +15,9 @@ COLORS = (
     "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf",
 )  # fmt: skip
 PLOTS_IN_A_ROW = 2
+AXES = 0.5  # length of a frame's axes, of a fifth of the scene's size: longer ones hide the balls
+TITLES = ("foxglovePanelTitle", "lichtblickPanelTitle")  # what Foxglove shows, and what Lichtblick shows
+LEGEND_PIXELS = 150  # beside the curves: in front of them it hides those of small panels
 
 
 class Layout(NamedTuple):
@@ -108,7 +111,7 @@ def foxglove(panels: Panels) -> bytes:
 
 def _foxglove_view(panels: Panels) -> dict:
     # axes of frames are 0.2 m long unless told; Lichtblick is told a factor of that, Foxglove the length [m]
-    frames = {"showLabel": False, "axisScale": panels.size, "axisSize": 0.2 * panels.size}
+    frames = {"showLabel": False, "axisScale": AXES * panels.size, "axisSize": 0.2 * AXES * panels.size}
     return {
         "followTf": panels.frame,
         "followMode": "follow-none",
@@ -133,12 +136,13 @@ def _foxglove_view(panels: Panels) -> dict:
 
 
 def _foxglove_plot(plot: Plot) -> dict:
-    """Curves over time; points over a number where the plot has one."""
-    over = {"xAxisVal": "timestamp"}
-    if plot.number:
-        over = {"xAxisVal": "custom", "xAxisPath": {"value": _dotted(plot.number), "enabled": True}}
+    """Curves over time; points where the plot has a number, which is the X axis once "message path" is chosen there.
+
+    Lichtblick 1.28 draws nothing of a file where both axes are fields of one topic.
+    """
+    over = {"xAxisPath": {"value": _dotted(plot.number), "enabled": True}} if plot.number else {}
     return {
-        "foxglovePanelTitle": plot.title,
+        **dict.fromkeys(TITLES, plot.title),
         "paths": [
             {
                 "value": _dotted(curve),
@@ -152,9 +156,11 @@ def _foxglove_plot(plot: Plot) -> dict:
         ],
         "showXAxisLabels": True,
         "showYAxisLabels": True,
-        "showLegend": True,
-        "legendDisplay": "floating",
+        "showLegend": len(plot.curves) > 1,
+        "legendDisplay": "left",
+        "sidebarDimension": LEGEND_PIXELS,
         "isSynced": plot.number is None,
+        "xAxisVal": "timestamp",
         **over,
     }
 

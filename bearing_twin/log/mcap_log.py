@@ -15,6 +15,7 @@ from mcap.records import Metadata
 
 import bearing_twin
 from bearing_twin.log import cdr
+from bearing_twin.log.consecutive import Consecutive
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import (
     RUN_RECORD,
@@ -30,7 +31,6 @@ from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Run
-from bearing_twin.sample import joined
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
@@ -94,7 +94,11 @@ class LogWriter:
     def write_all(self, messages: Iterable[tuple[Channelled, int, bytes]]) -> None:
         """Adds messages as `MessageStream` gives them: their stamps are both log and publish time."""
         numbers = self._numbers
-        self._log.write_all([(numbers[topic.row.name], stamp_ns, stamp_ns, data) for topic, stamp_ns, data in messages])
+        self._log.write_all((numbers[topic.row.name], stamp_ns, stamp_ns, data) for topic, stamp_ns, data in messages)
+
+    def write_stream(self, stream: MessageStream, block: Consecutive | None) -> None:
+        """Adds all messages of a block of outputs, or at the end, for None, those of the outputs that wait."""
+        self._log.write_bundles(stream.bundles(block, self._numbers))
 
     def flush(self) -> None:
         """Puts everything so far on disk."""
@@ -144,9 +148,9 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
         stream = MessageStream(run.scene, choice=run.choice)
 
         def write() -> None:
-            piece = joined(waiting)
+            piece = Consecutive(waiting.copy())
             waiting.clear()
-            log.write_all(stream.messages(piece))
+            log.write_stream(stream, piece)
 
         try:
             for block in run.blocks():
@@ -162,7 +166,7 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
             if not log.problem:
                 if waiting:
                     write()
-                log.write_all(stream.flush())
+                log.write_stream(stream, None)
         log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
 

@@ -29,6 +29,7 @@ from mcap.records import (
 )
 
 from bearing_twin.errors import LogError
+from bearing_twin.log.bundles import FIELDS, MESSAGE, Bundle
 from bearing_twin.log.checksum import crc32
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -38,11 +39,9 @@ HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
 COMPRESSION = b"zstd"
 COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
 _MESSAGE = struct.Struct("<BQHIQQ")
-_OPCODE = int(Opcode.MESSAGE)
 _CHUNK = struct.Struct("<BQQQQII4sQ")  # a chunk record up to its data
 _CHUNK_INDEX = struct.Struct("<QQQQI")  # its fields up to the places of the message indices
 _CHUNK_INDEX_END = struct.Struct("<QI4sQQ")
-_MESSAGE_FIELDS = 22  # bytes of a message record besides its data
 _FOOTER_START = struct.Struct("<BQQQ")
 
 
@@ -131,12 +130,35 @@ class McapWriter:
                 index[channel] += (log_time, begin)
             else:
                 index[channel] = [log_time, begin]
-            pack(room, begin, _OPCODE, _MESSAGE_FIELDS + size, channel, 0, log_time, publish_time)
+            pack(room, begin, MESSAGE, FIELDS + size, channel, 0, log_time, publish_time)
             room[middle:end] = data
             self._used = begin = end
             if end >= CHUNK_BYTES and self._failure is None:
                 self.end_chunk()
                 begin = self._used
+
+    def write_bundles(self, bundles: Iterable[Bundle]) -> None:
+        """`write` for bundles of messages; each of them stays in one chunk."""
+        index = self._chunk_index
+        for stamp_ns, places, parts, size in bundles:
+            begin = self._used
+            end = begin + size
+            if self._failure is not None or self._closed:
+                self._refuse(end, len(places))
+            if end > len(self._room):
+                self._widen(end)
+            for channel, offset in places:
+                if channel in index:
+                    index[channel] += (stamp_ns, begin + offset)
+                else:
+                    index[channel] = [stamp_ns, begin + offset]
+            room = self._room
+            for part in parts:
+                room[begin : begin + len(part)] = part
+                begin += len(part)
+            self._used = end
+            if end >= CHUNK_BYTES and self._failure is None:
+                self.end_chunk()
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Adds a metadata record; it ends the chunk in progress."""
@@ -152,8 +174,8 @@ class McapWriter:
         if not self._chunk_index:
             return
         first, last = self._span()
-        data, index = self._sealed(first, last)
-        self._append(data)
+        parts, index = self._sealed(first, last)
+        self._append(*parts)
         self._keep_index(index)
         for channel, entries in self._chunk_index.items():
             self.counts[channel] += len(entries) // 2
@@ -216,12 +238,12 @@ class McapWriter:
         """Size of the file so far."""
         return self._end
 
-    def _refuse(self, used: int) -> None:
-        """Raises LogError where a message cannot be taken that would fill the chunk in progress up to `used` bytes."""
+    def _refuse(self, used: int, messages: int = 1) -> None:
+        """Raises LogError where messages cannot be taken that would fill the chunk in progress up to `used` bytes."""
         if not self._patient:
             self._check()
         elif self._failure is not None and used > HELD_BYTES:
-            self.dropped += 1
+            self.dropped += messages
             self._check()
 
     def _span(self) -> tuple[int, int]:
@@ -248,7 +270,7 @@ class McapWriter:
         room[: len(self._room)] = self._room
         self._room = room
 
-    def _sealed(self, first: int, last: int) -> tuple[bytes, bytes]:
+    def _sealed(self, first: int, last: int) -> tuple[tuple[bytes, bytes, bytes], bytes]:
         """The chunk in progress with its message index, as it will stand at the end of the file; and its index record.
 
         `first` and `last` are its least and greatest log time.
@@ -257,7 +279,7 @@ class McapWriter:
         packed = self._compressor.compress(content)
         sizes = _CHUNK.size - 9 + len(packed), first, last, len(content)
         head = _CHUNK.pack(Opcode.CHUNK, *sizes, crc32(content), len(COMPRESSION), COMPRESSION, len(packed))
-        parts, offsets = [head, packed], {}
+        start, parts, offsets = head, [], {}
         end_of_chunk = position = self._end + len(head) + len(packed)
         for channel, entries in self._chunk_index.items():
             offsets[channel] = position
@@ -270,7 +292,7 @@ class McapWriter:
         lengths = position - end_of_chunk, len(COMPRESSION), COMPRESSION, len(packed), len(content)
         index = head + places + _CHUNK_INDEX_END.pack(*lengths)
         index = struct.pack("<BQ", Opcode.CHUNK_INDEX, len(index)) + index
-        return b"".join(parts), index
+        return (start, packed, b"".join(parts)), index
 
     def _tail(self, index: bytes) -> bytes:
         """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""
@@ -295,18 +317,18 @@ class McapWriter:
         footer = _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc))
         return data_end + summary + footer + MAGIC
 
-    def _append(self, data: bytes) -> None:
-        self._put(data)
-        self._end += len(data)
-        self._crc = crc32(data, self._crc)
+    def _append(self, *parts: bytes) -> None:
+        self._put(*parts)
+        self._end += sum(map(len, parts))
+        for part in parts:
+            self._crc = crc32(part, self._crc)
 
-    def _put(self, data: bytes) -> None:
-        """Writes `data` behind what is complete; on failure leaves only what is complete."""
+    def _put(self, *parts: bytes) -> None:
+        """Writes `parts` behind what is complete; on failure leaves only what is complete."""
         try:
-            view, position = memoryview(data), self._end
-            while view:
-                written = os.pwrite(self._file, view, position)
-                view, position = view[written:], position + written
+            done, size = os.pwritev(self._file, parts, self._end), sum(map(len, parts))
+            while done < size:  # a file seldom takes less than all
+                done += os.pwritev(self._file, (memoryview(b"".join(parts))[done:],), self._end + done)
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, self._end)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import bearing_twin
 from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Span, as_yaml, bag_information, qos_text
+from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.thinning import KEPT_KEY
 
@@ -112,6 +113,10 @@ class Parts:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """Adds messages to a log that is not split; see `McapWriter.write`."""
         self._writer.write_all(messages)
+
+    def write_bundles(self, bundles: Iterable[Bundle]) -> None:
+        """Adds bundles of messages to a log that is not split."""
+        self._writer.write_bundles(bundles)
 
     @property
     def splits(self) -> bool:

@@ -8,7 +8,7 @@ import datetime
 import os
 import platform
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext, suppress
 from pathlib import Path, PurePath
 
@@ -16,6 +16,7 @@ import yaml
 
 from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Qos, as_yaml
+from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
 from bearing_twin.log.thinning import Thinning
@@ -114,6 +115,14 @@ class RawLogWriter:
             finally:  # a message that cannot be thinned takes none before it along
                 self._put(kept if self._thinned else messages)
 
+    def write_bundles(self, bundles: Iterable[Bundle]) -> None:
+        """`write` for bundles of messages, which go into the file whole unless it is thinned or split."""
+        if self._thinned or self._writer.splits:
+            self.write_all(message for bundle in bundles for message in bundle.messages())
+            return
+        with self._unbroken, self._lock:
+            self._put_whole(bundles, self._writer.write_bundles)
+
     def _kept(self, message) -> list:
         """The message as it is logged, if it is."""
         topic, log_time_ns, publish_time_ns, data = message
@@ -130,13 +139,17 @@ class RawLogWriter:
                     if self._writer.write(*message) or self._stale:
                         self._write_bag_file()
             return
+        self._put_whole(rest, self._writer.write_all)
+
+    def _put_whole(self, items: Iterable, write: Callable[[Iterator], None]) -> None:
+        """Writes messages or bundles of them, by `write`, to a log that is not split."""
+        patience, rest, done = self._patience(), iter(items), False
         if self._stale:
             with patience:
                 self._write_bag_file()
-        done = False
-        while not done:  # where the disk is full, the writer stops at each message, which it has taken or dropped
+        while not done:  # where the disk is full, the writer stops at each of them, which it has taken or dropped
             with patience:
-                self._writer.write_all(rest)
+                write(rest)
                 done = True
 
     def flush(self) -> None:
@@ -285,15 +298,3 @@ def _listed(path: Path) -> list[str]:
 
 def _now() -> str:
     return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-
-
-def log_span(path) -> float:
-    """The time [s] from the first to the last message of a log, by its index; raises LogError."""
-    starts, ends = [], []
-    for file in log_files(path):
-        with McapReader(file) as reader:
-            statistics = reader.summary().statistics
-        if statistics and statistics.message_count:
-            starts.append(statistics.message_start_time)
-            ends.append(statistics.message_end_time)
-    return 1e-9 * (max(ends) - min(starts)) if starts else 0.0

@@ -4,8 +4,10 @@ import functools
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.extras import install
+from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.panels import Panels
-from bearing_twin.log.raw_log import log_files, log_span
+from bearing_twin.log.raw_log import log_files
 
 APPLICATION = "bearing_twin"
 TIMELINE = "message_log_time"
@@ -24,7 +26,7 @@ def write_rerun(log, panels: Panels, path) -> Path:
         import rerun
     except ImportError as error:
         raise BearingTwinError(
-            f"files for Rerun are written by rerun-sdk, which is not here ({error}): pip install 'bearing_twin[rerun]'"
+            f"files for Rerun are written by rerun-sdk, which is not here ({error}): {install('rerun')}"
         ) from error
     path = Path(path)
     if path.exists():
@@ -66,3 +68,15 @@ def _blueprint(panels: Panels, span: float):
     pace = {"playback_speed": span / SHOWN_IN} if 0.0 < span < SHOWN_IN else {}
     time = blueprint.TimePanel(timeline=TIMELINE, state="collapsed", **pace)
     return blueprint.Blueprint(shown, time, collapse_panels=True)
+
+
+def log_span(path) -> float:
+    """The time [s] from the first to the last message of a log, by its index; raises LogError."""
+    starts, ends = [], []
+    for file in log_files(path):
+        with McapReader(file) as reader:
+            statistics = reader.summary().statistics
+        if statistics and statistics.message_count:
+            starts.append(statistics.message_start_time)
+            ends.append(statistics.message_end_time)
+    return 1e-9 * (max(ends) - min(starts)) if starts else 0.0

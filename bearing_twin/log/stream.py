@@ -6,8 +6,8 @@ scene itself. Nodes and logs take their bytes from `MessageStream`, so what is o
 
 import json
 import math
-from collections.abc import Callable, Container, Iterator
-from functools import lru_cache
+from collections.abc import Container, Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +17,14 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output, Topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.bundles import Bundle, Bundler, Separate
+from bearing_twin.log.consecutive import Consecutive
 from bearing_twin.log.encoder import Encoder, stamps_of
 from bearing_twin.log.encoding import encoded
+from bearing_twin.log.samples import samples_pieces
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
-from bearing_twin.sample import Block, Channel, Sample, Table
+from bearing_twin.sample import Block, Sample, Table
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
@@ -99,27 +102,6 @@ def _chosen(choice: Choice) -> dict[str, str | float | list | dict | None]:
     }
 
 
-def samples_message(
-    channels: tuple[Channel, ...],
-    first_sequence: int,
-    time_ns: np.ndarray,
-    values: np.ndarray,
-    start_time_ns: int = 0,
-    frame: str = "",
-) -> bytes:
-    """bearing_twin_msgs/SampleBlock of outputs at `time_ns` (count,) with `values` (count, total width)."""
-    encoder, described = _block_encoder(channels, frame)
-    fields = {
-        "first_sequence": np.array([first_sequence]),
-        "count": np.array([len(time_ns)]),
-        **described,
-        "time_ns": time_ns[None],
-        "values": values[None],
-    }
-    [message] = encoder.encoded(fields, np.array([start_time_ns + int(time_ns[0])]))
-    return message
-
-
 class MessageStream:
     """Turns blocks of solver outputs into messages, the same ones however the blocks are cut.
 
@@ -164,23 +146,39 @@ class MessageStream:
         the stream has come so far.
         A block that does not follow the one before (after a reset) first closes the SampleBlock in progress.
         """
-        found: list[tuple[Channelled, int, bytes]] = []
+        return self._through(Consecutive([block]), wanted, Separate())
+
+    def flush(self, wanted: Container[str] | None = None) -> list[tuple[Channelled, int, bytes]]:
+        """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
+        return list(self._rest(wanted, Separate()))
+
+    def bundles(self, block: Consecutive | None, numbers: Mapping[str, int]) -> list[Bundle]:
+        """All `messages` of outputs, of `flush` for None, as a log takes them; `numbers` are its channels by topic."""
+        form = Bundler(numbers)
+        return list(self._rest(None, form)) if block is None else self._through(block, None, form)
+
+    def _through(self, block: Consecutive, wanted: Container[str] | None, form: Bundler | Separate) -> list:
+        found: list = []
         if not self._begun:
             self._begun = True
-            found += self._latched(block)
+            found += [form.one(topic, stamp_ns, (data,)) for topic, stamp_ns, data in self._latched(block)]
         if block.first_sequence != self._next:
-            found += self.flush(wanted)
+            found += self._rest(wanted, form)
             self._first = block.first_sequence
         self._next = block.first_sequence + len(block)
-        instant, done = self._instants(block, wanted), 0
+        due, done = self._instants(block, wanted, form), 0
+        silent = self._by_name["samples"]
         for row in self._rows_due(block.first_sequence, len(block)):
-            found += instant(row)
+            if row in due or wanted is None:
+                found += due.get(row, ())
+            else:
+                found.append((silent, self.start_time_ns + int(block.time_ns[row]), b""))
             if (block.first_sequence + row + 1) % self.block_outputs == 0:
-                self._collect(block.part(done, row + 1))
+                self._collect(block, done, row + 1)
                 done = row + 1
-                found += self.flush(wanted)
+                found += self._rest(wanted, form)
         if done < len(block):
-            self._collect(block.part(done, len(block)))
+            self._collect(block, done, len(block))
         return found
 
     def scene_message(self, time_ns: int = 0) -> tuple[Channelled, int, bytes]:
@@ -189,7 +187,12 @@ class MessageStream:
         text = {"data": scene_text(self._scene, self._choice)}
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
 
-    def _latched(self, block: Block) -> Iterator[tuple[Channelled, int, bytes]]:
+    def adopt(self, choice: Choice, time_ns: int) -> list[tuple[Channelled, int, bytes]]:
+        """The message of the topic `scene` where another model is in use from now on; none where it is the same."""
+        changed, self._choice = choice != self._choice, choice
+        return [self.scene_message(time_ns)] if changed else []
+
+    def _latched(self, block: Consecutive) -> Iterator[tuple[Channelled, int, bytes]]:
         """What is said once: the scene, and the kind's own."""
         time_ns = int(block.time_ns[0])
         yield self.scene_message(time_ns)
@@ -199,15 +202,14 @@ class MessageStream:
                 stamp_ns = self.start_time_ns + time_ns
                 yield topic, stamp_ns, encoded(topic.ros_type, topic.row.fields(output), stamp_ns, "")
 
-    def flush(self, wanted: Container[str] | None = None) -> Iterator[tuple[Channelled, int, bytes]]:
-        """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
+    def _rest(self, wanted: Container[str] | None, form: Bundler | Separate) -> Iterator:
         count = sum(len(times) for times in self._times)
         if not count:
             return
         times, values = _whole(self._times), _whole(self._values)
-        samples = b""
+        samples: Sequence = (b"",)
         if wanted is None or "samples" in wanted:
-            samples = samples_message(self._channels, self._first, times, values, self.start_time_ns, self._frame)
+            samples = samples_pieces(self._channels, self._first, times, values, self.start_time_ns, self._frame)
         self._first += count
         self._times, self._values = [], []
         stamp_ns = self.start_time_ns + int(times[-1])
@@ -217,67 +219,62 @@ class MessageStream:
                 continue
             rows = np.concatenate(parts)
             if wanted is None or topic.name in wanted:
-                yield topic, stamp_ns, self._records(name, rows)
+                yield form.one(topic, stamp_ns, self._records(name, rows))
             self._recorded[name] += len(rows)
         self._rows = {name: [] for name in self._tables}
-        yield self._by_name["samples"], stamp_ns, samples
+        yield form.one(self._by_name["samples"], stamp_ns, samples)
 
-    def _records(self, name: str, rows: np.ndarray) -> bytes:
-        """A SampleBlock of records, which are counted from the start."""
+    def _records(self, name: str, rows: np.ndarray) -> Sequence:
+        """The pieces of a SampleBlock of records, which are counted from the start."""
         time_ns = np.rint(1e9 * rows[:, 0]).astype(np.int64)
         columns = self._tables[name].columns
-        return samples_message(columns, self._recorded[name], time_ns, rows, self.start_time_ns, self._frame)
+        return samples_pieces(columns, self._recorded[name], time_ns, rows, self.start_time_ns, self._frame)
 
-    def _collect(self, block: Block) -> None:
-        self._times.append(block.time_ns)
-        self._values.append(block.matrix())
-        for name, rows in block.records.items():
-            if len(rows):
-                self._rows[name].append(rows)
+    def _collect(self, block: Consecutive, low: int, high: int) -> None:
+        for part in block.parts(low, high):
+            self._times.append(part.time_ns)
+            self._values.append(part.matrix())
+            for name, rows in part.records.items():
+                if len(rows):
+                    self._rows[name].append(rows)
 
     def _rows_due(self, first: int, count: int) -> list[int]:
         due = {row for every in self._every.values() for row in range(-first % every, count, every)}
         due.update(range((-first - 1) % self.block_outputs, count, self.block_outputs))
         return sorted(due)
 
-    def _instants(self, block: Block, wanted: Container[str] | None) -> Callable[[int], list]:
-        """The function row -> messages due at that row of `block`."""
+    def _instants(self, block: Consecutive, wanted: Container[str] | None, form: Bundler | Separate) -> dict[int, list]:
+        """Row -> what is due there, of each row of `block` where anything is."""
         rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
-        several = {}
-        for rate, due in rows.items():
-            if due:
-                sample = block.sampled(due)
+        due = [one for one in self.topics if rows.get(one.rate) and (wanted is None or one.name in wanted)]
+        found: dict[int, list] = {}
+        several: dict[str, tuple] = {}
+        alone: dict[int, Output] = {}  # by row
+        for (rate, together), topics in groupby(due, lambda one: (one.rate, one.row.together)):
+            if together and rate not in several:
+                sample = block.sampled(rows[rate])
                 stamps_ns = self.start_time_ns + sample.time_ns
                 several[rate] = self._output(sample), stamps_ns, stamps_of(stamps_ns)
-        entries = []
-        for topic in self.topics:
-            due, ready = rows.get(topic.rate, ()), None
-            if wanted is not None and topic.name not in wanted:
+            if together:
+                output, stamps_ns, stamps = several[rate]
+                ready = [(topic, self._encoders[topic.name], topic.row.fields(output)) for topic in topics]
+                for row, messages in zip(rows[rate], form.many(ready, stamps_ns, stamps), strict=True):
+                    found.setdefault(row, []).extend(messages)
                 continue
-            if topic.row.together and due:
-                output, stamps_ns, stamps = several[topic.rate]
-                ready = self._encoders[topic.name].encoded(topic.row.fields(output), stamps_ns, stamps)
-            if due:
-                entries.append((topic, due, ready))
-        silent, times_ns = self._by_name["samples"], (self.start_time_ns + block.time_ns).tolist()
-        made = {}  # what is due together: (topic, its rows, its messages if they are made) each
+            topics = list(topics)
+            for row in rows[rate]:
+                output = alone.get(row)
+                if output is None:
+                    output = alone[row] = self._output(block[row])
+                stamp_ns = self.start_time_ns + output.sample.time_ns
+                found.setdefault(row, []).extend(self._at_once(topic, output, stamp_ns, form) for topic in topics)
+        return found
 
-        def instant(row: int) -> list[tuple[Channelled, int, bytes]]:
-            output, stamp_ns, found = None, times_ns[row], []
-            together = tuple([rate for rate, due in rows.items() if row in due])
-            if together not in made:
-                made[together] = [entry for entry in entries if entry[0].rate in together]
-            for topic, due, ready in made[together]:
-                if ready is not None:
-                    data = ready[(row - due.start) // due.step]
-                else:
-                    output = output or self._output(block[row])
-                    frame = output.frame(topic.row.frame)
-                    data = encoded(topic.ros_type, topic.row.fields(output), stamp_ns, frame)
-                found.append((topic, stamp_ns, data))
-            return found if found or wanted is None else [(silent, stamp_ns, b"")]
-
-        return instant
+    @staticmethod
+    def _at_once(topic: Channelled, output: Output, stamp_ns: int, form: Bundler | Separate):
+        """The message of a topic at one output."""
+        data = encoded(topic.ros_type, topic.row.fields(output), stamp_ns, output.frame(topic.row.frame))
+        return form.one(topic, stamp_ns, (data,))
 
     def _output(self, sample: Sample) -> Output:
         return Output(self._scene.parameters, self._choice.law, sample, self._frame_prefix)
@@ -285,11 +282,3 @@ class MessageStream:
 
 def _whole(parts: list[np.ndarray]) -> np.ndarray:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-
-@lru_cache(maxsize=8)
-def _block_encoder(channels: tuple[Channel, ...], frame: str) -> tuple[Encoder, dict]:
-    """What encodes the SampleBlocks of these channels, and the fields that are the same in all of them."""
-    names, units = [channel.name for channel in channels], [channel.unit for channel in channels]
-    widths = [channel.width for channel in channels]
-    return Encoder(cdr.SAMPLE_BLOCK, frame), {"channel_name": names, "channel_unit": units, "channel_width": widths}

@@ -24,7 +24,8 @@ from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files
 from bearing_twin.log.recover import advice
-from bearing_twin.log.stream import LARGEST_BLOCK, samples_message
+from bearing_twin.log.samples import samples_message
+from bearing_twin.log.stream import LARGEST_BLOCK
 from bearing_twin.sample import Channel
 from bearing_twin.uq.result import StudyResult, quantity_units
 from bearing_twin.uq.scene_keys import numeric_keys

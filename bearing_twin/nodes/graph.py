@@ -33,9 +33,8 @@ TURN = 0.05  # s
 DEPTH = 100  # messages that may wait
 ENDS = {value: name.removeprefix("STATUS_").lower() for name, value in vars(GoalStatus).items() if "STATUS_" in name}
 
-_NAME = re.compile(
-    r"/[\w/]*", flags=re.ASCII
-)  # anybody on the network can send names: others may hold control characters
+# anybody on the network can send names: others may hold control characters
+_NAME = re.compile(r"/[\w/]*", flags=re.ASCII)
 _PLUMBING = re.compile(r"/_action/|_parameters?(_types|_atomically)?$|/get_type_description$")  # services of every node
 
 Found = TypeVar("Found")
@@ -122,12 +121,20 @@ class Graph:
     def publish(self, topic: str, ros_type: str, data: Any, count: int, rate: float) -> int:
         """Publishes a message `count` times (0: until interrupted) at `rate` [Hz]; returns how many there were.
 
-        Waits for a subscriber first; raises GraphError where none comes.
+        Waits for a subscriber first; raises GraphError where none comes, or one that takes another type.
         """
         kind = interface(ros_type, "msg")
         message = filled(kind, data)
         publisher = self._node.create_publisher(kind, topic, qos_profile(Qos(10)))
-        self._look(publisher.get_subscription_count, f"nobody listens to {echo(topic)}", self._names("topic"))
+        full = f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
+
+        def heard() -> int:
+            types = sorted({one.topic_type for one in self._node.get_subscriptions_info_by_topic(topic)})
+            if types and full not in types:
+                raise GraphError(f"{topic} takes {' or '.join(types)}, not {full}")
+            return publisher.get_subscription_count()
+
+        self._look(heard, f"nobody listens to {echo(topic)}", self._names("topic", self._node.count_subscribers))
         self._spin(QUIET)  # the subscriber learns of the publisher a little later
         sent = 0
         while not count or sent < count:
@@ -168,11 +175,8 @@ class Graph:
 
     def set_parameter(self, node: str, name: str, value: Any) -> None:
         """Sets a parameter; a whole number does where the node wants a real one. Raises GraphError if it is refused."""
-        if (
-            isinstance(value, int)
-            and not isinstance(value, bool)
-            and isinstance(self.parameter(node, [name])[name], float)
-        ):
+        held = self.parameter(node, [name])[name]
+        if isinstance(value, int) and not isinstance(value, bool) and isinstance(held, float):
             value = float(value)
         message: ParameterMessage = Parameter(name, value=value).to_parameter_msg()
         (result,) = self._asked(node, lambda client: client.set_parameters([message])).results
@@ -235,9 +239,9 @@ class Graph:
             raise GraphError(f"{name} has several types: {', '.join(types)}; end all nodes but those of one")
         return types[0]
 
-    def _names(self, what: str) -> Callable[[], list[str]]:
+    def _names(self, what: str, chosen: Callable[[str], Any] = bool) -> Callable[[], list[str]]:
         ask = {"topic": self.topics, "service": self.services, "action": self.actions}[what]
-        return lambda: [name for name in ask() if not _PLUMBING.search(name)]
+        return lambda: [name for name in ask() if not _PLUMBING.search(name) and chosen(name)]
 
     def _look(self, found: Callable[[], Found], missing: str, names: Callable[[], list[str]]) -> Found:
         """What `found()` gives as soon as it is true; raises GraphError with near `names` after the wait."""

@@ -1,7 +1,6 @@
 """Where a node's timed messages leave it: one publisher a topic, and the time they belong to on /clock if wanted."""
 
-import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -52,22 +51,20 @@ class Outlet:
     def tick(self, time_ns: int) -> None:
         """Publishes the time, where that is wanted."""
         if self._clock:
-            with self._unless_over():
-                self._clock.publish(ClockMessage(clock=stamp(time_ns)))
+            self._publish(self._clock, ClockMessage(clock=stamp(time_ns)))
 
     def deliver(self, message: Timed) -> None:
         """Publishes a message, if it has been made."""
         publisher = self._publishers.get(message.topic)
-        if publisher is not None and message.cdr:
-            with self._unless_over():
-                publisher.publish(message.cdr)
-                self.published += 1
+        if publisher is not None and message.cdr and self._publish(publisher, message.cdr):
+            self.published += 1
 
-    @contextlib.contextmanager
-    def _unless_over(self) -> Iterator[None]:
-        """Once a signal has ended ROS under way there is nobody to publish to, and no error."""
+    def _publish(self, publisher, message) -> bool:
+        """Whether it went out: once a signal has ended ROS under way there is nobody to publish to, and no error."""
         try:
-            yield
+            publisher.publish(message)
         except Exception:
             if self._context.ok():
                 raise
+            return False
+        return True

@@ -178,10 +178,14 @@ class PacedStream:
 
     def _send(self, goes_out: Callable[[Timed], bool]) -> bool:
         """Delivers messages from the first on while they go out; returns whether one did."""
-        going = []
-        while self._pending and goes_out(self._pending[0]):
+        going, asked_ns = [], None  # the time of messages that go out: those of one instant are asked for once
+        while self._pending:
+            time_ns = self._pending[0].time_ns
+            if time_ns != asked_ns and not goes_out(self._pending[0]):
+                break
+            asked_ns = time_ns
             going.append(self._pending.popleft())
-            self.position_ns = max(self.position_ns, going[-1].time_ns)
+            self.position_ns = max(self.position_ns, time_ns)
         if going and self.position_ns != self._ticked:
             self._ticked = self.position_ns
             self.tick(self.position_ns)

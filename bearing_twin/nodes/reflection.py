@@ -59,8 +59,9 @@ def filled(message_class: type, data: Any, where: str = "") -> Any:
     if data is None:
         data = {}
     if not isinstance(data, Mapping):
+        fields = ": ..., ".join(message_class.get_fields_and_field_types())
         raise MessageError(
-            f"{where or message_class.__name__} = {echo(data)} must be fields with values, as {{x: 1.0}}"
+            f"{where or message_class.__name__} = {echo(data)} must be fields with values, as {{{fields}: ...}}"
         )
     types = dict(zip(message_class.get_fields_and_field_types(), message_class.SLOT_TYPES, strict=True))
     fields = {}

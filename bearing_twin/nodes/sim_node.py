@@ -77,7 +77,7 @@ class SimNode(Node):
         self.ready = threading.Event()
         self._doing = "compiling"
         self._started, self._looks = time.monotonic(), 0
-        self._warned, self._watch = False, LogWatch(self, Path(self._log_path).parent)
+        self._warned, self._switch, self._watch = False, "-", LogWatch(self, Path(self._log_path).parent)
         self._frame = f"{values['frame_prefix']}{kind.frame}"
         self._serve(kind)
         duration_ns = round(values["duration"] * 1e9)
@@ -137,7 +137,6 @@ class SimNode(Node):
         loop = SimulationLoop(run, make_stream, deliver, *timing, wanted, commands)
         loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
         loop.tells_time = self._outlet.has_clock
-        self._description |= {"law": run.law, "stepper": run.stepper, "choice_reason": run.choice.reason}
         self.loop, self._doing = loop, "computing"
         self.ready.set()
         self.get_logger().info(f"{scene.name} by {run.law} and {run.stepper}, ready after {self._seconds():.1f} s")
@@ -272,10 +271,11 @@ class SimNode(Node):
         if slow and not self._warned:
             self._warned = True
             self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")
-        counts = {
-            "messages": self._outlet.published,
-            "least_subscribers": min(publisher.get_subscription_count() for publisher in self._outlet.publishers),
-        }
+        if numbers["choice_switch"] != self._switch:
+            self._switch = numbers["choice_switch"]
+            self.get_logger().info(f"model: {self._switch}")
+        listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
+        counts = {"messages": self._outlet.published, "least_subscribers": listeners}
         doubt = self.loop.commands.doubt()
         message = f"{message}; {doubt}" if doubt else message
         level, (log_level, log_says, room) = WARN if slow or doubt else OK, self._watch.look(self.loop.log)

@@ -113,6 +113,7 @@ class SimulationLoop:
             "outputs": self.simulation.sequence + 1,
             "runs": self.runs + 1,
             **self.commands.numbers(),
+            **model(self.simulation),
             **self._worth,
         }
         return slow, message, numbers
@@ -222,7 +223,8 @@ class SimulationLoop:
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
         # A log takes every topic; without one, nothing is made that nobody listens to.
         wanted = None if self._wanted is None or self._log is not None else self._wanted()
-        return self._messages(self._stream.messages(block, wanted), self._log)
+        told = self._stream.adopt(run.choice, int(block.time_ns[0]))
+        return self._messages([*told, *self._stream.messages(block, wanted)], self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
         batch, last = [], None
@@ -243,6 +245,13 @@ def check_speed(speed: float) -> None:
         raise BearingTwinError(
             f"commanded speed {speed} rad/s is ignored: it must be finite and within +-{GREATEST_SPEED:g}"
         )
+
+
+def model(simulation) -> dict[str, str]:
+    """What a simulation says of the model in use, for diagnostics: which, why, what to watch, and its last switch."""
+    choice = simulation.choice
+    words = {"law": choice.law, "stepper": choice.stepper, "choice_reason": choice.reason}
+    return words | {"choice_warnings": "; ".join(choice.warnings) or "-", "choice_switch": simulation.switched or "-"}
 
 
 def worth(report) -> dict[str, float | str]:

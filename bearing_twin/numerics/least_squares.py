@@ -4,9 +4,18 @@ import math
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 
 MOST_SWEEPS = 30  # of rotations; they converge quadratically, and 4 columns take about 6
+
+
+@inlined
+def _turn(table, p, q, cosine, sine):
+    """Turns columns p and q of a table into each other."""
+    for i in range(len(table)):
+        first, second = table[i, p], table[i, q]
+        table[i, p] = cosine * first - sine * second
+        table[i, q] = sine * first + cosine * second
 
 
 @kernel
@@ -17,7 +26,9 @@ def least_squares(matrix, right, share, out):
     Computations, 4th ed., section 8.6.3): columns are turned until they are orthogonal, which keeps small ones exact.
     """
     m, n = matrix.shape
-    turned = np.eye(n)
+    turned, squares = np.zeros((n, n)), np.zeros(n)
+    for p in range(n):
+        turned[p, p] = 1.0
     for _ in range(MOST_SWEEPS):
         settled = True
         for p in range(n - 1):
@@ -34,20 +45,18 @@ def least_squares(matrix, right, share, out):
                 tangent = math.copysign(1.0, zeta) / (abs(zeta) + math.sqrt(1.0 + zeta * zeta))
                 cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
                 sine = cosine * tangent
-                for table in (matrix, turned):
-                    for i in range(len(table)):
-                        first, second = table[i, p], table[i, q]
-                        table[i, p] = cosine * first - sine * second
-                        table[i, q] = sine * first + cosine * second
+                _turn(matrix, p, q, cosine, sine)
+                _turn(turned, p, q, cosine, sine)
         if settled:
             break
-    squares = np.zeros(n)
+    greatest = 0.0  # written out: what NumPy offers for it takes a second to compile
     for p in range(n):
+        out[p] = 0.0
         for i in range(m):
             squares[p] += matrix[i, p] * matrix[i, p]
-    out[:] = 0.0
+        greatest = max(greatest, squares[p])
     for p in range(n):
-        if squares[p] > share * share * np.max(squares):
+        if squares[p] > share * share * greatest:
             along = 0.0
             for i in range(m):
                 along += matrix[i, p] * right[i]

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from bearing_twin.run.chunks import CHUNK_OUTPUTS
 from bearing_twin.run.scene import Scene
-from bearing_twin.run.simulation import CHUNK_OUTPUTS
 
 LARGE = 1e9  # bytes of log or memory from which on a run is announced
 COPIES = 4  # of a chunk of outputs: as computed, cut, encoded, packed

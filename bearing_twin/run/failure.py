@@ -88,6 +88,18 @@ def record_of(scene: Scene, error: IntegrationError, good: Sample | None, sequen
     }
 
 
+def placed(error: IntegrationError, given: float | None, contact: str, scene: Scene, *state) -> IntegrationError:
+    """The error of a run whose last output was `given` out at [s], None before any, with the record of its failure.
+
+    `state`: the last good output, the number of the output to go on after, and the motion's snapshot there.
+    """
+    place = "before any output was given out" if given is None else f"after {given:.9g} s"
+    failure = IntegrationError(f"{place}: {error}", error.reason, error.seconds, error.body, contact)
+    good, sequence, snapshot = state
+    failure.record = record_of(scene, failure, good, sequence, snapshot)
+    return failure
+
+
 def write_failure(error: IntegrationError, folder: Path) -> Path | None:
     """Writes what a failed run left into a new file in `folder`; None where it left nothing or cannot be written."""
     if error.record is None:

@@ -50,13 +50,14 @@ class Gathering:
         for piece in self._aligned.rest():
             figures.add(piece)
             doubt.add(piece)
+        choice = figures.chosen() if hasattr(figures, "chosen") else self.choice
         numbers = figures.figures()
         judgement = judged(doubt.errors(numbers), numbers, figures.status())
         return Report(
             scene=scene,
             law=self.choice.law,
-            stepper=self.choice.stepper,
-            choice_reason=self.choice.reason,
+            stepper=choice.stepper,
+            choice_reason=choice.reason,
             warnings=self.choice.warnings,
             flags=(*figures.flags(), *judgement.flags),
             status=judgement.status,

@@ -14,9 +14,19 @@ import yaml
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.sections import ALIASES, not_here
-from bearing_twin.parameters import echo, names_at, plain, raise_problems, read, stands_for_section, unknown
+from bearing_twin.parameters import (
+    describe,
+    echo,
+    names_at,
+    plain,
+    raise_problems,
+    read,
+    stands_for_section,
+    unknown,
+)
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
+from bearing_twin.spelling import MOST_NEAR
 
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
@@ -105,6 +115,8 @@ def _from_json(text: str, origin: str):
 
 def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     """The plain data of a scene as given, with its overrides, and where it comes from."""
+    if isinstance(source, int) and not isinstance(source, bool):
+        source = str(source)  # a designation, as YAML reads it without quotes
     if isinstance(source, Mapping):
         text, origin = source, f"scene {source.get('name', 'without a name')}"
     elif (found := _catalogued(source)) is not None:
@@ -112,6 +124,8 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     else:
         path = SCENES.find(source, also=(name for kind in KINDS.values() for name in kind.catalogue()))
         text, origin = SCENES.read_text(path), f"scene {path.name}"
+    if isinstance(overrides, (str, Mapping)):
+        raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
     overrides = tuple(overrides)
     mapping = _canonical(_mapping_of(text, origin))
     mapping.setdefault("name", Path(origin.removeprefix("scene ")).stem)
@@ -166,9 +180,19 @@ def _explained(kind: str):
             return f"{path} is not a key any more; use {moved[path]}"
         if path in ALIASES:
             return f"{path} is another name of {ALIASES[path]}, which is given too; keep one of them"
-        return not_here(kind, path, taken)
+        return not_here(kind, path, taken) or _by_last_word(KINDS[kind].parameters, path)
 
     return explain
+
+
+def _by_last_word(parameters: type, path: str) -> str | None:
+    """Where the keys are that end in a word given without its section; None where no key does, or a section is near."""
+    keys = [one.key for one in describe(parameters)]
+    ends = [key for key in keys if "." in key and path in (key.rpartition(".")[2], *key.rpartition(".")[2].split("_"))]
+    if "." in path or not ends:
+        return None
+    ends.sort(key=lambda key: (key.count("."), not key.endswith(f".{path}")))
+    return f"{path} is not a key by itself; did you mean {' or '.join(ends[:MOST_NEAR])}?"
 
 
 def _resolve(scene: Scene) -> Scene:

@@ -10,24 +10,18 @@ from bearing_twin.errors import BearingTwinError, IntegrationError, Interrupted,
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.report import Choice, Report
+from bearing_twin.run.chunks import CHUNK_NS, COMMANDING_NS, chunk_end, chunk_outputs
 from bearing_twin.run.dataset import dataset_of
-from bearing_twin.run.failure import Failure, record_of
+from bearing_twin.run.failure import Failure, placed
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.health import Health, worst_contact
+from bearing_twin.run.looks import Looks
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block, Columns, Sample, joined, layout_of, side_by_side
 from bearing_twin.stopping import SIGNALLED, Halt, heeding_signals
 
-CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
-CHUNK_NS = 50_000_000  # ... and so much simulated time, for which commands wait, or `longest_chunk`
-COMMANDED_NS, COMMANDING_NS = 20_000_000, 1_000_000_000  # in one go after a command, for so long
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
-
-
-def chunk_outputs(scene: Scene, longest_ns: int) -> int:
-    """Outputs that are computed in one go, of at most so much simulated time."""
-    return max(1, min(CHUNK_OUTPUTS, longest_ns // scene.output_period_ns))
 
 
 class Simulation:
@@ -42,7 +36,7 @@ class Simulation:
     def __init__(self, scene: Scene, halt: Halt | None = None):
         self.scene, self._halt = scene, halt or Halt(SIGNALLED)
         self.kind = KINDS[scene.kind]
-        self.choice: Choice = choose(scene)
+        self._chosen = self.choice = choose(scene)
         self.channels = scene.channels
         self.output_period_ns = scene.output_period_ns
         self._motion = self._new_motion()
@@ -64,12 +58,19 @@ class Simulation:
         return self.choice.law
 
     @property
+    def switched(self) -> str:
+        """What model was last taken in place of another under way and why, or why it was not; "" for none."""
+        return self._looks.told
+
+    @property
     def stepper(self) -> str:
         """Name of the integration method in use."""
         return self.choice.stepper
 
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
+        if self.choice is not self._chosen:
+            self.choice, self._motion = self._chosen, self._new_motion()
         self._motion.reset()
         self._load = None, None  # commanded; None = the scene's own
         self.sequence, self.time_ns = -1, -self.output_period_ns
@@ -78,6 +79,7 @@ class Simulation:
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._commanded_until = 0  # number of an output: those before it follow a command closely
         made_of = self.scene.parameters, self.choice
+        self._looks = Looks(self.kind, *made_of, self._motion)
         self._gathering = Gathering(self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of))
         self._compute_seconds = self._solved_seconds
         self._health, self._good = Health(self.kind, self.channels), None
@@ -149,9 +151,11 @@ class Simulation:
     def _to_last_output(self) -> None:
         """Puts the motion back to the last output given out: what was computed ahead is computed again."""
         self._commanded_until = self.sequence + 1 + COMMANDING_NS // self.output_period_ns
-        if self._pending is not None and len(self._pending) and self._chunk_first is not None:
+        ahead = self._pending is not None and len(self._pending) and self._chunk_first is not None
+        given = self._pending.first_sequence - self._chunk_first if ahead else 1
+        self._looks.commanded(given > 0)
+        if ahead:
             self._motion.take_back()
-            given = self._pending.first_sequence - self._chunk_first
             self._pending = self._pending.part(0, 0)
             if given:
                 span = 1e-9 * self.output_period_ns * given
@@ -198,17 +202,14 @@ class Simulation:
             arrays = Columns(self._layout, side_by_side(self._layout, arrays, len(arrays[0])))
         numbers = arrays.numbers
         time_ns = np.arange(first, first + len(numbers), dtype=np.int64) * self.output_period_ns
-        return Block(self.channels, first, time_ns, numbers, self._motion.take_records())
+        return Block(self.channels, first, time_ns, numbers, self._looks.notes() | self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
         start = time.perf_counter()
         period = 1e-9 * self.output_period_ns
-        chunk = self.chunk_outputs
-        if first < self._commanded_until:
-            chunk = min(chunk, chunk_outputs(self.scene, COMMANDED_NS))
-        until = first - first % chunk + chunk
-        if first < self.scene.outputs < until:
-            until = self.scene.outputs  # what lies beyond the end of the scene is seldom asked for
+        here = first * self.output_period_ns
+        self.choice, self._motion = self._looks.again(here, self._load, self.choice, self._motion)
+        until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
         times = period * np.arange(1, until - first + 1)
         state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
         try:
@@ -224,11 +225,8 @@ class Simulation:
     def _failed(self, error: IntegrationError, sequence: int, state) -> IntegrationError:
         """The error with the time of the last output given out, and all that is needed to look into it."""
         contact = error.contact or worst_contact(self.kind, self._good, self.channels, error.body)
-        place = f"after {1e-9 * self.time_ns:.9g} s" if self.sequence >= 0 else "before any output was given out"
-        told = f"{place}: {error}"
-        failure = IntegrationError(told, error.reason, error.seconds, error.body, contact)
-        failure.record = record_of(self.scene, failure, self._good, sequence, state)
-        return failure
+        seconds = 1e-9 * self.time_ns if self.sequence >= 0 else None
+        return placed(error, seconds, contact, self.scene, self._good, sequence, state)
 
     def report(self) -> Report:
         """What the run cost and how far to trust it, up to the last output given out."""

@@ -170,6 +170,7 @@ def _draw_convergence(axis, result):
             axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
     axis.set_xlabel("samples")
     axis.set_ylabel(labelled(what, unit))
+    axis.ticklabel_format(axis="y", useOffset=False)  # an offset would stand in the heading
     heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}")
 
 

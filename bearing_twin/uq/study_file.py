@@ -117,7 +117,7 @@ def _open(mapping, for_scene) -> dict:
     given, changes = mapping["scene"], mapping.get("set", [])
     if not isinstance(changes, (list, tuple)) or not all(isinstance(one, str) for one in changes):
         raise StudyError(f"set = {echo(changes)} must be a list of texts such as motion.first_velocity=50")
-    if not isinstance(given, (str, Mapping)):
+    if not isinstance(given, (str, int, Mapping)) or isinstance(given, bool):
         raise StudyError(f"scene = {echo(given)} must be the name of a scene, a path, or a scene's keys and values")
     scene, origin = open_scene(given, (*changes, *for_scene))
     parse_scene(scene, origin)

@@ -147,7 +147,8 @@ def _histories(result, task, at_mean, hurried) -> dict:
                 bands[f"correlation with {key}"] = np.where(np.isfinite(row), row, 0.0)
         if len(at_mean.histories):
             bands["at_mean_inputs"] = at_mean.histories[0, place]
-        bands_of[channel] = {"time_s": task.instants.tolist()} | {name: one.tolist() for name, one in bands.items()}
+        bands_of[channel] = {"realisations": found.count, "time_s": task.instants.tolist()}
+        bands_of[channel] |= {name: one.tolist() for name, one in bands.items()}
         if found.count > 1:
             bands_of[channel] |= _between_instants(found)
             bands_of[channel] |= {} if hurried else _narrowing(found, result.study)

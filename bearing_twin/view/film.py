@@ -12,13 +12,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.extras import install
 
 WIDTH, HEIGHT = 832, 624  # films want multiples of 16
 SECONDS, RATE = 6.0, 12.5  # of a film at most, and its images a second
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
 SOFTWARE = ("--enable-unsafe-swiftshader",)  # where there is no graphics processor
 READY = 60_000  # ms for a page to draw itself
-INSTALL = 'pip install "bearing_twin[view]"'
+INSTALL = install("view")
 
 DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))"
 _GO_TO = "([time]) => { bearingView.player.seek(time); }"

@@ -173,7 +173,7 @@ def _marcher(method, modes, sphere, regular, steps, until, room, stop):
     """The function (pieces, first) -> (last, status) that marches one contact by the method."""
     common, length = (modes.rate, modes.shape, modes.modal_mass, modes.tail, sphere), regular / steps
     if method == "volterra":
-        count = min(LONGEST_VOLTERRA * steps, room)
+        count = min(int(LONGEST_VOLTERRA * steps), room)
         weights = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, length, count, stop)
         return lambda pieces, first: volterra.march_volterra(*common, length, weights, until, pieces, first, stop)
     shortest, step = min(FIRST_STEP * regular, length), beam_contact.new_step(len(modes.rate))

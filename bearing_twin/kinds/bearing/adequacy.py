@@ -6,6 +6,7 @@ from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
 
+CELSIUS, COLD = 273.15, 150.0  # K: 0 °C, and what lies below all but cryogenic bearings
 FASTEST_CHANGE = 1000.0  # 1/s of the speed: the balls follow slower changes in rolling
 
 
@@ -76,6 +77,18 @@ def share_at_start(parameters, law: str) -> float:
 def doubts(parameters, share: float) -> list[str]:
     """What speaks against a run from equilibria, one sentence each."""
     return [sentence for doubt in DOUBTS if (sentence := doubt(parameters, share))]
+
+
+def of_temperatures(parameters) -> list[str]:
+    """What is to be said of temperatures in which steel bearings hardly run: they may have been meant in °C."""
+    given = {
+        name: getattr(parameters.temperatures, name) for name in ("reference", "inner_ring", "outer_ring", "balls")
+    }
+    cold = {name: value for name, value in given.items() if 0.0 < value < COLD}
+    return [
+        f"temperatures.{name} = {value:g} K is {value - CELSIUS:g} °C: if °C was meant, write {value + CELSIUS:g}"
+        for name, value in cold.items()
+    ]
 
 
 def of_held_ring(parameters) -> list[str]:

@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.summing import STRETCH
 from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
@@ -32,6 +33,8 @@ SIDES = ("inner", "outer")
 class BearingDoubt:
     """Gathers what a run's errors follow from, in memory that does not grow with the run."""
 
+    in_stretches = False  # blocks may hold many
+
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.choice = parameters, choice
         balls = parameters.geometry.balls
@@ -46,10 +49,13 @@ class BearingDoubt:
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
-        load = block.values["normal_load"]
-        self._follow_round(block, load)
+        load = np.ascontiguousarray(block.values["normal_load"])
+        begins = np.array([0, *range(STRETCH - block.first_sequence % STRETCH, len(block), STRETCH)])
+        self._follow_round(block, load, begins)
         self.outputs += len(block)
-        self.rubbed += (np.cbrt(load) ** 4 * np.abs(block.values["spin_rate"])).sum(axis=0)
+        rubbed = np.add.reduceat(load * np.cbrt(load) * np.abs(block.values["spin_rate"]), begins, axis=0)
+        for stretch in rubbed:  # one after the other: sums are the same to the bit however outputs are cut
+            self.rubbed += stretch
         better = load.max(axis=0) > self.load
         if better.any():
             at = load.argmax(axis=0)[None]
@@ -67,11 +73,13 @@ class BearingDoubt:
                 if row[PLACE[name]] > kept[PLACE[name]]:
                     self.rows[name] = row.copy()
 
-    def _follow_round(self, block: Block, load) -> None:
-        """Keeps how fast loads change as balls go round [N/rad], in the steepest place."""
-        turned = np.abs(np.diff(block.values["orbit_angle"], axis=0))[..., None]
+    def _follow_round(self, block: Block, load, begins) -> None:
+        """Keeps how fast loads change as balls go round [N/rad], in the steepest place within a stretch."""
+        turned = np.abs(np.diff(block.values["orbit_angle"], axis=0))
+        turned[begins[1:] - 1] = 0.0
         change = np.abs(np.diff(load, axis=0))
-        steep = np.divide(change, turned, out=np.zeros_like(change), where=turned > LEAST_TURN)
+        turns = turned > LEAST_TURN
+        steep = change[turns] / turned[turns][:, None]
         self.steepest = max(self.steepest, float(steep.max(initial=0.0)))
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:

@@ -18,6 +18,7 @@ from bearing_twin.contact.validity import (
     wave_doubt,
     wave_transit,
 )
+from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
 from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
@@ -32,7 +33,8 @@ from bearing_twin.sample import Block, Table
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
-STILL = 1e-5  # of the energy held: what is less is no work
+STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
+ROUNDING = 1e-14  # of a ball's loads times its radius: a torque that is less is none
 STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
 
@@ -43,8 +45,8 @@ class BearingFigures:
     in_stretches = False  # blocks may hold many
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.law = parameters, choice.law
-        self.still = choice.stepper == QUASI_STATIC
+        self.parameters, self.choice, self.law = parameters, choice, choice.law
+        self.switches = Switches()
         self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
         self._sums = Sums(self._balls)
@@ -56,9 +58,19 @@ class BearingFigures:
         if layout is not self._layout:
             self._layout, self._columns = layout, columns_of(layout)
         self._sums.add(block, self._columns)
+        self.switches.add(block.records.get(CHOICE.name, ()))
         if not self.first:
             self.first = self._instant(block, 0)
         self.last = self._instant(block, len(block) - 1)
+
+    @property
+    def still(self) -> bool:
+        """Whether all or part of the run is one of equilibria."""
+        return QUASI_STATIC in (self.choice.stepper, *self.switches.steppers)
+
+    def chosen(self) -> Choice:
+        """The model in use at the end, and why."""
+        return self.switches.after(self.choice)
 
     @property
     def samples(self) -> int:
@@ -110,15 +122,15 @@ class BearingFigures:
     def energy_closure(self) -> float:
         """Energy gained (+) or lost (-) by the numbers alone, as a share of the work moved through the bearing.
 
-        The work counts each contact's power by its magnitude; logs of the first version hold only the sum.
+        The work counts each contact's power by its magnitude; logs of the first version hold only the sum. Where hardly
+        anything does work, as without friction, it is a share of what the tolerance leaves open of the energy held.
         """
         change = sum(self.last[name] - self.first[name] for name in STORED)
         lost, work = (self.last[name] - self.first[name] for name in ("dissipated", "drive_work"))
         residual = change + lost - work
         moved = self.last["gross_work"] - self.first["gross_work"] if "gross_work" in self.last else abs(work)
-        # Where nothing moves there is no work to speak of, and energy is kept to the accuracy of the contacts.
         held = sum(abs(self.last[name]) for name in STORED)
-        scale = max(moved, lost, abs(change), STILL * held)
+        scale = max(moved, lost, abs(change), max(STILL, self.parameters.wanted.tolerance) * held)
         return residual / scale if scale > 0.0 else 0.0
 
     def _peaks(self) -> dict[str, np.ndarray]:
@@ -200,6 +212,7 @@ class BearingFigures:
             else None,
             groove_doubt(widths, 0.5 * diameter, conformities),
             self._law_doubt(),
+            self.switches.doubt,
             self._cage_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
             self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
@@ -252,10 +265,16 @@ class BearingFigures:
             **pairs,
             "cage_slip": float(late["cage_slip"] / late["count"]),
             "greatest_pocket_force_n": float(self._sums.greatest.pocket_force[0]),
-            "friction_torque_nm": [float(v) for v in late["torque"] / late["count"]],
+            "friction_torque_nm": self._torques(late),
         }
         absent = missing(self.parameters, self.still)
         return {key: value for key, value in found.items() if key not in absent}
+
+    def _torques(self, late: dict) -> list[float]:
+        """Mean torques of the raceways on the balls [N m]; 0 where rounding alone is left of them."""
+        torque, load = (late[name].reshape(-1, width) / late["count"] for name, width in (("torque", 1), ("load", 2)))
+        least = ROUNDING * 0.5 * self.parameters.geometry.ball_diameter * load.sum(axis=1)
+        return [float(one) for one in np.where(torque[:, 0] > least, torque[:, 0], 0.0)]
 
 
 def meanings() -> dict[str, str]:
@@ -264,5 +283,6 @@ def meanings() -> dict[str, str]:
 
 
 def tables(parameters: BearingScene) -> tuple[Table, ...]:
-    """What a bearing records: the windows of its companion, unless that is off."""
-    return (WINDOW,) if is_watched(parameters) else ()
+    """What a bearing records: the windows of its companion, unless that is off, and switches of its model."""
+    watched = (WINDOW,) if is_watched(parameters) else ()
+    return (*watched, CHOICE) if may_switch(parameters) else watched

@@ -28,6 +28,8 @@ from bearing_twin.kinds.markers import (
 from bearing_twin.kinds.urdf import Solid, cylinder, sphere
 
 LONGEST_ARROW = 1.0  # ball diameters
+OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn
+LETTERS = 0.25  # height of a line of text in ball diameters: the line is no wider than the bearing
 
 _SPOKES = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))
 
@@ -55,7 +57,7 @@ def markers(parameters, sample, details) -> list[tuple[np.ndarray, list[dict]]]:
         ]
         width, thick = (0.03 * diameter, 0.0, 0.0), (0.06 * diameter, 0.0, 0.0)
         text = texts[rows].astype(f"S{size[2]}")
-        height, above = (0.0, 0.0, 0.5 * diameter), (0.0, 0.0, diameter)
+        height, above = (0.0, 0.0, LETTERS * diameter), (0.0, 0.0, 1.5 * diameter)
         drawn = [
             marker("contact_ellipses", 0, LINE_LIST, width, RED) | {"points": ends[0]},
             marker("loads", 0, LINE_LIST, thick, GREEN) | {"points": ends[1]},
@@ -73,7 +75,7 @@ def _part(fields: dict, rows) -> dict:
 
 
 def _scale_text(greatest: float) -> str:
-    return f"longest arrow = {greatest:.4g} N, ellipses x {ELLIPSE_SCALE:g}"
+    return f"longest arrow = {greatest:.4g} N\nellipses x {ELLIPSE_SCALE:g}"
 
 
 def ring_sizes(parameters) -> tuple[float, float, float]:
@@ -89,7 +91,7 @@ def solids(parameters) -> dict[str, list[Solid]]:
     ball = sphere(0.5 * parameters.geometry.ball_diameter, STEEL)
     return {f"ball_{k}": [ball] for k in range(parameters.geometry.balls)} | {
         "inner_ring": [cylinder(0.5 * inner, wide, ORANGE)],
-        "outer_ring": [cylinder(0.5 * outer, wide, GLASS)],
+        "outer_ring": [cylinder(0.5 * outer, OUTER_WIDTH * wide, GLASS)],
     }
 
 
@@ -119,7 +121,7 @@ def _rings(parameters, sample):
     spokes = [(0.5 * inner * x, 0.5 * inner * y, 0.61 * diameter) for x, y in _SPOKES]
     width = (0.05 * diameter, 0.0, 0.0)
     yield marker("rings", 0, CYLINDER, (inner, inner, wide), ORANGE, centre, leaning)
-    yield marker("rings", 1, CYLINDER, (outer, outer, wide), GLASS)
+    yield marker("rings", 1, CYLINDER, (outer, outer, OUTER_WIDTH * wide), GLASS)
     yield marker("spokes", 0, LINE_LIST, width, BLUE, centre, turned) | {"points": spokes}
 
 

@@ -147,6 +147,21 @@ def predictions(parameters) -> list[Prediction]:
     return sorted(found, key=lambda one: one.cost if one.cost > (1.0 + SPREAD) * least else least)
 
 
+def of_asked(parameters) -> Prediction | None:
+    """What the stepper that a scene asks for did at the wanted tolerance, where it erred most of the like motions.
+
+    At the next looser setting measured, or the loosest; None where it was not measured in one of them.
+    """
+    stepper, wanted, found = parameters.solver.stepper, parameters.wanted.tolerance, []
+    for motion in motions_of(parameters):
+        rungs = ladders().get((motion, stepper), ())
+        if not rungs:
+            return None
+        loose = [rung for rung in rungs if rung.setting >= wanted * (1.0 - 1e-9)]
+        found.append(Prediction(motion, stepper, *(loose[-1] if loose else rungs[0])))
+    return max(found, key=lambda one: max(one.load_error, one.friction_error))
+
+
 def dimension_costs(parameters, share: float) -> dict[str, float]:
     """Cost of each measured dimension at the scene's output rate, where load across and centrifugal share are nearest.
 

@@ -7,8 +7,15 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import cage_needed, doubts, of_held_ring, share_at_start, still_error
-from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, predictions, unmeasured
+from bearing_twin.kinds.bearing.adequacy import (
+    cage_needed,
+    doubts,
+    of_held_ring,
+    of_temperatures,
+    share_at_start,
+    still_error,
+)
+from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, of_asked, predictions, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
@@ -74,11 +81,24 @@ def _times(more: float, less: float) -> str:
     return f"{more / less:.3g} times"
 
 
-def _stepper(parameters) -> tuple[str, Prediction | None, str]:
+def _asked(parameters, unlike: str, warnings: list[str]) -> str:
+    """Why a stepper that the scene asks for, and what the tables say of it; that it may miss joins the warnings."""
+    stepper, wanted = parameters.solver.stepper, parameters.wanted.tolerance
+    found = None if unlike else of_asked(parameters)
+    if found is None:
+        return f"{stepper}, as the scene asks"
+    worst = max(found.load_error, found.friction_error)
+    told = f"off by {worst:.2g} at a tolerance of {found.setting:g} where the motion was like this one ({found.motion})"
+    if worst > wanted:
+        warnings.append(f"solver.stepper = {stepper} was {told}, more than the wanted {wanted:g}; auto finds another")
+    return f"{stepper}, as the scene asks: it was {told}"
+
+
+def _stepper(parameters, warnings: list[str]) -> tuple[str, Prediction | None, str]:
     """Stepper, what it did when measured (None where nothing like it was) and why."""
     pinned, unlike = parameters.solver.stepper, unmeasured(parameters)
     if pinned != "auto":
-        return pinned, None, f"{pinned}, as the scene asks"
+        return pinned, None, _asked(parameters, unlike, warnings)
     if unlike:
         return DEFAULT, None, f"{DEFAULT} at the wanted tolerance, because no stepper was measured with {unlike}"
     found, wanted = predictions(parameters), parameters.wanted
@@ -114,13 +134,13 @@ def choose(parameters) -> Choice:
             f"the law {law} is {100 * error:.2g} % off exact Hertz here, more than the wanted "
             f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
-    warnings += drift(law)
+    warnings += [*drift(law), *of_temperatures(parameters)]
 
     dimension, why = _dimension(parameters, law, warnings)
     reasons.append(why)
     if dimension == QUASI_STATIC:
         return Choice(law, QUASI_STATIC, error, "; ".join(reasons), tuple(warnings))
-    stepper, prediction, why = _stepper(parameters)
+    stepper, prediction, why = _stepper(parameters, warnings)
     reasons.append(why)
     friction = FRICTIONS[parameters.contact.friction]
     if friction.over_spot:

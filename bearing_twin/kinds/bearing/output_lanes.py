@@ -56,7 +56,7 @@ from bearing_twin.numerics.rotation import (
     scaled,
 )
 
-INNER, OUTER = 0, 1
+INNER, OUTER = np.arange(2)  # no constants to Numba, which would compile what takes a side once for each
 OWN_WIDTHS = (1, 3, 3, 4, 3, 1, 3, 3, 2, 2, 2, 2, 2, 2, 6, 6, 6, 6, 2)  # of the channels with a ball's own numbers
 SHARED_WIDTHS = (3, 3, 3, 3, 1, 1, 1, 1, 1, 1)  # of those that are sums over the balls
 

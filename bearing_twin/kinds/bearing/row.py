@@ -24,6 +24,7 @@ BEARING = Kind(
     steered=True,
     commands=late(f"{HERE}.topics:commands"),
     check_load=late(f"{HERE}.quasi_static.operating:check_load"),
+    rechosen=late(f"{HERE}.rechoice:rechosen"),
     operating_point=late(f"{HERE}.quasi_static.operating:operating_point"),
     frame="bearing_link",
     topics=late(f"{HERE}.topics:topics"),

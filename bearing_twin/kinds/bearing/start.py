@@ -210,12 +210,12 @@ def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
     none, one, unit = np.empty(6), np.empty(6), np.zeros(4)
     matrix, found = np.empty((6, 4)), np.empty(4)
     _slips(bearing, inner_speed, centre, position, unit, none)
-    scale = np.full(4, 1.0 / bearing.ball_radius)
-    scale[0] = 1.0
+    scale = np.empty(4)
     for j in range(4):
-        unit[:] = 0.0
+        scale[j] = 1.0 / bearing.ball_radius if j > 0 else 1.0
         unit[j] = 1.0
         _slips(bearing, inner_speed, centre, position, unit, one)
+        unit[j] = 0.0
         for i in range(len(none)):  # written out: Numba's assignment of arrays takes 3 s to compile
             matrix[i, j] = (one[i] - none[i]) * scale[j]
     for i in range(len(none)):

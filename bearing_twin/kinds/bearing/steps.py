@@ -39,7 +39,7 @@ STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
 # distance from the axis, the orientation, the share of the step.
 TURNING_FROM, TURNING = TANGENTIAL_VELOCITY, SPIN + 3 - TANGENTIAL_VELOCITY
 HALFWAY, HALFWAY_DISTANCE, INSTANT_TURNED, INSTANT, INSTANT_ROWS = COLUMNS + np.cumsum((0, TURNING, 1, 4, 1))
-LEAST_STEP = 1e-12  # seconds; a shorter step means that the equations cannot be followed
+LEAST_STEP = 1e-15  # seconds; a shorter step means that the equations cannot be followed, and is lost in the time
 TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
 LANDED = 0.95  # share of a step: a contact that changes later in it is as good as at its end
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other

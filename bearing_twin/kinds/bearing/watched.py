@@ -99,6 +99,10 @@ class WatchedMotion(BearingMotion):
         rows, self._rows = self._rows, []
         return {WINDOW.name: np.concatenate(rows)} if rows else {}
 
+    def take_rows(self, other: "WatchedMotion") -> None:
+        """Takes over windows of another motion, which goes on as this one, that nobody has taken."""
+        self._rows, other._rows = other._rows, []
+
     def costs(self) -> dict[str, int]:
         """As of BearingMotion, and the steps of the companion."""
         return super().costs() | {"companion_ball_steps": self.companion.steps}

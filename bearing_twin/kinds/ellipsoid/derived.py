@@ -18,6 +18,7 @@ from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matr
 from bearing_twin.shapes.surfaces import ellipsoid_on_plane
 
 GRID = 13  # directions over a quarter turn, where a law is weighed over the surface
+REAL_AXIS = 2.785  # rk4 damps what dies out at rates up to this over its step
 GREATEST_ASPECT = 30.0  # longest over shortest semi-axis: beyond it b/a falls below where the laws are known
 DEEPEST = 0.1  # of the shortest semi-axis: a start pressed in deeper is no small deformation
 
@@ -89,6 +90,20 @@ def shortest_contact(parameters: EllipsoidOnPlaneScene) -> float:
     return float(impact.contact_time(coefficient, light * ellipsoid_mass(parameters.body), speed, law.power))
 
 
+def longest_creep_step(parameters: EllipsoidOnPlaneScene) -> float:
+    """The longest step [s] of rk4 at which the slip of the body under its own weight dies out; inf without friction.
+
+    Slip dies at mu m g / v_s times what a push beside the centre moves, at most (1/m + r^2/I): 3.5 mu g / v_s of a
+    ball. In a bounce the load is greater, but slip that goes to and fro there ends with the contact.
+    """
+    contact, weight = parameters.contact, -parameters.gravity[2] * ellipsoid_mass(parameters.body)
+    grip = contact.friction_coefficient * weight / contact.friction_regularisation
+    if not grip > 0.0:
+        return math.inf
+    lever = max(parameters.body.semi_axes) ** 2 / min(principal_inertia(parameters.body))
+    return float(REAL_AXIS / (grip * (1.0 / ellipsoid_mass(parameters.body) + lever)))
+
+
 def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
     """What is impossible although each number alone is legal."""
     problems, axes, contact = [], parameters.body.semi_axes, parameters.contact
@@ -114,6 +129,12 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
             f"solver.step = {step:g} s is too long: a contact can be as short as {shortest_contact(parameters):.3g} s "
             f"and needs at least {FEWEST_STEPS} steps; use {shortest_contact(parameters) / FEW_STEPS:.3g} s or less, "
             "or solver.stepper: dop853"
+        )
+    if not problems and parameters.solver.stepper == "rk4" and step > longest_creep_step(parameters):
+        problems.append(
+            f"solver.step = {step:g} s is too long for friction: under the body's weight slip would not die out; use "
+            f"{0.5 * longest_creep_step(parameters):.3g} s or less, raise contact.friction_regularisation, or take "
+            "solver.stepper: dop853"
         )
     return problems + check_run(parameters.run)
 

@@ -11,6 +11,7 @@ from bearing_twin.kinds.bouncing import FINEST, FLOOR, BouncingMotion, contact_n
 from bearing_twin.kinds.ellipsoid import chunk
 from bearing_twin.kinds.ellipsoid.derived import (
     ellipsoid_mass,
+    longest_creep_step,
     modulus_of,
     principal_inertia,
     shortest_contact,
@@ -62,7 +63,8 @@ def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
     """How a scene is stepped."""
     axes, shortest = parameters.body.semi_axes, shortest_contact(parameters)
     low, high = float(min(axes)), float(max(axes))
-    fixed = (parameters.solver.step or shortest / 64.0) if stepper == "rk4" else 0.0
+    chosen = min(shortest / 64.0, 0.5 * longest_creep_step(parameters))
+    fixed = (parameters.solver.step or chosen) if stepper == "rk4" else 0.0
     return Plan(
         method=RK4 if stepper == "rk4" else DOP853,
         tolerance=setting_of(parameters),

@@ -60,7 +60,12 @@ class EllipsoidSolver(Watched):
     """How the motion is computed."""
 
     stepper: str = choice("auto", ("auto", *ELLIPSOID_STEPPERS), "method; auto = dop853")
-    step: float = quantity(0.0, "s", "step of rk4 in contact; 0 = a 64th of the shortest contact", at_least=0.0)
+    step: float = quantity(
+        0.0,
+        "s",
+        "step of rk4 in contact; 0 = a 64th of the shortest contact, or less where friction is fast",
+        at_least=0.0,
+    )
 
 
 @dataclass(frozen=True)

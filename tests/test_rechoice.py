@@ -1,0 +1,200 @@
+"""The model of a running scene looked at again after commands: switched without a jump of loads, told, and recorded."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_run import a_choice
+
+from bearing_twin.kinds.bearing import choices
+from bearing_twin.kinds.bearing.choices import CHOICE, GREATEST_JUMP, Switch, Switches, switches_of
+from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
+from bearing_twin.kinds.bearing.rechoice import scene_now
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.log import cdr
+from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.nodes.simulating import SimulationLoop
+from bearing_twin.report import Rechosen
+from bearing_twin.run.looks import APART_NS, Looks
+from bearing_twin.run.report_of import report_of
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+
+SOON = "drive.acceleration=50000.0"  # rad/s^2: commanded speeds are reached within some hundredths of a second
+CAGED = ("cage.kind=even", "drive.offset=[5e-6,0,0]", "wanted.outputs=loads", SOON)  # equilibria are enough, when slow
+FAST = 1500.0  # rad/s
+
+
+def jump(before, after):
+    """Change of loads from one block's end to the next one's begin, over the greatest load."""
+    last, first = before.values["normal_load"][-1], after.values["normal_load"][0]
+    return np.abs(first - last).max() / last.max()
+
+
+def test_a_command_has_the_model_chosen_anew_and_loads_do_not_jump():
+    simulation = Simulation(load_scene("bearing_6203", (SOON, "run.output_rate=1e4")))
+    begun, before = (simulation.choice.stepper, simulation.choice.setting), simulation.advance(101)
+    simulation.set_speed(FAST)
+    block = simulation.advance(100)
+    [switch] = switches_of(block.records[CHOICE.name])
+    assert begun == (switch.before, 0.01) == ("rodas4", 0.01)
+    assert (switch.time, switch.speed, switch.goal) == (pytest.approx(1e-2), pytest.approx(183.26), FAST)
+    assert (simulation.stepper, simulation.choice.setting) == (switch.stepper, switch.setting) == ("rodas3", 0.003)
+    assert "most like this one (fast)" in simulation.choice.reason
+    assert "told to go from 183.26 to 1500 rad/s; loads jumped by 0 %" in simulation.switched
+    assert switch.taken
+    assert jump(before, block) < GREATEST_JUMP
+    simulation.advance(400)
+    simulation.set_speed(183.26)
+    simulation.advance(1500)  # once it is slow again, what was chosen for that is taken again
+    assert (simulation.stepper, simulation.choice.setting) == begun
+    report = simulation.report()
+    assert report.stepper == "rodas4"
+    assert report.choice_reason.endswith("(the last of 2 times)")
+    assert not [flag for flag in report.flags if "would have" in flag]
+    simulation.reset()
+    assert np.array_equal(simulation.advance(101).values["normal_load"], before.values["normal_load"])
+    assert simulation.switched == ""
+
+
+def test_what_nobody_commanded_is_not_looked_at_again(monkeypatch):
+    monkeypatch.setattr("bearing_twin.kinds.bearing.rechoice.rechosen", lambda *given: pytest.fail("looked"))
+    simulation = Simulation(load_scene("bearing_6203"))
+    simulation.advance(100)
+    assert simulation.choice is simulation._chosen
+
+
+def test_balls_go_on_from_equilibria_and_back_and_their_energy_adds_up():
+    simulation = Simulation(load_scene("bearing_6203", (*CAGED, "run.output_rate=1000.0")))
+    assert simulation.stepper == QUASI_STATIC
+    simulation.advance(21)
+    simulation.set_speed(3000.0)
+    up = simulation.advance(100)
+    simulation.set_speed(183.26)
+    down = simulation.advance(200)
+    first, second = (switches_of(block.records[CHOICE.name])[-1] for block in (up, down))
+    assert (first.before, first.stepper) == (QUASI_STATIC, "rodas4")
+    assert (second.before, second.stepper) == ("rodas4", QUASI_STATIC)
+    assert max(first.jump, second.jump) < 1e-3
+    assert isinstance(simulation._motion, QuasiStaticMotion)
+    report = simulation.report()
+    assert abs(report.figures["energy_closure"]) < 1e-6
+    assert report.figures["inner_ring_speed_at_end_rad_s"] == pytest.approx(183.26)
+    assert "drive_torque_nm" not in report.figures  # equilibria lose nothing, so that no mean over both means anything
+    for block in (up, down):
+        assert np.abs(np.diff(block.values["orbit_angle"], axis=0)).max() < 2.0  # rad a millisecond: nothing leaps
+        assert np.linalg.norm(block.values["orientation"], axis=-1) == pytest.approx(1.0)
+    assert np.diff(np.concatenate([up.values["dissipated"], down.values["dissipated"]])).min() >= 0.0
+
+
+def test_a_model_whose_loads_would_jump_is_not_taken_which_is_said(monkeypatch):
+    monkeypatch.setattr(choices, "GREATEST_JUMP", -1.0)
+    simulation = Simulation(load_scene("bearing_6203", (SOON,)))
+    simulation.advance(11)
+    simulation.set_speed(FAST)
+    block = simulation.advance(10)
+    assert (simulation.stepper, simulation.choice.setting) == ("rodas4", 0.01)
+    assert len(block.records[CHOICE.name]) == 1
+    [flag] = (flag for flag in simulation.report().flags if "would have been taken" in flag)
+    assert "so rodas4 stayed" in flag
+    assert flag == simulation.switched
+
+
+def test_what_is_pinned_is_judged_and_stays():
+    simulation = Simulation(load_scene("bearing_6203", ("solver.stepper=rodas3", "wanted.tolerance=1e-4", SOON)))
+    assert "rodas3, as the scene asks: it was off by" in simulation.choice.reason
+    assert "(settled)" in simulation.choice.reason
+    simulation.advance(11)
+    simulation.set_speed(FAST)
+    assert not simulation.advance(10).records.get(CHOICE.name, ())
+    assert simulation.stepper == "rodas3"
+    assert "(fast)" in simulation.choice.reason
+
+
+def test_a_stepper_that_is_asked_for_and_missed_when_measured_is_warned_of():
+    simulation = Simulation(load_scene("bearing_6203_loose", ("solver.stepper=rodas3", "wanted.tolerance=1e-1")))
+    asked = [one for one in simulation.choice.warnings if "solver.stepper = rodas3 was off by" in one]
+    worst = float(simulation.choice.reason.rpartition("it was off by ")[2].split()[0])
+    assert bool(asked) == (worst > 0.1)
+
+
+def test_the_scene_of_now_has_the_commanded_load_and_the_speeds_still_to_come():
+    parameters = load_scene("bearing_6203_rig_400N").parameters
+    motion = SimpleNamespace(goal_speed=-20.0, elapsed=0.5)
+    now = scene_now(parameters, motion, 100.0, ((0.0, -7.0, 0.0), (0.0, 0.0, 0.0)))
+    assert (now.drive.speed, now.drive.change.speed, bool(now.drive.change.time)) == (100.0, -120.0, True)
+    assert now.rings.inner.load == (0.0, -7.0, 0.0)
+    none = scene_now(parameters, motion, -20.0, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    assert dimension_of(none) == dimension_of(parameters)  # a ring stays free where nothing loads it any more
+    assert not none.drive.change.time
+    sudden = load_scene("bearing_6203_sudden").parameters
+    coming = scene_now(sudden, SimpleNamespace(goal_speed=20.0, elapsed=0.0), 20.0, (None, None))
+    gone = scene_now(sudden, SimpleNamespace(goal_speed=20.0, elapsed=9.0), 20.0, (None, None))
+    assert any(coming.drive.change.offset)
+    assert not any(gone.drive.change.offset)
+    assert gone.drive.offset == pytest.approx(np.add(sudden.drive.offset, sudden.drive.change.offset))
+
+
+def test_looks_are_apart_and_what_was_not_given_out_is_told_again():
+    looked = []
+
+    def rechosen(parameters, choice, motion, load):
+        looked.append(load)
+        return Rechosen(choice, motion, told="switched", records={"choice": np.ones((1, 2))})
+
+    looks = Looks(SimpleNamespace(rechosen=rechosen), None, a_choice(), "moving")
+    for time_ns in range(0, 3 * APART_NS, APART_NS // 10):
+        looks.commanded(given=True)
+        looks.again(time_ns, (None, None), a_choice(), "moving")
+    assert len(looked) == 3
+    assert list(looks.notes()) == ["choice"]
+    looks.commanded(given=False)  # the block was computed again
+    assert list(looks.notes()) == ["choice"]
+    looks.commanded(given=True)
+    assert looks.notes() == {}
+    assert looks.told == "switched"
+
+
+def test_switches_are_counted_in_memory_that_does_not_grow_and_rows_of_others_are_left_out():
+    switch = Switch(0.5, 100.0, 200.0, "rodas4", "rodas3", 1e-3, 0.0)
+    assert switches_of(switch.row()) == [switch]
+    assert switches_of(np.full((1, len(CHOICE.columns)), np.nan)) == []
+    assert switches_of(np.zeros((1, 3))) == []
+    switches = Switches()
+    for _ in range(50):
+        switches.add(np.concatenate([switch.row(), switch._replace(jump=np.nan).row()]))
+    after = switches.after(a_choice())
+    assert (after.stepper, after.setting) == ("rodas3", 1e-3)
+    assert after.reason.count("rodas3") == 1
+    assert "the last of 50 times" in after.reason
+    assert "the last of 50 times" in switches.doubt
+
+
+def test_a_log_tells_of_the_switch_what_its_run_told(tmp_path):
+    scene, path = load_scene("bearing_6203", (SOON,)), tmp_path / "run.mcap"
+    simulation = Simulation(scene)
+    loop = SimulationLoop(
+        simulation,
+        lambda: MessageStream(scene, choice=simulation.choice),
+        lambda message: None,
+        "fastest",
+        open_log=lambda run: LogWriter(path, scene, choice_record(simulation.choice)),
+    )
+    loop.paced.paused = True
+    loop.step(0, 0.02)
+    assert loop.look()[2]["choice_switch"] == "-"
+    loop.set_speed(0, FAST)
+    loop.step(0, 0.1)
+    numbers = loop.look()[2]
+    assert numbers["stepper"] == "rodas3"
+    assert "in place of rodas4" in numbers["choice_switch"]
+    loop.close()
+    said, read = simulation.report(), report_of(read_log(path))[0]
+    assert (read.stepper, read.choice_reason, read.status) == (said.stepper, said.choice_reason, said.status)
+    assert "from 0.02 s on rodas3" in read.choice_reason
+    assert (read.flags, read.errors) == (said.flags, said.errors)
+    scenes = [one.data for one in raw_messages(path) if one.topic.name == "/bearing/scene"]
+    told = [json.loads(cdr.deserialise(cdr.STRING, data).data)["stepper"] for data in scenes]
+    assert told == ["rodas4", "rodas3"]
