@@ -75,9 +75,10 @@ class Shelf(NamedTuple):
         if looks_like_a_path:
             raise self.error(f"there is no {self.noun} file {echo(text)}; give the path of one, or a name: {known}")
         also = list(also)
-        if (designation := text.rpartition("_")[2]) in also:
+        designation, near = text.rpartition("_")[2], nearest(text, self.names())
+        if designation in also and not any(designation in name for name in near):
             raise self.error(f"there is no {self.noun} {echo(text)}; did you mean {designation}, by its designation?")
-        hint = unknown(text, also if nearest(text, also) and not nearest(text, self.names()) else self.names())
+        hint = unknown(text, also if nearest(text, also) and not near else self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
     def _permitted(self, text: str) -> Path:

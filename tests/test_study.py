@@ -105,7 +105,7 @@ def test_keys_that_follow_an_input_take_its_value():
         ({"inputs": {"first.radus": 0.01}}, [], "did you mean first.radius?"),
         ({"inputs": {"contact.normal": 1.0}}, [], "is no number of a scene of kind two_spheres"),
         ({"scene": "two_sphere"}, [], "did you mean two_spheres?"),
-        ({"scene": 3}, [], "must be the name of a scene"),
+        ({"scene": 3.5}, [], "must be the name of a scene"),
         ({"set": "motion.first_velocity=3"}, [], "must be a list of texts"),
         ({"stop": {"quantity": "peak_force"}}, [], "'peak_force' is not among the study's quantities"),
         ({"stop": {"tolerance": 1e-6, "relative_tolerance": 0.1}}, [], "keep one"),

@@ -180,6 +180,9 @@ def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path):
     again = json.loads(capsys.readouterr().out)
     assert again["quantities"] == found["quantities"]
     assert matplotlib.image.imread(again["plot"]).shape[0] > 300
+    for words, sentence in (("verify", "that is the log of a study"), ("simulate", "is a log, no scene")):
+        assert main([words, str(log)]) == BAD_INPUT
+        assert sentence in capsys.readouterr().err
 
 
 def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, capsys):
