@@ -44,7 +44,7 @@ def one_sentence(result, *words):
     ("name", "parameter", "words"),
     [
         ("sim_node", "scen:=bearing_6203", ("sim_node: there is no parameter 'scen'; did you mean scene?",)),
-        ("sim_node", "scene:=bearing_6204", ("there is no scene 'bearing_6204'", "bearing_6205")),
+        ("sim_node", "scene:=bearing_6204", ("there is no scene 'bearing_6204'", "did you mean 6204, by")),
         ("sim_node", "overrides:=[motion.gap=1]", ("scene bearing_6203.yaml with motion.gap=1",)),
         ("replay_node", "log:=/nowhere/run.mcap", ("replay_node: there is no log /nowhere/run.mcap",)),
         ("recorder_node", "log:=3", ("recorder_node: parameter log = 3 must be text",)),
@@ -73,7 +73,12 @@ def test_arguments_that_ros_cannot_parse_end_with_code_2(here):
     result = here("recorder_node", "--ros-args", "-p", "log")
     assert result.returncode == 2
     assert "Couldn't parse parameter override rule: '-p log'" in result.stderr
+    assert "write -p NAME:=VALUE" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_a_parameter_without_its_option_is_named(here):
+    one_sentence(here("sim_node", "--ros-args", "scene:=bearing_6203", "x:="), "x:=", "write -p NAME:=VALUE")
 
 
 @pytest.mark.parametrize("text", ["hello world", ""])

@@ -177,7 +177,9 @@ def _verify(arguments) -> Outcome:
     with progress("simulating the scene of the log again") as update:
         log = read_log(arguments.log, topic=arguments.topic)
         verification = verify(log, update)
-    doubts = [f"the log deviates by up to {verification.greatest:.3g} from a new run"] if verification.greatest else []
+    why = "as a run does that was commanded, in speed or load: its scene knows nothing of that"
+    far = f"the log deviates by up to {verification.greatest:.3g} from a new run, {why}"
+    doubts = [far] if verification.greatest else []
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
     off = {name: size for name, size in verification.deviations.items() if size}

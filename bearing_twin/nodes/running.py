@@ -215,8 +215,12 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
     try:
         rclpy.init(args=args)
         refuse_no_parameters(sys.argv if args is None else args)
-    except Exception as error:  # ROS arguments that cannot be parsed
-        print(f"{name}: {error}".replace("\n", " "), file=sys.stderr)
+    except BearingTwinError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 2
+    except Exception as error:  # ROS arguments that cannot be parsed; of words that it does not know ROS says the list
+        said = f"ROS knows no {error}" if str(error).startswith("[") else error
+        print(f"{name}: {said}; write -p NAME:=VALUE for a parameter".replace("\n", " "), file=sys.stderr)
         return 2
     failure = None
     try:
