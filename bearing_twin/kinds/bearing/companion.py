@@ -2,12 +2,12 @@
 
 The difference is the error that the run makes within a window, once the window is several steps long (shorter ones
 measure their own ends). Windows are few: they end where the steps' own error estimates (`pointing`) do most to a ball's
-force or torque, as far as those exceed what was looked at before in the run; and one more after 1, 2, 4, 8 ... parts,
-where steps are longest. Balls on their own are taken one by one, many in one call; coupled ones, which meet each other
-in the window, a moving ring or a cage, all together. What error the start of a window has from before, no window sees.
-Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run, with
-that ball or with all, until neither holds, or it has taken its share of steps: what is found is then a lower bound.
-Where balls meet, a copy of the run that starts apart by what it is off there shows what becomes of that.
+force or torque, or a contact slides most, as far as that exceeds what was looked at before in the run; and one more
+after 1, 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
+ones, which meet, a moving ring or a cage, all together. What error the start of a window has from before, no window
+sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
+until neither holds, or it has taken its share of steps: what is found is then a lower bound. Where balls meet, a copy
+of the run that starts apart by what it is off there shows what becomes of that.
 """
 
 import numpy as np
@@ -37,14 +37,15 @@ from bearing_twin.numerics.steppers import ROSENBROCK
 
 METHOD = "rodas4"  # of the companion, whatever the run's
 TIGHTER = 0.3  # of the run's tolerance: what the companion errs by itself is as great a share, and is added
-MOST = 3  # windows looked at for force, and for torque, whatever the length of the run, unless later ones exceed them
-RAISED, FAR_RAISED = 1.2, 3.0  # times the least of those: worth a look; times the greatest: whatever it costs
-LOOKING = 0.2  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
+POINTERS = 3  # error of force, error of torque, friction over load
+MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
+RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
+LOOKING = 0.12  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
 INHERITED = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
-FOLLOWING = 0.15  # of the run's steps: where more were spent, nothing more is followed ...
-THREATENED = 0.6  # ... unless it is off by the tolerance, or loose: then where so many were ...
-BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it, or with all that met
+FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
+THREATENED = 0.45  # ... unless it is off by the tolerance, or loose: then where so many were ...
+BOUNCING = 0.35  # ... or would be, with a ball that bounces although nothing points to it, or with all that met
 
 
 class Companion:
@@ -60,9 +61,9 @@ class Companion:
 
     def reset(self) -> None:
         """Forgets the run."""
-        self.best = np.zeros((2, MOST))
+        self.best = np.zeros((POINTERS, MOST))
         self.greatest_load = 0.0
-        self.steps = self.parts = 0
+        self.steps = self.looked = self.parts = 0
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
         self.met = 0
@@ -73,6 +74,7 @@ class Companion:
             "best": self.best.tolist(),
             "greatest_load": self.greatest_load,
             "steps": self.steps,
+            "looked": self.looked,
             "parts": self.parts,
             "followed": [[one.ball, one.begin, [a.tolist() for a in one.last], one.left] for one in self.followed],
             "drift": self.drift.memory(),
@@ -81,16 +83,15 @@ class Companion:
 
     def remember(self, kept: dict) -> None:
         """Goes on from what `memory` gave; raises KeyError, TypeError or ValueError for anything else."""
-        self.best = np.array(kept["best"], float).reshape(2, MOST)
+        self.best = np.array(kept["best"], float).reshape(POINTERS, MOST)
         self.greatest_load = float(kept["greatest_load"])
         self.steps, self.parts = int(kept["steps"]), int(kept["parts"])
         self.followed = [
             Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), float(left))
             for ball, begin, last, left in kept["followed"]
         ]
-        if "drift" in kept:  # states of earlier versions have none
-            self.drift.remember(kept["drift"])
-            self.met = int(kept["met"])
+        self.drift.remember(kept["drift"])
+        self.met, self.looked = int(kept["met"]), int(kept["looked"])
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
@@ -102,21 +103,22 @@ class Companion:
         self.drift.remember(drift)
 
     def windows(self, part: Part) -> list[Window]:
-        """Where this part is worth a look: for force and for torque apart from each other in time."""
+        """Where this part is worth a look: for each pointer apart from each other in time."""
         found: list[Window] = []
         grids, steps = self._pointers(part)
-        met, whole = meetings(part), part.partners.active
+        met, whole, planned = meetings(part), part.partners.active, 0.0
         for place, grid in enumerate(grids):
             mine: list[Window] = []
             for flat in np.argsort(-grid, axis=None, kind="stable"):
                 row, cell = (int(one) for one in np.unravel_index(flat, grid.shape))
-                if len(mine) == MOST or not self._worth(place, grid[row, cell], part, mine):
+                if len(mine) == MOST or not self._worth(place, grid[row, cell], part, mine, planned):
                     break
                 window = as_met(window_at(ALL if whole else row, cell, steps[row]), met)
                 if not any(overlap(window, other) for other in mine):
-                    self.best[place] = np.sort([*self.best[place], grid[row, cell]])[1:]
                     mine.append(window)
-            found += [one for one in mine if not any(within(one, other) for other in found)]
+                    if not any(within(window, other) for other in found):
+                        found.append(window)
+                        planned += self._see(window, row, grids, steps)
         self.parts += 1
         if self.parts & (self.parts - 1) == 0 and not any(one.ball == ALL for one in found):
             calm = int(steps.sum(axis=1).argmin())
@@ -124,15 +126,23 @@ class Companion:
             found += [] if any(within(window, other) for other in found) else [window]
         return found
 
-    def _worth(self, place: int, points: float, part: Part, mine: list[Window]) -> bool:
-        """Whether a window is worth its steps, those found in this part included: the first always is."""
+    def _see(self, window: Window, row: int, grids: tuple[np.ndarray, ...], steps: np.ndarray) -> float:
+        """Keeps what the pointers say in a window that is looked at; the steps that the run took in it."""
+        inside = slice(window.begin + 1, window.begin + 1 + window.length)
+        rows = slice(None) if window.ball == ALL else slice(row, row + 1)
+        for place, grid in enumerate(grids):
+            self.best[place] = np.sort([*self.best[place], grid[rows, inside].max()])[1:]
+        return float(steps[rows, inside].sum())
+
+    def _worth(self, place: int, points: float, part: Part, mine: list[Window], planned: float) -> bool:
+        """Whether a window is worth its steps, those `planned` in this part included: the first always is."""
         best = self.best[place]
-        if self.steps > LOOKING * part.taken or any(one.ball == ALL for one in mine):
+        if self.looked + planned > LOOKING * part.taken or any(one.ball == ALL for one in mine):
             return points > FAR_RAISED * best.max()
         return points > RAISED * best.min()
 
-    def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
-        """What points to errors of force [N] and of torque over mu N R, and steps, each (balls or 1, cells)."""
+    def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+        """What points to errors, of force [N], torque over N, friction over N, and steps; each (balls or 1, cells)."""
         load = part.out["normal_load"].sum(axis=2).T
         self.greatest_load = max(self.greatest_load, float(part.out["normal_load"].max()))
         if len(part.pointer):
@@ -141,7 +151,9 @@ class Companion:
             force, torque = (bend(array) for array in (part.out["raceway_force"], part.out["raceway_torque"]))
             steps = np.full(force.shape, float(LEAST_STEPS))
         torque = torque / np.maximum(load, LEAST_LOAD * self.greatest_load)
-        grids = force, torque
+        limit = np.maximum(part.out["normal_load"], LEAST_LOAD * self.greatest_load)
+        sliding = (np.linalg.norm(part.out["friction_force"], axis=-1) / limit).max(axis=-1).T
+        grids = force, torque, sliding
         if part.partners.active:
             grids, steps = tuple(one.max(axis=0)[None] for one in grids), steps.max(axis=0)[None]
         return grids, steps
@@ -159,6 +171,7 @@ class Companion:
                 rows += [nowhere(part, window, tolerance) for window in group]
                 continue
             self.steps += found.steps
+            self.looked += found.steps
             each = found.steps / (len(part.near) if whole else len(group))
             for place, window in enumerate(group):
                 begin = part.elapsed + part.start(window.begin)

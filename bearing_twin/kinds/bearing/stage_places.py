@@ -7,6 +7,7 @@ from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
     COLUMNS,
+    DRIVE_WORK,
     END,
     FIFTH_STAGE,
     FIRST_STAGE,
@@ -31,6 +32,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_vector,
 )
 from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rotation import add
 from bearing_twin.numerics.steppers import five
 
 
@@ -90,11 +92,25 @@ def place_start(gamma, border, drive, alpha, lanes):
         _place(now, drive, alpha, START, lanes, k)
 
 
+@inlined
+def _mix_three(weights, lanes, column, k):
+    """Writes the state of a stage in three columns."""
+    mixed = (
+        mixed_stages(weights, lanes, column, k),
+        mixed_stages(weights, lanes, column + 1, k),
+        mixed_stages(weights, lanes, column + 2, k),
+    )
+    put_vector(lanes, END + column, k, add(get_vector(lanes, START + column, k), mixed))
+
+
 @lean_kernel
 def place_stage(border, drive, alpha, a, lanes):
     """The state at which a stage takes its rates, `alpha` steps ahead."""
     weights, now = five(a), border_state(border, at.NOW)
     for k in range(LANES):
-        for column in range(COLUMNS):
-            put(lanes, END + column, k, get(lanes, START + column, k) + mixed_stages(weights, lanes, column, k))
+        # Written out: a loop over the columns would be left in the loop over the lanes, which would then gather.
+        _mix_three(weights, lanes, AXIS_DISTANCE, k)
+        _mix_three(weights, lanes, VELOCITY, k)
+        _mix_three(weights, lanes, SPIN, k)
+        _mix_three(weights, lanes, DRIVE_WORK, k)
         _place(now, drive, alpha, END, lanes, k)

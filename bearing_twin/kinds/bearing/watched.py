@@ -2,7 +2,8 @@
 
 Each part of a chunk is verified at the windows the companion looks at. Where an output that is wanted is off by more
 than SAFE of the tolerance, the part is done again with a tighter setting, which holds from then on: what was too rough
-once is never tried again. The windows that failed are looked at again, whatever points to them then. Where a tighter
+once is never tried again. The windows that failed are looked at again, whatever points to them then. Where errors of
+earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter
 setting finds the same, the motion itself is that sensitive: the error is told, and the setting goes back.
 """
 
@@ -30,6 +31,7 @@ DOUBLED = 40  # times: beyond any chunk, and far from the end of floats, which a
 AIM = 0.25  # share of the tolerance that a tighter setting aims at
 LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
 REDONE = 3  # times at most that a part is done again
+RETAKEN = 2  # times at most that a chunk is: where balls carried an error on from earlier parts of it
 HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 BEGUN = ("drive", "elapsed", "_acceleration", "_load", "_load_rate")  # what a part changes besides arrays in place
@@ -56,6 +58,7 @@ class WatchedMotion(BearingMotion):
         self._set(1.0)
         self._rows: list[np.ndarray] = []
         self._found: np.ndarray | None = None
+        self._grown, self._sensitive = 0.0, False
         super().reset()
 
     def _set(self, setting: float) -> None:
@@ -84,7 +87,8 @@ class WatchedMotion(BearingMotion):
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        return super().snapshot() | {"companion": self.companion.memory(), "setting": self.setting}
+        known = {"companion": self.companion.memory(), "setting": self.setting, "sensitive": self._sensitive}
+        return super().snapshot() | known
 
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; the setting is kept where the scene is the same."""
@@ -92,6 +96,7 @@ class WatchedMotion(BearingMotion):
         if "companion" in kept:
             self.companion.remember(kept["companion"])
             self._set(float(kept["setting"]))
+            self._sensitive = bool(kept.get("sensitive", False))
             self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:
@@ -107,10 +112,33 @@ class WatchedMotion(BearingMotion):
         """As of BearingMotion, and the steps of the companion."""
         return super().costs() | {"companion_ball_steps": self.companion.steps}
 
+    def advance(self, times, duration):
+        """As of BearingMotion, once more with a tighter setting where errors grew too far from part to part.
+
+        Bounces and meetings of balls make them grow. Where it does not help, it is not tried again in a run.
+        """
+        last, before = math.inf, self.setting
+        for attempt in range(1 + RETAKEN):
+            self._grown = 0.0
+            out = super().advance(times, duration)
+            worst, tight = self._grown, self.setting
+            if worst <= GOOD or self._sensitive or attempt == RETAKEN or tight * self.given <= VERIFIABLE:
+                break
+            if worst >= HELPED * last:
+                self._sensitive = True
+                self._set(max(tight, min(before, FUTILE)))
+                break
+            last, spent, followed = worst, self.counts.copy(), self.companion.steps
+            self.take_back()
+            self.counts[:], self.companion.steps = spent, followed
+            cut = min(LEAST_CUT, max(MOST_CUT, AIM / worst))
+            self._set(max(cut * tight, VERIFIABLE / self.given))
+        return out
+
     def _part(self, times, duration, out, first) -> None:
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
         arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
-        before_it, self._windows = self.companion.inherited(), None
+        before_it, self._windows, begun = self.companion.inherited(), None, self.elapsed
         # What a part began with from before is not bettered by doing it again: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > FUTILE else self.elapsed
         for attempt in range(1 + REDONE):
@@ -130,6 +158,8 @@ class WatchedMotion(BearingMotion):
             self._set(max(cut * self.setting, VERIFIABLE / self.given))
         if self._found is not None and len(self._found):
             self._rows.append(self._found)
+            carried = (self._found[:, PLACE["begin"]] < begun) | (self._found[:, PLACE["ball"]] == APART)
+            self._grown = max(self._grown, self._off(self._found[carried]))
         self._found = None
 
     def _until_next(self, duration: float) -> float:
@@ -140,10 +170,16 @@ class WatchedMotion(BearingMotion):
 
         0 where no tighter setting could be verified.
         """
-        rows, greatest = self._found, self.companion.greatest_load
-        if rows is None or self.tolerance <= VERIFIABLE or greatest <= 0.0:
+        rows = self._found
+        if rows is None or self.tolerance <= VERIFIABLE:
             return 0.0
-        rows = rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)]
+        return self._off(rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)])
+
+    def _off(self, rows: np.ndarray) -> float:
+        """The greatest error in rows of WINDOW over the wanted tolerance."""
+        greatest = self.companion.greatest_load
+        if greatest <= 0.0:
+            return 0.0
         off = max(rows[:, PLACE["load"]].max(initial=0.0) / greatest, rows[:, PLACE["friction"]].max(initial=0.0))
         return off / self.parameters.wanted.tolerance
 
