@@ -117,7 +117,7 @@ class WatchedMotion(BearingMotion):
 
         Bounces and meetings of balls make them grow. Where it does not help, it is not tried again in a run.
         """
-        last, before = math.inf, self.setting
+        last, before, earlier = math.inf, self.setting, self._rows.copy()
         for attempt in range(1 + RETAKEN):
             self._grown = 0.0
             out = super().advance(times, duration)
@@ -130,7 +130,7 @@ class WatchedMotion(BearingMotion):
                 break
             last, spent, followed = worst, self.counts.copy(), self.companion.steps
             self.take_back()
-            self.counts[:], self.companion.steps = spent, followed
+            self.counts[:], self.companion.steps, self._rows = spent, followed, earlier.copy()
             cut = min(LEAST_CUT, max(MOST_CUT, AIM / worst))
             self._set(max(cut * tight, VERIFIABLE / self.given))
         return out
