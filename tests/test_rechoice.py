@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_run import a_choice
+from made_up_run import a_choice, made_up_block
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import choices, rechoice
@@ -65,7 +65,7 @@ def test_what_nobody_commanded_is_not_looked_at_again(monkeypatch):
     monkeypatch.setattr("bearing_twin.kinds.bearing.rechoice.rechosen", lambda *given: pytest.fail("looked"))
     simulation = Simulation(load_scene("bearing_6203"))
     simulation.advance(100)
-    assert simulation.choice is simulation._chosen
+    assert simulation.choice is simulation.chosen
 
 
 def test_balls_go_on_from_equilibria_and_back_and_their_energy_adds_up():
@@ -214,6 +214,16 @@ def test_switches_are_counted_in_memory_that_does_not_grow_and_rows_of_others_ar
     assert after.reason.count("rodas3") == 1
     assert "the last of 50 times" in after.reason
     assert "the last of 50 times" in switches.doubt
+
+
+def test_a_model_that_is_taken_before_the_first_output_is_told_with_the_scene():
+    scene, told = load_scene("bearing_6203", (SOON,)), a_choice(stepper="rodas3")
+    stream = MessageStream(scene, choice=a_choice())
+    assert stream.adopt(told, 0) == []
+    begun = stream.messages(made_up_block(scene, 3))
+    assert [one[0].name for one in begun].count("scene") == 1
+    assert '"rodas3"' in cdr.deserialise(cdr.STRING, begun[0][2]).data
+    assert [one[0].name for one in stream.adopt(a_choice(), 10**9)] == ["scene"]
 
 
 def test_a_log_tells_of_the_switch_what_its_run_told(tmp_path):
