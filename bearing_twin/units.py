@@ -6,6 +6,7 @@ A channel, a quantity and a parameter declare the symbol; the keys of figures, J
 import functools
 import math
 import re
+from collections.abc import Mapping
 from typing import NamedTuple
 
 ALL, BELOW_ONE = "GMkmµn", "mµn"
@@ -54,9 +55,10 @@ NO_LIMITS = Limits()
 class Unit(NamedTuple):
     """A row of UNITS: `suffix` of keys ("" = none is used), `shown` in tables of SI, the `prefixes` it may take.
 
-    `people` is the unit that engineers read in its place, and the factor into it; without one, `shown` with a prefix.
-    `least` and `greatest` are the sizes between which a declared parameter must lie if it names no bounds of its own:
-    wider than any bearing, ball or beam, and far from where products of such numbers leave double precision.
+    `people` is the unit that engineers read in its place, and the factor into it; without one, `shown` with a prefix;
+    `zero` is the prefix where all values are 0. `least` and `greatest` are the sizes between which a declared parameter
+    must lie if it names no bounds of its own: wider than any bearing, ball or beam, and far from where products of such
+    numbers leave double precision.
     """
 
     suffix: str
@@ -65,11 +67,12 @@ class Unit(NamedTuple):
     least: float = 0.0
     greatest: float = math.inf
     people: tuple[str, float] | None = None
+    zero: str = ""
 
 
 UNITS = {  # by the symbol that declarations use
     "1": Unit("", "", greatest=1e12),
-    "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4),
+    "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4, zero="µ"),
     "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
     "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
     "rad": Unit("rad", "rad", greatest=1e6, people=("°", 180.0 / math.pi)),
@@ -104,6 +107,7 @@ UNITS = {  # by the symbol that declarations use
     "N s/m^1.25": Unit("", "N s/m^1.25", greatest=1e15),
 }
 LONGEST = 64  # characters of a number with its unit: to look through longer texts would take long
+NEAR = 4  # places in a table: figures of one unit so near each other are read together
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].{0,9})")
 _WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "Nm": "N m", "Nmm": "N mm"}
 _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
@@ -131,8 +135,19 @@ def for_people(size: float, unit: Unit) -> tuple[str, float]:
     """(unit that people read, factor into it) of values of up to `size` in a unit of the table."""
     if unit.people is not None:
         return unit.people
-    factor, shown = prefixed(size, unit.shown)
+    factor, shown = prefixed(size or PREFIXES[unit.zero], unit.shown)
     return shown, factor
+
+
+def sizes_for_units(sizes: Mapping[str, float]) -> dict[str, float]:
+    """The size by which the unit of each SI-suffixed key is chosen: a 0 has that of a key near it of its unit."""
+    keys, found = list(sizes), dict(sizes)
+    for place, key in enumerate(keys):
+        if sizes[key] == 0.0:
+            alike = [k for k, one in enumerate(keys) if sizes[one] and unit_suffix(one) == unit_suffix(key)]
+            alike = [k for k in alike if abs(k - place) <= NEAR]
+            found[key] = min(((abs(k - place), sizes[keys[k]]) for k in alike), default=(0, 0.0))[1]
+    return found
 
 
 def _words_and_unit(key: str) -> tuple[str, Unit]:

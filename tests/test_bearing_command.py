@@ -116,6 +116,18 @@ def test_columns_stay_apart(capsys):
     first = lines.index("stiffness: load [N, N m] for 1 µm or 1 mrad more along") + 1
     rows = [[float(cell) for cell in line[22:].split()] for line in lines[first : first + 5]]
     assert [len(row) for row in rows] == [5] * 5
+    # light balls in the table of a heavy load: 0.087991 N beside 594 N
+    assert cli.main(["bearing", "6203", "--load", "0,-1000,0"]) == cli.DONE
+    lines = capsys.readouterr().out.splitlines()
+    first = next(place for place, line in enumerate(lines) if line.startswith("ball  azimuth")) + 2
+    cells = [line.split() for line in lines[first : first + 8]]
+    assert [len(row) for row in cells] == [10] * 8
+    assert {row[1] for row in cells} >= {"180.00", "-90.00"}
+
+
+def test_a_great_load_is_written_without_a_power_of_ten(capsys):
+    assert cli.main(["bearing", "bearing_218_thrust", "--load", "0,-100000,170000"]) == cli.DONE
+    assert "0    -100000     170000" in capsys.readouterr().out
 
 
 def test_sweeps_are_curves(capsys):

@@ -49,6 +49,28 @@ def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch
     assert json.loads(capsys.readouterr().out) == RESULT
 
 
+def test_zeros_have_the_unit_of_their_neighbours_and_no_error_beside_them(capsys):
+    result = {
+        "greatest_approach_m": 0.0,
+        "greatest_approach_m_error": 0.0,
+        "semi_major_inner_m": [0.0] * 4,
+        "semi_major_outer_m": [2e-3] * 4,
+        "cage_speed_rad_s": 1.0,
+        "roll_rate_rad_s": 1.0,
+        "spin_rad_s": 1.0,
+        "height_m": 1.1,
+        "work_j": 3e-6,
+        "dissipated_j": 0.0,
+    }
+    lines = shown(capsys, result).splitlines()
+    assert [line.split()[-2:] for line in lines if line.startswith(("greatest", "dissipated"))] == [
+        ["0", "mm"],
+        ["0", "µJ"],
+    ]
+    assert next(line for line in lines if line.startswith("ball")).split() == ["ball", "mm", "mm"]
+    assert shown(capsys, {"greatest_approach_m": 0.0, "count": 1}).split("\n")[0] == "greatest approach  0 µm"
+
+
 @pytest.mark.parametrize(
     ("value", "error", "shown"),
     [

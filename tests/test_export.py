@@ -14,6 +14,7 @@ import xarray
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
 from bearing_twin.command import cli, export_command
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.kinds import KINDS
 from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
 from bearing_twin.run.axes import axes_of
 from bearing_twin.sample import Channel
@@ -176,12 +177,25 @@ def test_the_realisations_of_a_study_come_out_too(to, study, tmp_path):
         with xarray.open_dataset(out, engine="h5netcdf") as stored:
             found = {name: stored[name].to_numpy() for name in frame.columns}
             assert stored["peak_force"].attrs["units"] == "N"
+            assert stored["peak_force"].attrs["long_name"] == "greatest contact force"
     else:
         found = columns_in(out, to)
     for name in (*(one.key for one in result.study.inputs), *result.study.quantities):
         same_bits(numbers(found[name]), frame[name])
     same_bits(frame["peak_force"], result.sample("peak_force"))
     assert set(frame["failed"]) == {""}
+
+
+def test_every_column_of_a_study_has_a_meaning(study, tmp_path):
+    out = tmp_path / "tables"
+    export_log(study, "csv", out)
+    described = columns_in(out / CHANNELS, "csv")
+    meanings = dict(zip(described["column"], described["meaning"], strict=True))
+    assert list(meanings) == list(columns_in(out / "realisations.csv", "csv"))
+    assert all(meanings.values())
+    quantities = KINDS["two_spheres"].quantities_of()
+    for name in read_study(study).study.quantities:
+        assert meanings[name] == quantities[name].meaning
 
 
 def test_the_command_writes_and_refuses(log, tmp_path, capsys):

@@ -1,5 +1,6 @@
 """Logs: what goes in comes out, bit for bit, also through readers that are not ours."""
 
+import contextlib
 import io
 import json
 import os
@@ -19,6 +20,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
+from bearing_twin.command.cli import DONE, main
 from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
@@ -30,7 +32,7 @@ from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.run.verification import verify
-from bearing_twin.sample import Block
+from bearing_twin.sample import Block, joined
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 230)
@@ -90,6 +92,27 @@ def test_a_simulation_comes_back_and_verifies(tmp_path):
     assert log.metadata["bearing_twin"]["reason"] == run.simulation.choice.reason
     assert log.report["samples"] == 121
     assert verify(log).greatest == 0.0
+
+
+def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_simulated_before_it(tmp_path, capsys):
+    scene = load_scene("bearing_6203", ["run.duration=0.12"])
+    whole = joined(list(simulate(scene).blocks()))
+    write_log(made_up_run(scene, [whole.part(60, 100), whole.part(100, 121)]), tmp_path / "late.mcap")
+    told = []
+
+    @contextlib.contextmanager
+    def before(seconds):
+        told.append(seconds)
+        yield told.append
+
+    found = verify(read_log(tmp_path / "late.mcap"), before=before)
+    assert (found.samples, found.greatest) == (61, 0.0)
+    assert told[0] == pytest.approx(0.06)
+    assert told[-1] == 1.0
+    assert main(["verify", str(tmp_path / "late.mcap"), "--json"]) == DONE
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["samples"] == 61
+    assert "begins at 0.06 s: the run up to there is simulated first" in captured.err
 
 
 def test_a_log_with_fewer_channels_is_verified_by_those_it_has():

@@ -96,6 +96,16 @@ def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
     assert re.search(r"contact_duration +contact.measured_alpha", out)
 
 
+def test_an_open_end_of_an_interval_is_explained_where_there_is_one(capsys):
+    few, many = (["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000"))
+    assert main(["study", *QUICK, *few]) == DONE
+    out = capsys.readouterr().out
+    assert re.search(r"0.95 quantile +\S+ \[\S+, \?\]", out)
+    assert "?: the samples are too few to bound" in out
+    assert main(["study", *QUICK, *many]) == DONE
+    assert "?" not in capsys.readouterr().out
+
+
 def test_a_study_goes_on_from_its_log(capsys, tmp_path, quick_workers):
     first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
     asked(capsys, *QUICK, "--samples", 500, "--out", first)

@@ -33,27 +33,27 @@ def _row(name, units, lengths, turns, sign=1e3):
     show_text(f"{name:<13}{units:<9}" + "".join(f"{_short(one):>11}" for one in cells))
 
 
-def _short(value):
-    """At most 10 characters, so that columns of 11 stay apart."""
+def _short(value, room=10):
+    """At most `room` (8 or more) characters, so that columns wider than that stay apart; no power of ten up to 1e7."""
+    if 99999.5 <= abs(value) < 1e7:
+        return f"{value:.0f}"
     shown = "0" if abs(value) < 1e-9 else f"{value:.5g}"
-    return shown if len(shown) <= 10 else f"{value:.4g}"
+    return next((one for one in (shown, f"{value:.4g}", f"{value:.2g}") if len(one) <= room), shown)
 
 
 def _balls(result):
     show_text()
-    show_text(f"{'ball':>4}{'azimuth':>9}{'load [N]':>18}{'angle [°]':>16}{'pressure [GPa]':>17}{'inner a x b':>15}")
-    show_text(
-        f"{'':>4}{'[°]':>9}{'inner':>10}{'outer':>8}{'inner':>9}{'outer':>7}{'inner':>10}{'outer':>7}{'[mm]':>15}"
-    )
+    show_text(f"{'ball':>4}{'azimuth':>9}{'load [N]':>18}{'angle [°]':>15}{'pressure [GPa]':>16}{'inner a x b':>17}")
+    show_text(f"{'':>4}{'[°]':>9}{'inner':>9}{'outer':>9}{'inner':>8}{'outer':>7}{'inner':>8}{'outer':>8}{'[mm]':>17}")
     for k, azimuth in enumerate(result["ball_azimuth_rad"]):
         load = [result[f"normal_load_{race}_n"][k] for race in ("inner", "outer")]
         angle = [math.degrees(result[f"contact_angle_{race}_rad"][k]) for race in ("inner", "outer")]
         pressure = [1e-9 * result[f"peak_pressure_{race}_pa"][k] for race in ("inner", "outer")]
         size = [1e3 * result[f"semi_{axis}_inner_m"][k] for axis in ("major", "minor")]
-        degrees = (math.degrees(azimuth) + 180.0) % 360.0 - 180.0
+        degrees = 180.0 - (180.0 - math.degrees(azimuth)) % 360.0
         show_text(
-            f"{k:>4}{degrees:>9.2f}{load[0]:>10.5g}{load[1]:>8.5g}{angle[0]:>9.3f}{angle[1]:>7.3f}"
-            f"{pressure[0]:>10.4f}{pressure[1]:>7.4f}{size[0]:>8.4f}{size[1]:>7.4f}"
+            f"{k:>4}{degrees:>9.2f}{_short(load[0], 8):>9}{_short(load[1], 8):>9}{angle[0]:>8.3f}{angle[1]:>7.3f}"
+            f"{pressure[0]:>8.4f}{pressure[1]:>8.4f}{size[0]:>9.4f}{size[1]:>8.4f}"
         )
 
 

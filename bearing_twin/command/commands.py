@@ -1,6 +1,7 @@
 """The subcommands, one table: what each takes, does and hands back. Imports are late, so that --help is quick."""
 
 import argparse
+import contextlib
 import math
 import shutil
 from collections.abc import Callable
@@ -176,7 +177,7 @@ def _verify(arguments) -> Outcome:
         raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
         log = read_log(arguments.log, topic=arguments.topic)
-        verification = verify(log, update)
+        verification = verify(log, update, _before_the_log)
     why = "as a run does that was commanded, in speed or load: its scene knows nothing of that"
     far = f"the log deviates by up to {verification.greatest:.3g} from a new run, {why}"
     doubts = [far] if verification.greatest else []
@@ -186,6 +187,15 @@ def _verify(arguments) -> Outcome:
     count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
     shown = {key: value for key, value in result.items() if key != "deviations"} | {"channels": count}
     return Outcome(result, doubts, lambda: show_result(shown | ({"deviation of": off} if off else {})))
+
+
+@contextlib.contextmanager
+def _before_the_log(seconds: float):
+    from bearing_twin.command.terminal import progress, say
+
+    say(f"the log begins at {seconds:.6g} s: the run up to there is simulated first, and compared with nothing")
+    with progress(f"simulating the {seconds:.6g} s before the log") as update:
+        yield update
 
 
 def _report_arguments(parser):

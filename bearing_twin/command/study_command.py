@@ -15,6 +15,8 @@ EXAMPLES = (
     "bearing_twin study spheres_alpha_4e-5 --plot study.png",
     "bearing_twin study bearing_6203_tolerances --samples 200 --set run.duration=0.05 --out study.mcap",
 )
+OPEN = "?"  # in an interval: no end on this side
+OPEN_MEANS = f"{OPEN}: the samples are too few to bound the interval on this side; take more"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -141,6 +143,8 @@ def show(summary) -> None:
     units = {name: shown_unit(found["unit"], _size(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
+    if any(OPEN in value for _, _, value, _ in rows):
+        show_paragraph(OPEN_MEANS)
     for sentence in told_of_model(summary, lambda size, unit: shown_unit(unit, size)[::-1]):
         show_paragraph(sentence)
     sources = [
@@ -211,5 +215,5 @@ def _interval(value, interval, factor: float = 1.0) -> str:
         return "-"
     ends = interval or (None, None)
     open_by = max((abs(factor * (one - value)) for one in ends if one is not None), default=0.0)
-    shown, low, high = ("?" if one is None else known_digits(factor * one, open_by) for one in (value, *ends))
-    return shown if low == high == "?" else f"{shown} [{low}, {high}]"
+    shown, low, high = (OPEN if one is None else known_digits(factor * one, open_by) for one in (value, *ends))
+    return shown if low == high == OPEN else f"{shown} [{low}, {high}]"

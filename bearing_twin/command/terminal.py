@@ -18,6 +18,7 @@ from bearing_twin.units import (
     known_digits,
     named,
     readable,
+    sizes_for_units,
     unit_suffix,
 )
 
@@ -37,11 +38,11 @@ def show_result(result: Mapping) -> None:
     """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
     width = width_of_terminal()
     result, errors = _errors_apart(result)
-    single, columns, events = [], {}, {}
+    single, columns, events, sizes = [], {}, {}, _sizes(result, errors)
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
             if len(value) <= AXES:
-                single.append(_named_value(key, value, errors.get(key)))
+                single.append(_named_value(key, value, errors.get(key), sizes[key]))
             else:
                 columns.setdefault(len(value), {})[key] = value
         elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
@@ -49,14 +50,14 @@ def show_result(result: Mapping) -> None:
         elif isinstance(value, (list, tuple)):
             single.append((named(key)[0], "\n".join(map(str, value)) or "none"))
         else:
-            single.append(_named_value(key, value, errors.get(key)))
+            single.append(_named_value(key, value, errors.get(key), sizes[key]))
     show_text("\n".join(named_values(single, width)))
     for key, rows in events.items():
         _show_events(named(key)[0], [dict(_flat(row)) for row in rows])
     for length, lists in columns.items():
         header, cells = ["ball"], [[str(row) for row in range(length)]]
         for key, values in lists.items():
-            words, unit, factor = _readable(key, values)
+            words, unit, factor = _readable(key, sizes[key])
             header.append(f"{words}\n{unit or '-'}")
             worst = greatest_error(errors.get(key))
             cells.append([_text(value, factor, worst) for value in values])
@@ -70,7 +71,7 @@ def show_result(result: Mapping) -> None:
 
 def _show_events(title: str, rows: list[dict]) -> None:
     """A table of mappings with the same keys, a row each."""
-    units = {key: _readable(key, [row.get(key) for row in rows]) for key in rows[0]}
+    units = {key: _readable(key, _size([row.get(key) for row in rows])) for key in rows[0]}
     header = [f"{words} [{unit}]" if unit else words for words, unit, _ in units.values()]
     show_text(f"\n{title}")
     show_rows(header, ([_text(row.get(key), units[key][2]) for key in units] for row in rows))
@@ -89,31 +90,47 @@ def show_quantities(result: Mapping) -> None:
     """Print single values of a result as a table of quantity, value and unit; lists of numbers side by side."""
     rows = []
     for key, value in result.items():
-        words, unit, factor = _readable(key, value)
+        words, unit, factor = _readable(key, _size(value))
         shown = "  ".join(_text(one, factor) for one in value) if isinstance(value, list) else _text(value, factor)
         rows.append((words, shown, unit))
     show_rows(("quantity", "value", "unit"), rows)
 
 
-def _readable(key: str, values) -> tuple[str, str, float]:
-    """(words, unit, factor into that unit) of a key with these values: SI with --si, else what engineers read."""
-    sizes = [abs(one) for one in (values if isinstance(values, (list, tuple)) else [values]) if _is_number(one)]
-    return (*named(key), 1.0) if SI.get() else readable(key, max(sizes, default=0.0))
+def _readable(key: str, size: float) -> tuple[str, str, float]:
+    """(words, unit, factor into that unit) of a key with values to `size`: SI with --si, else what engineers read."""
+    return (*named(key), 1.0) if SI.get() else readable(key, size)
+
+
+def _sizes(result: Mapping, errors: Mapping) -> dict[str, float]:
+    """The size by which the unit of each key is chosen: of a vector its error counts too."""
+    sizes = {}
+    for key, value in _flat(result):
+        long = isinstance(value, (list, tuple)) and len(value) > AXES
+        sizes[key] = max(_size(value), 0.0 if long else _size(greatest_error(errors.get(key))))
+    return sizes_for_units(sizes)
+
+
+def _size(values) -> float:
+    """The greatest magnitude of a value or of the numbers in a list; 0 where there is none."""
+    several = values if isinstance(values, (list, tuple)) else [values]
+    return float(max((abs(one) for one in several if _is_number(one)), default=0.0))
 
 
 def _is_number(value) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _named_value(key: str, value, error) -> tuple[str, str]:
+def _named_value(key: str, value, error, size: float) -> tuple[str, str]:
     """The words of a key and its value for people, with its error, and marked where that is large."""
+    from bearing_twin.run.doubt import exceeds
+
     numbers, worst = list(value) if isinstance(value, (list, tuple)) else [value], greatest_error(error)
-    words, unit, factor = _readable(key, [*numbers, worst])
+    words, unit, factor = _readable(key, size)
     shown = ", ".join(_text(one, factor, worst) for one in numbers)
     known = worst is not None and value is not None
-    shown += f" ± {error_digits(factor * worst)}" if known else ""
+    shown += f" ± {error_digits(factor * worst)}" if known and (worst or _size(value)) else ""
     shown = f"{shown} {unit}".rstrip() if any(map(_is_number, numbers)) else shown
-    return words, f"{shown} (doubtful)" if known and _is_doubtful(value, error) else shown
+    return words, f"{shown} (doubtful)" if known and exceeds(value, error) else shown
 
 
 def show_paragraph(text: str) -> None:
@@ -256,12 +273,6 @@ def _unbounded(error):
     if isinstance(error, (list, tuple)):
         return [_unbounded(one) for one in error]
     return math.inf if error is None else error
-
-
-def _is_doubtful(value, error) -> bool:
-    from bearing_twin.run.doubt import exceeds
-
-    return exceeds(value, error)
 
 
 def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:

@@ -20,7 +20,7 @@ from bearing_twin.log.run_log import read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.run.axes import Axis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
-from bearing_twin.uq.frame import columns_of, units_of
+from bearing_twin.uq.frame import columns_of, meanings_of, units_of
 
 OUTPUTS, SAMPLES, CHANNELS = "outputs", "realisations", "channels.csv"
 TIMES = ("sequence", "time_ns", "time")  # number of the output, exact time [ns], time [s]
@@ -117,8 +117,9 @@ def _header(group: Group) -> list[str]:
 def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffix: str) -> Exported:
     """One file a group in a folder, or the only one at a path that ends with `suffix`."""
     if hasattr(stream, "study"):
-        group = Group(SAMPLES, (), tuple((name, unit, "") for name, unit in units_of(stream).items()))
-        groups, blocks = [group], None
+        units = units_of(stream)
+        columns = tuple((name, units.get(name, ""), meaning) for name, meaning in meanings_of(stream).items())
+        groups, blocks = [Group(SAMPLES, (), columns)], None
     else:
         groups, blocks = groups_of(stream), watch(stream.blocks(), stream)
     alone = target.suffix == suffix
@@ -233,10 +234,11 @@ def _netcdf(stream, target, begun, watch) -> Exported:
     xarray = wanted("xarray", "export")
     wanted("h5netcdf", "export")
     if hasattr(stream, "study"):
-        units = units_of(stream)
+        told = {name: {"long_name": meaning} for name, meaning in meanings_of(stream).items()}
+        for name, unit in units_of(stream).items():
+            told[name]["units"] = unit
         variables = {
-            name: ("realisation", np.asarray(column), {"units": units[name]} if name in units else {})
-            for name, column in columns_of(stream).items()
+            name: ("realisation", np.asarray(column), told[name]) for name, column in columns_of(stream).items()
         }
         dataset, rows = xarray.Dataset(variables), len(stream.status)
     else:

@@ -1,6 +1,8 @@
 """A log against a fresh simulation of the scene that is stored in it."""
 
+import dataclasses
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,12 +29,19 @@ class Verification:
         return {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
 
 
-def verify(log, progress: Callable[[float], None] | None = None) -> Verification:
+Told = Callable[[float], None]
+
+
+def verify(
+    log, progress: Told | None = None, before: Callable[[float], AbstractContextManager[Told]] | None = None
+) -> Verification:
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared, and so are
-    those outputs alone that a thinned log holds.
+    those outputs alone that a thinned log holds. A log may begin late: what came before its first output is simulated
+    without comparing. `before` is asked, with the seconds simulated so, for who is told the share of that;
+    `progress` is told the share of all.
     """
     if log.scene is None:
         raise LogError(
@@ -45,7 +54,7 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
     deviations, samples = dict.fromkeys(names, 0.0), 0
     duration = log.scene.parameters.run.duration
     for block in log.blocks():
-        again = simulation.advance(_outputs_until(simulation, block, log.kept_rate)).last(len(block))
+        again = _again(simulation, block, log.kept_rate, before or (lambda seconds: nullcontext(lambda share: None)))
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
                 f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
@@ -66,7 +75,23 @@ def verify(log, progress: Callable[[float], None] | None = None) -> Verification
     return Verification(samples, deviations)
 
 
-def _outputs_until(simulation: Simulation, block: Block, kept_rate: float) -> int:
-    """Outputs from where the simulation is to the end of `block`; those before it are passed over in a thinned log."""
-    passed = block.first_sequence - simulation.sequence - 1 if kept_rate else 0
-    return len(block) + max(passed, 0)
+def _again(simulation: Simulation, block: Block, kept_rate: float, before) -> Block:
+    """The outputs of `block` from the simulation, with the records since its last ones.
+
+    Those before it are passed over in a thinned log, and before the first block of any.
+    """
+    begins, parts, last = simulation.sequence < 0, [], block.first_sequence - 1
+    late = begins and last >= 0
+    ahead = (
+        before(1e-9 * block.first_sequence * simulation.output_period_ns) if late else nullcontext(lambda share: None)
+    )
+    with ahead as told:
+        while simulation.sequence < last and (kept_rate or begins):
+            passed = min(simulation.chunk_outputs, last - simulation.sequence)
+            parts.append(simulation.advance(passed).records)
+            told((simulation.sequence + 1) / block.first_sequence)
+    again = simulation.advance(len(block))
+    parts.append(again.records)
+    names = dict.fromkeys(name for records in parts for name in records)
+    records = {name: np.concatenate([one[name] for one in parts if name in one]) for name in names}
+    return dataclasses.replace(again, records=records)

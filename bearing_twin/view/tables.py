@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.units import error_digits, greatest_error, known_digits, readable
+from bearing_twin.units import error_digits, greatest_error, known_digits, readable, sizes_for_units
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors
@@ -16,12 +16,12 @@ def figure_rows(
     figures: Mapping[str, Any], errors: Mapping[str, Any], meanings: Mapping[str, str]
 ) -> list[dict[str, str]]:
     """One row a figure of one number, one text or a short vector, with `<figure>_error` of `errors`."""
-    rows = []
+    rows, sizes = [], _sizes(figures, errors)
     for key, value in figures.items():
         if _of_balls(value) or _happenings(value) or isinstance(value, Mapping):
             continue
         error = errors.get(f"{key}{ERROR}")
-        words, unit, factor = readable(key, _size(value, error))
+        words, unit, factor = readable(key, sizes[key])
         rows.append(
             {
                 "words": words,
@@ -39,6 +39,7 @@ def ball_tables(
 ) -> list[dict[str, Any]]:
     """Figures that are lists of as many numbers, side by side: `header` (words, unit, meaning), `rows`, `errors`."""
     by_length: dict[int, dict[str, list]] = {}
+    sizes = _sizes(figures, errors)
     for key, value in figures.items():
         if _of_balls(value):
             by_length.setdefault(len(value), {})[key] = value
@@ -46,7 +47,7 @@ def ball_tables(
     for columns in by_length.values():
         header, filled, greatest = [], [], []
         for key, values in columns.items():
-            words, unit, factor = readable(key, _size(values))
+            words, unit, factor = readable(key, sizes[key])
             error = errors.get(f"{key}{ERROR}")
             header.append((words, unit, meanings.get(key, "")))
             filled.append([_number(value, factor, error) for value in values])
@@ -105,6 +106,15 @@ def _text(value, factor: float, error=None) -> str:
         return "; ".join(map(str, value)) or "none"
     several = list(value) if isinstance(value, (list, tuple)) else [value]
     return ", ".join(_number(one, factor, error) for one in several) or "none"
+
+
+def _sizes(figures: Mapping[str, Any], errors: Mapping[str, Any]) -> dict[str, float]:
+    """The size by which the unit of each figure is chosen: of a vector its error counts too."""
+    told = {
+        key: _size(value) if _of_balls(value) else _size(value, errors.get(f"{key}{ERROR}"))
+        for key, value in figures.items()
+    }
+    return sizes_for_units(told)
 
 
 def _size(*values) -> float:
