@@ -3,8 +3,8 @@
 Each part of a chunk is verified at the windows the companion looks at. Where an output that is wanted is off by more
 than SAFE of the tolerance, the part is done again with a tighter setting, which holds from then on: what was too rough
 once is never tried again. The windows that failed are looked at again, whatever points to them then. Where errors of
-earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter
-setting finds the same, the motion itself is that sensitive: the error is told, and the setting goes back.
+earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter setting finds the same, the
+motion itself is that sensitive: the error is told, and the setting goes back.
 """
 
 import math
