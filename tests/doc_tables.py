@@ -15,7 +15,15 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
-from bearing_twin.charts.work_precision import DEFAULT, LADDERS, PROBLEMS, StepperPoint, cheapest, shares_of_steps
+from bearing_twin.charts.work_precision import (
+    DEFAULT,
+    LADDERS,
+    PROBLEMS,
+    StepperPoint,
+    cheapest,
+    confirmed,
+    shares_of_steps,
+)
 from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
@@ -113,6 +121,10 @@ def _shares() -> str:
         for name, (worst, share) in shares_of_steps(points_of_steppers(), DEFAULT).items()
     )
     return _table((f"`{DEFAULT}`", "greatest error over the tolerance", "share of a step that just keeps it"), rows)
+
+
+def _confirmed() -> str:
+    return confirmed(points_of_steppers())[0] + "\n"
 
 
 def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in LADDERS)) -> str:
@@ -231,6 +243,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "steppers": _steppers,
     "speeds": _speeds,
     "shares_of_steps": _shares,
+    "references_of_steppers": _confirmed,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
     "failures": _failures,

@@ -1,5 +1,6 @@
 """What a bearing run says of its own errors, against the same run at a tolerance so tight that it counts as true."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -314,11 +315,18 @@ def test_what_errors_follow_from_does_not_depend_on_how_outputs_are_cut():
     scene = made_up_scene()
     for first in (0, 130):
         block, found = made_up_block(scene, 330, first), []
+        block.values["normal_load"][:] *= np.linspace(0.1, 1.0, 330)[:, None, None]
+        windows = np.ones((30, len(WINDOW.columns)))
+        windows[:, 0] = np.linspace(1e-9 * block.time_ns[0], 1e-9 * block.time_ns[-1], 30)
+        block = dataclasses.replace(block, records={WINDOW.name: windows})
         for length in (50, 10**9):
             doubt = BearingDoubt(scene.parameters, a_choice())
+            doubt.growth.add = lambda row, greatest, seen=(seen := []): seen.append((row[0], greatest))
             for piece in cut(block, length):
                 doubt.add(piece)
-            found.append((doubt.outputs, doubt.steepest, *doubt.load.flat, *doubt.curvatures.flat, *doubt.rubbed.flat))
+            assert len(seen) == doubt.windows == 30
+            sums = (*doubt.load.flat, *doubt.curvatures.flat, *doubt.rubbed.flat)
+            found.append((doubt.outputs, doubt.steepest, *sums, *seen))
         assert found[0] == found[1]
         turned, load = np.diff(block.values["orbit_angle"], axis=0)[..., None], block.values["normal_load"]
         within = np.diff((first + np.arange(330)) // 50) == 0

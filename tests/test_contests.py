@@ -219,6 +219,8 @@ def test_a_contest_writes_picture_and_table(tmp_path, monkeypatch, capsys):
     assert json.loads(capsys.readouterr().out)["reading"] == made.reading
     assert main(["chart", "beams", "--read", "--out", str(tmp_path)]) == 2
     assert "closed_form" in made.reading[0]
+    nearest = min(row.error for row in made.rows)
+    assert made.reading[1] == f"References that other methods find: elastic spheres to {nearest:.1g} (closed_form)."
     assert [row["status"] for row in csv.DictReader((tmp_path / "pairs.csv").open())].count(REFUSED) == 2
 
 

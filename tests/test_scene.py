@@ -115,6 +115,12 @@ def test_wrong_overrides_are_refused_with_the_reason(override, words):
     assert words in refusal(load_scene, "bearing_6203", [override])
 
 
+def test_a_long_text_in_place_of_a_number_is_not_searched_for_a_unit():
+    """Many digits before what is no unit took minutes to search."""
+    assert "must be a number" in refusal(load_scene, "bearing_6203", ["drive.speed=" + "1" * 100_000 + "x" * 20])
+    assert " is " not in refusal(load_scene, "bearing_6203", ["geometry.radial_clearance=" + "1" * 70 + "um"])
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [

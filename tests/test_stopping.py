@@ -108,10 +108,14 @@ def test_a_signal_whose_exception_python_drops_comes_again(number, ended):
             signal.raise_signal(number)
 
     end = time.monotonic() + PATIENCE
-    with pytest.raises(ended), _ended_by_signals():  # noqa: PT012 - what a command does meanwhile
-        Collected()
-        while time.monotonic() < end:
-            time.sleep(0.01)
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
+    try:
+        with pytest.raises(ended), _ended_by_signals():  # noqa: PT012 - what a command does meanwhile
+            Collected()
+            while time.monotonic() < end:
+                time.sleep(0.01)
+    finally:
+        signal.signal(signal.SIGINT, previous)
 
 
 @pytest.mark.parametrize(

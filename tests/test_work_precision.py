@@ -55,7 +55,8 @@ def test_the_cheapest_point_meets_both_errors(points):
     best = cheapest(points, "sliding", "rk4")
     assert best.setting == 5e-7
     assert cheapest(points, "sliding", "rodas4", wanted=1e-15) is None
-    sentence, shares = reading(points)
+    sentence, again, shares = reading(points)
+    assert f"to {max(points[3].load_error, points[3].friction_error):.1g} (rk4)" in again
     assert "rk4" in sentence
     assert "may err by 0.2 of the tolerance" in shares
 

@@ -26,7 +26,8 @@ class Contest:
 
     `judge`, a function of a module, gives the row of (problem, method, setting, limit of CPU seconds);
     `command` repeats a run, "" where nothing does. `error` and `cost` say what is on the axes, `wanted` is the
-    error at which costs are compared, `more` reads the rows further. With a name for the `setting`, errors
+    error at which costs are compared, `more` reads the rows further; `own` are the methods that the reference is made
+    by, where another one can confirm it. With a name for the `setting`, errors
     and costs are drawn over it, a panel each: of figures that one run has, none costs more than another.
     """
 
@@ -40,6 +41,7 @@ class Contest:
     command: Callable[[str, str, float], str]
     more: Callable[[list[Row]], list[str]] = lambda rows: []
     setting: str = ""
+    own: tuple[str, ...] = ()
 
     def blank(self, task: Task) -> Row:
         """The row of a run before it has run."""
@@ -57,7 +59,9 @@ class Contest:
 
     def reading(self, rows: list[Row]) -> list[str]:
         """What the chart says, from its rows."""
-        return [*(enough_from if self.setting else best_of)(self, rows), *self.more(rows)]
+        again = ((row.problem, row.method, row.error) for row in rows) if self.own else ()
+        read = enough_from if self.setting else best_of
+        return [*read(self, rows), *found_again(again, self.own), *self.more(rows)]
 
     def read(self, folder: Path, name: str) -> list[str]:
         """The same from the table that was written there before."""
@@ -199,6 +203,19 @@ def cheapest(rows: list[Row], problem: str, method: str, wanted: float) -> Row |
     """The cheapest run of a method within the error wanted; None if there is none."""
     good = [row for row in rows if (row.problem, row.method) == (problem, method) and row.error <= wanted]
     return min(good, key=lambda row: row.seconds, default=None)
+
+
+def found_again(runs: Iterable[tuple[str, str, float]], own: Iterable[str]) -> list[str]:
+    """A sentence on how near methods other than the reference's `own` come to it; none where there are no others.
+
+    `runs` are (problem, method, error). A reference that two methods find is off by no more than what they differ by.
+    """
+    own, nearest = set(own), {}
+    for problem, method, error in runs:
+        if method not in own and error < nearest.get(problem, (math.inf, ""))[0]:
+            nearest[problem] = error, method
+    told = ", ".join(f"{problem} to {error:.1g} ({method})" for problem, (error, method) in nearest.items())
+    return [f"References that other methods find: {told}."] if told else []
 
 
 def best_of(chart, rows: list[Row]) -> list[str]:

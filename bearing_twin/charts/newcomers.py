@@ -54,5 +54,6 @@ CONTEST = Contest(
     entries=lambda name: ((method, setting) for method, ladder in LADDERS.items() for setting in ladder),
     command=_command,
     more=_defaults,
+    own=("rodas4",),
 )
 CONTESTS = {"newcomers": CONTEST}

@@ -113,7 +113,7 @@ def _lost(rows: list[Row]) -> list[str]:
     return [f"Without a result: {', '.join(dict.fromkeys(words))}."] if lost else []
 
 
-def _contest(problems, title, wanted):
+def _contest(problems, title, wanted, own):
     return Contest(
         judge=judge,
         title=title,
@@ -124,11 +124,19 @@ def _contest(problems, title, wanted):
         entries=_entries,
         command=_command,
         more=_lost,
+        own=own,
     )
 
 
 CONTESTS = {
-    "pairs": _contest(PAIRS, "Two bodies meet: closed form, adaptive and fixed steps", 1e-3),
-    "beams": _contest(BEAMS, "A sphere on a beam: modes, Volterra's equation, a sinusoidal force", 1e-3),
-    "two_bodies": _contest(BODIES, "Opposing points in closed form, by Newton, by their differential equation", 1e-3),
+    "pairs": _contest(PAIRS, "Two bodies meet: closed form, adaptive and fixed steps", 1e-3, ("dop853",)),
+    "beams": _contest(
+        BEAMS,
+        "A sphere on a beam: modes, Volterra's equation, a sinusoidal force",
+        1e-3,
+        ("tolerance", "modes, 9", "modes, 41"),
+    ),
+    "two_bodies": _contest(
+        BODIES, "Opposing points in closed form, by Newton, by their differential equation", 1e-3, ("closed",)
+    ),
 }

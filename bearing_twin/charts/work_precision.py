@@ -17,12 +17,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
+from bearing_twin.charts.contest_picture import found_again
 from bearing_twin.charts.table import write_rows
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE
 from bearing_twin.kinds.bearing.motion import FIXED_STEP, BearingMotion
-from bearing_twin.numerics.steppers import STEPPER_FACTS
+from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
@@ -259,6 +260,12 @@ def shares_of_steps(points: list[StepperPoint], stepper: str) -> dict[str, tuple
     return found
 
 
+def confirmed(points: list[StepperPoint]) -> list[str]:
+    """How near methods that are no Rosenbrock methods come to the reference, which is by one."""
+    runs = ((p.problem, p.stepper, max(p.load_error, p.friction_error)) for p in points)
+    return found_again(runs, ROSENBROCK)
+
+
 def reading(points: list[StepperPoint]) -> list[str]:
     """What the chart says, a sentence a problem, and one on the share of the tolerance that a step may err by."""
     sentences = []
@@ -273,6 +280,7 @@ def reading(points: list[StepperPoint]) -> list[str]:
             f"{PROBLEMS[name].title}: load and friction within {WANTED:g} at so many times real time: "
             f"{', '.join(parts)}."
         )
+    sentences += confirmed(points)
     shares = shares_of_steps(points, DEFAULT)
     if shares:
         told = ", ".join(f"{PROBLEMS[name].title} {share:.2g}" for name, (_, share) in shares.items())

@@ -163,7 +163,7 @@ def show(summary) -> None:
     for name, found in summary["quantities"].items():
         for sentence in _remarks(found, *units[name]):
             show_paragraph(f"{name}: {sentence}")
-    for name, found in summary["histories"].items():
+    for name, found in summary.get("histories", {}).items():
         show_paragraph(f"{name} over time: --json has the statistics of {found['realisations']} realisations")
     failed = sum(summary["failed"].values())
     show_paragraph(

@@ -52,6 +52,7 @@ class BearingDoubt:
         load = np.ascontiguousarray(block.values["normal_load"])
         begins = np.array([0, *range(STRETCH - block.first_sequence % STRETCH, len(block), STRETCH)])
         self._follow_round(block, load, begins)
+        self._note_windows(block, load, begins)
         self.outputs += len(block)
         rubbed = np.add.reduceat(load * np.cbrt(load) * np.abs(block.values["spin_rate"]), begins, axis=0)
         for stretch in rubbed:  # one after the other: sums are the same to the bit however outputs are cut
@@ -62,11 +63,18 @@ class BearingDoubt:
             self.load[better] = np.take_along_axis(load, at, axis=0)[0][better]
             for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
                 kept[better] = np.take_along_axis(block.values[name], at, axis=0)[0][better]
-        for row in block.records.get(WINDOW.name, ()):
-            if len(row) != len(WINDOW.columns):  # a log of an earlier version
-                continue
+
+    def _note_windows(self, block: Block, load, begins) -> None:
+        """Takes in what a companion found; loads count up to the end of the stretch in which a window ends."""
+        rows = block.records.get(WINDOW.name, ())
+        if not len(rows) or rows.shape[1] != len(WINDOW.columns):  # a log of an earlier version
+            return
+        greatest = np.maximum.accumulate(np.maximum.reduceat(load.max(axis=(1, 2)), begins))
+        outputs = np.searchsorted(block.time_ns, np.rint(1e9 * rows[:, 0]))  # a record's output is not before it
+        stretches = np.minimum(np.searchsorted(begins, outputs, side="right"), len(begins)) - 1
+        for row, most in zip(rows, np.maximum(greatest[stretches], self.load.max()).tolist(), strict=True):
             self.windows += 1
-            self.growth.add(row, float(self.load.max()))
+            self.growth.add(row, most)
             whole = int(row[PLACE["ball"]] == ALL)
             self.worst[whole] = np.maximum(self.worst[whole], row)
             for name, kept in self.rows.items():

@@ -20,7 +20,6 @@ APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position 
 STEP_SHARE = 0.2  # of the wanted accuracy, that one adaptive step may spend: by `chart steppers`, see docs/accuracy.md
 LIGHT = 0.01  # of the greatest load
 RINGING_SHARE = 0.08  # of what a ball that rings may err by: one step of a ball that has steps of its own
-EVEN_SHARE = 2.0  # of what a ball may err by otherwise: one in an even cage, which gives all balls one orbit speed
 STRICTEST, LOOSEST = 0.1, 4.0  # of an error of radial velocity, over one of slip
 
 

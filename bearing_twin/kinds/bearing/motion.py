@@ -8,7 +8,7 @@ import numpy as np
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
-from bearing_twin.kinds.bearing.error_scales import EVEN_SHARE, error_scales
+from bearing_twin.kinds.bearing.error_scales import error_scales
 from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated
 from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
@@ -59,7 +59,7 @@ class BearingMotion:
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         self.partners = partners._replace(scales=border_scales(parameters, scales))
-        self.scales = (EVEN_SHARE if partners.even else 1.0) * scales
+        self.scales = scales
         self._start = start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
