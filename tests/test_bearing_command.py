@@ -47,6 +47,15 @@ def test_the_answer_has_its_keys_in_si_units(capsys):
     assert found["normal_load_inner_n"][0] == max(found["normal_load_inner_n"])  # ball 0 lies on the load line
 
 
+def test_what_adds_up_to_nothing_is_nothing(capsys):
+    found = answered(capsys, "bearing", "6308", "--load", "0,-3000,0")
+    assert found["ring_displacement_m"][0] == found["ring_displacement_m"][2] == found["ring_force_n"][0] == 0.0
+    assert found["ring_moment_nm"] == [0.0, 0.0]
+    stiffness = found["stiffness"]
+    assert stiffness[3][4] == stiffness[0][1] == 0.0
+    assert stiffness[2][3] != 0.0 < stiffness[0][0]
+
+
 def test_fault_frequencies_of_a_shaft_turn(capsys):
     found = answered(capsys, *DOWN, "--set", f"drive.speed={2.0 * math.pi!r}")["fault_frequencies_hz"]
     wanted = {"bpfi": 4.94681, "bpfo": 3.05319, "ftf": 0.381649, "ball_spin": 0.5 * 3.98802}

@@ -10,6 +10,7 @@ from made_up_run import a_choice, made_up_block, made_up_scene
 from bearing_twin.charts.tolerance import CASES, TolerancePoint, judge
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.contact.friction import friction_number, friction_of
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import watched as bearing_watched
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
 from bearing_twin.kinds.bearing.growth import MOST, Growth
@@ -190,6 +191,26 @@ def test_a_torque_of_friction_at_a_point_says_what_drilling_it_does_not_hold():
     assert told == pytest.approx(power / 183.26, rel=0.01)
     (flag,) = (flag for flag in run.report.flags if "drive torque" in flag)
     assert "set contact.friction: spot, which computes the drilling that a point does not hold" in flag
+
+
+def test_a_held_ring_that_touches_nothing_is_told_once_and_its_figures_make_no_noise():
+    scene = load_scene("6203", ["geometry.radial_clearance=40e-6", "run.duration=0.05"])
+    run, blocks = simulate(scene), []
+    blocks += run.blocks()
+    report = run.report
+    assert report.figures["greatest_normal_load_inner_n"] == [0.0] * 8
+    assert report.figures["drive_work_j"] == 0.0
+    told = report.as_dict()
+    assert told["ring_force_n_error"] == [0.0] * 3
+    assert told["normal_load_outer_n_error"][0] > 0.0
+    assert sum("touches no ball" in one for one in report.warnings) == 1
+    assert list(report.flags) == []
+    # balls that ring may strike it between outputs: the drive's work knows, loads at outputs do not
+    figures = KINDS["bearing"].figures_of(scene.parameters, run.choice)
+    for block in blocks:
+        figures.add(block)
+    figures.last["drive_work"] = 1e-6
+    assert ["between outputs alone" in one for one in figures.flags()] == [True]
 
 
 def test_loads_of_balls_that_stand_do_not_change_because_they_go_round():

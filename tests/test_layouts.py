@@ -1,6 +1,7 @@
 """Layouts for RViz, Foxglove, PlotJuggler and Rerun: every topic and field in them is one that the scene publishes."""
 
 import json
+import math
 import re
 import subprocess
 import sys
@@ -23,8 +24,9 @@ from bearing_twin.log.rerun_file import log_span
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
 from bearing_twin.paths import share_path
-from bearing_twin.run.scene import Scene, load_scene
+from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
+from bearing_twin.shelf import SCENES
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study
 
@@ -32,9 +34,9 @@ SHIPPED = [name for name, kind in KINDS.items() if kind.home.startswith("bearing
 SCENE = load_scene("bearing_6203")
 
 
-def bare(kind):
-    """The scene of a kind with all defaults."""
-    return Scene(kind, kind, "", KINDS[kind].parameters())
+def shipped(kind):
+    """The first shipped scene of a kind."""
+    return load_scene(next(head["name"] for head in SCENES.heads() if head["kind"] == kind))
 
 
 def type_of(ros_type, path):
@@ -55,8 +57,8 @@ def type_of(ros_type, path):
 
 @pytest.mark.parametrize("kind", SHIPPED)
 def test_every_curve_is_a_number_on_a_topic_of_the_kind(kind):
-    shown = panels(bare(kind))
-    table = {topic.full_name: topic for topic in topics(bare(kind))}
+    shown = panels(shipped(kind))
+    table = {topic.full_name: topic for topic in topics(shipped(kind))}
     assert shown.frame == KINDS[kind].frame
     assert table[shown.markers].ros_type == "visualization_msgs/msg/MarkerArray"
     assert table[shown.markers].rate in (MARKERS, PUBLISH)
@@ -110,7 +112,7 @@ def names_in(program, content):
 
 @pytest.mark.parametrize("kind", SHIPPED)
 def test_programs_are_told_of_all_panels_and_of_nothing_else(kind):
-    shown = panels(bare(kind), "/left", "left/")
+    shown = panels(shipped(kind), "/left", "left/")
     dotted = {f"{curve.topic}{curve.dotted()}" for plot in shown.plots for curve in plot.curves}
     assert names_in("rviz", rviz(shown)) == ({"/left/markers", "/left/robot_description"}, set())
     assert names_in("foxglove", LAYOUTS["foxglove"].made(shown)) == ({"/left/markers"}, dotted)
@@ -140,6 +142,31 @@ def test_panels_of_foxglove_have_titles_and_frames_do_not_hide_the_bearing():
     assert 0.2 * frames["axisScale"] == frames["axisSize"] < SCENE.parameters.geometry.pitch_diameter / 5.0
 
 
+@pytest.mark.parametrize(
+    ("scene", "overrides", "middle", "radius"),
+    [
+        ("bearing_6203", [], (0.0, 0.0, 0.0), 0.0205),
+        ("sphere_on_beam", ["beam.span=0.5"], (0.25, 0.0, 0.006), 0.25),
+        ("two_spheres", ["first.radius=0.01", "second.radius=0.01"], (0.01, 0.0, 0.0), 0.02),
+        ("two_discs", ["disc.radius=0.5"], (0.5, 0.0, 0.0), 1.0),
+        ("ellipsoid_on_plane", [], (0.0, 0.0, 0.6), 0.615),
+    ],
+)
+def test_the_camera_stands_where_all_of_the_scene_is_seen(scene, overrides, middle, radius):
+    """In Foxglove a sphere of that radius about the middle is within the 45 degrees that the camera sees."""
+    shown = panels(load_scene(scene, overrides))
+    assert shown.middle == pytest.approx(middle, abs=1e-3)
+    assert shown.radius == pytest.approx(radius, rel=0.01)
+    camera = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]["3D!scene"]["cameraState"]
+    assert camera["targetOffset"] == list(shown.middle)
+    assert radius < camera["distance"] * math.sin(math.radians(camera["fovy"] / 2.0)) < 1.5 * radius
+    assert camera["near"] < camera["distance"] - radius
+    assert camera["distance"] + radius < camera["far"]
+    view = yaml.safe_load(rviz(shown))["Visualization Manager"]["Views"]["Current"]
+    assert view["Distance"] == camera["distance"]
+    assert list(view["Focal Point"].values()) == list(shown.middle)
+
+
 def beside_each_other(node):
     """Plots in a row of a layout as PlotJuggler splits: `|` puts what it holds side by side, `-` below each other."""
     if node.tag == "DockArea":
@@ -151,7 +178,7 @@ def beside_each_other(node):
 
 @pytest.mark.parametrize("kind", SHIPPED)
 def test_plots_of_plotjuggler_stand_two_in_a_row(kind):
-    shown = panels(bare(kind))
+    shown = panels(shipped(kind))
     [splitter] = ElementTree.fromstring(LAYOUTS["plotjuggler"].made(shown)).find("tabbed_widget/Tab/Container")
     assert beside_each_other(splitter) == min(2, len(shown.plots))
 

@@ -101,6 +101,22 @@ def test_the_rig_under_load_is_in_balance_at_every_output():
     assert values["outer_ring_force"][:, 1] == pytest.approx(-(1000.0 + weight), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("scene", "overrides"),
+    [("6308", ("rings.inner.load=[0,-3000,0]", "run.duration=0.02")), ("bearing_218_thrust", ("run.duration=0.02",))],
+)
+def test_forces_and_torques_that_add_up_to_nothing_are_nothing(scene, overrides):
+    """No 1e-16 N m in a channel, and so in no table, log or page of what is made of it."""
+    report, values = whole(scene, *overrides)
+    assert report.stepper == "quasi_static"
+    load, pitch = values["normal_load"].sum(axis=(1, 2)).max(), 0.1
+    sums = {"inner_ring_force": 1.0, "inner_ring_torque": pitch, "outer_ring_force": 1.0, "outer_ring_torque": pitch}
+    for name, arm in {**sums, "raceway_force": 1.0, "raceway_torque": pitch}.items():
+        sizes = np.abs(values[name])
+        assert sizes[sizes > 0.0].min(initial=np.inf) > 1e-11 * arm * load, name
+    assert np.abs(values["outer_ring_force"]).max() > 2000.0
+
+
 def test_figures_of_the_ring_are_those_of_its_channels():
     """Tilted by a moment, so that each kind of number is there; means and ranges over the second half."""
     load = ("rings.inner.load=[50,-300,100]", "rings.inner.moment=[0.4,-0.2]")

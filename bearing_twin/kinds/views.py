@@ -164,6 +164,8 @@ class Look(NamedTuple):
     """Where the eye stands: `direction` from the middle, which way is up, and the radius [m] of what is seen.
 
     `around` names series of points (..., 3) that are all to be seen, with `radius` around them and `middle` amid them.
+    `at_start` holds the middle (3,) and the radius [m] of the scene as it begins, in the frame of its topics, where
+    these are others.
     """
 
     radius: float
@@ -171,6 +173,12 @@ class Look(NamedTuple):
     up: tuple[float, float, float] = (0.0, 1.0, 0.0)
     middle: tuple[float, float, float] = (0.0, 0.0, 0.0)
     around: tuple[str, ...] = ()
+    at_start: tuple = ()
+
+    @property
+    def beginning(self) -> tuple[tuple[float, float, float], float]:
+        """Middle (3,) and radius [m] of what is seen as the scene begins, in the frame of its topics."""
+        return self.at_start or (self.middle, self.radius)
 
 
 EYE = Look(1.0)

@@ -15,7 +15,8 @@ COLORS = (
     "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf",
 )  # fmt: skip
 PLOTS_IN_A_ROW = 2
-AXES = 0.5  # length of a frame's axes, of a fifth of the scene's size: longer ones hide the balls
+AXES = 0.14  # length of a frame's axes, of the radius of what is seen: longer ones hide the balls
+AWAY = 3.5  # distance of the eye from the middle, of that radius: all of it is within 45 degrees
 TITLES = ("foxglovePanelTitle", "lichtblickPanelTitle")  # what Foxglove shows, and what Lichtblick shows
 LEGEND_PIXELS = 150  # beside the curves: in front of them it hides those of small panels
 
@@ -45,17 +46,17 @@ def write_layout(program: str, panels: Panels, path) -> Path:
 def rviz(panels: Panels, *others: Panels) -> bytes:
     """Markers, frames and, switched off, the URDF of one scene or several, in the frame of the first."""
     displays = [
-        {"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True, "Cell Size": 0.2 * panels.size},
-        {"Class": "rviz_default_plugins/TF", "Name": "Frames", "Enabled": False, "Marker Scale": 0.3 * panels.size},
+        {"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True, "Cell Size": 0.25 * panels.radius},
+        {"Class": "rviz_default_plugins/TF", "Name": "Frames", "Enabled": False, "Marker Scale": 0.4 * panels.radius},
     ]
     for one in (panels, *others):
         displays += _rviz_displays(one)
     view = {
         "Class": "rviz_default_plugins/Orbit",
         "Name": "Current View",
-        "Distance": 2.5 * panels.size,
-        "Focal Point": {"X": 0, "Y": 0, "Z": 0},
-        "Focal Shape Size": 0.1 * panels.size,
+        "Distance": AWAY * panels.radius,
+        "Focal Point": dict(zip("XYZ", panels.middle, strict=True)),
+        "Focal Shape Size": 0.14 * panels.radius,
         "Target Frame": panels.frame,
         "Yaw": 0.6,
         "Pitch": 0.9,
@@ -111,7 +112,7 @@ def foxglove(panels: Panels) -> bytes:
 
 def _foxglove_view(panels: Panels) -> dict:
     # axes of frames are 0.2 m long unless told; Lichtblick is told a factor of that, Foxglove the length [m]
-    frames = {"showLabel": False, "axisScale": AXES * panels.size, "axisSize": 0.2 * AXES * panels.size}
+    frames = {"showLabel": False, "axisScale": AXES / 0.2 * panels.radius, "axisSize": AXES * panels.radius}
     return {
         "followTf": panels.frame,
         "followMode": "follow-none",
@@ -119,19 +120,19 @@ def _foxglove_view(panels: Panels) -> dict:
         "publish": {},
         "scene": {"meshUpAxis": "z_up", "transforms": frames},
         "cameraState": {
-            "distance": 2.5 * panels.size,
+            "distance": AWAY * panels.radius,
             "perspective": True,
             "phi": 50,
             "thetaOffset": 35,
             "fovy": 45,
-            "near": 0.001 * panels.size,
+            "near": 0.001 * panels.radius,
             "far": 100.0,
             "target": [0, 0, 0],
-            "targetOffset": [0, 0, 0],
+            "targetOffset": list(panels.middle),
             "targetOrientation": [0, 0, 0, 1],
         },
         "topics": {panels.markers: {"visible": True}} if panels.markers else {},
-        "layers": {"grid": {"layerId": "foxglove.Grid", "instanceId": "grid", "size": 4 * panels.size}},
+        "layers": {"grid": {"layerId": "foxglove.Grid", "instanceId": "grid", "size": 6 * panels.radius}},
     }
 
 

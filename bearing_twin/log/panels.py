@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import Facts
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import LogStream
 from bearing_twin.log.stream import Channelled, topics
@@ -44,14 +45,15 @@ class Plot(NamedTuple):
 class Panels(NamedTuple):
     """What there is to look at: the frame of the scene, topics of the 3-D view (None: there is none), and plots.
 
-    A study has plots alone, and no frame.
+    A study has plots alone, and no frame. What is seen has its middle and the radius `radius` [m] in that frame.
     """
 
     name: str
     frame: str
     markers: str | None
     description: str | None
-    size: float
+    middle: tuple[float, float, float]
+    radius: float
     plots: tuple[Plot, ...]
 
 
@@ -71,10 +73,9 @@ def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
         *(_wrench_plot(table[name], place) for name in bodies if not name.startswith("ball_")),
         *_state_plots(table, place),
     ]
-    size = scene.parameters.geometry.pitch_diameter if balls else 0.1
-    return Panels(
-        scene.name, f"{frame_prefix}{kind.frame}", full("markers"), full("robot_description"), size, tuple(plots)
-    )
+    seen = kind.view(Facts(scene, "", ""), scene.channels).look.beginning  # of the scene alone, whatever its model
+    frame = f"{frame_prefix}{kind.frame}"
+    return Panels(scene.name, frame, full("markers"), full("robot_description"), *seen, tuple(plots))
 
 
 def panels_of_log(log: LogStream) -> Panels:
@@ -101,7 +102,7 @@ def panels_of_study(path) -> Panels:
         sort, _, words = name.partition(" ")
         plot = Plot(labelled(words.replace("_", " "), unit), (curve(("value", place), words),), number)
         plots.insert(len(plots) if sort == INPUT.strip() else 0, plot)
-    return Panels(Path(path).stem, "", None, None, 1.0, tuple(plots))
+    return Panels(Path(path).stem, "", None, None, (0.0, 0.0, 0.0), 1.0, tuple(plots))
 
 
 def _contact_plots(table: dict[str, Channelled], place: str, balls: int) -> list[Plot]:

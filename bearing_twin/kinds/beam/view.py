@@ -57,7 +57,12 @@ def view(facts, channels) -> View:
             Bar("beam", "beam", "shape", beam.span, beam.width, beam.height),
             Arrows("force", "force on the beam", "N", "blow", ARROW * beam.span, (ORANGE,), point="above"),
         ),
-        look=Look(0.5 * beam.span, (0.22, 0.3, 1.0), middle=(0.0, 0.6 * radius, 0.0)),
+        look=Look(
+            0.5 * beam.span,
+            (0.22, 0.3, 1.0),
+            middle=(0.0, 0.6 * radius, 0.0),
+            at_start=((0.5 * beam.span, 0.0, 0.6 * radius), 0.5 * beam.span),
+        ),
         enlarged=Enlarged("deflection and approach", ("shape",), REACH * beam.span),
         words="The sphere's way is as much enlarged as the deflection, so that contact and gap are seen.",
     )

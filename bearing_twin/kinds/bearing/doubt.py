@@ -129,12 +129,17 @@ class BearingDoubt:
         share = np.divide(seen["load"], self.load, out=np.zeros_like(self.load), where=self.load > 0.0)
         torque = balls * seen["drive_torque"]
         free = dimension_of(self.parameters) == FREE_RING
-        ring = seen["ring_force"] or balls * seen["load"]
+        touched = [float(one) for one in self.load.max(axis=0) > 0.0]  # what touches nothing bears exactly nothing
+        ring = seen["ring_force"] or touched[0] * balls * seen["load"]
         turned = torque * abs(figures["inner_ring_speed_at_end_rad_s"])
         moved = seen["ring_displacement"] if free else 0.0
         return {
             **self._of_loads(figures, share),
-            **{f"{key}_{side}_n": [seen["load"]] * balls for key in LOADS_OF for side in SIDES},
+            **{
+                f"{key}_{side}_n": [touches * seen["load"]] * balls
+                for key in LOADS_OF
+                for side, touches in zip(SIDES, touched, strict=True)
+            },
             **{f"contact_angle_{side}_rad": [seen["contact_angle"]] * balls for side in SIDES},
             "cage_speed_rad_s": seen["orbit_speed"],
             "roll_rate_rad_s": seen["roll_rate"],

@@ -188,6 +188,8 @@ class BearingFigures:
         parameters, found = self.parameters, []
         if parameters.cage.kind != "none" or dimension_of(parameters) == QUASI_STATIC:
             return None
+        if not self.greatest_load[:, 0].any():
+            return None  # nothing drives the balls, which a warning says; no cage mends that
         off_even = float(self._sums.greatest.off_even[0])
         if off_even > UNEVEN:
             found.append(f"their spacing leaves even by {math.degrees(off_even):.2g} degrees")
@@ -196,6 +198,12 @@ class BearingFigures:
         if SLOW < abs(off) < 1.0:
             found.append(f"they go round {100.0 * off:+.2g} % off rolling")
         return f"nothing keeps the balls apart and {' and '.join(found)}; set cage.kind: even" if found else None
+
+    def _touch_doubt(self) -> str | None:
+        """Doubt about loads of an inner ring that balls touch, as the drive's work says, but at no output."""
+        if self.greatest_load[:, 0].any() or not self.last.get("drive_work"):
+            return None
+        return "balls touch the inner ring between outputs alone, unseen by its loads: give a greater run.output_rate"
 
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
@@ -213,6 +221,7 @@ class BearingFigures:
             self._law_doubt(),
             self.switches.doubt,
             self._cage_doubt(),
+            self._touch_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
             self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
         )

@@ -17,13 +17,15 @@ TAKEN = (
 
 def view(facts, channels) -> View:
     """The scene's axes, z up from the plane."""
-    axes = facts.scene.parameters.body.semi_axes
+    axes, high = facts.scene.parameters.body.semi_axes, max(facts.scene.parameters.start.height, 0.0)
     solids = (
         Solid("plane", "plane", {"ground": {}}, GLASS, opacity=0.5),
         Solid("body", "ellipsoid", {"ellipsoid": axes}, position="position", orientation="orientation", marked=True),
     )
     upward = (0.0, 0.0, 1.0)
-    look = Look(1.15 * max(axes), (0.35, -1.0, 0.3), upward, around=("position",))
+    amid = 0.5 * high + max(axes)  # from the plane to the top of the body
+    seen = (0.0, 0.0, amid), amid + 0.15 * max(axes)
+    look = Look(1.15 * max(axes), (0.35, -1.0, 0.3), upward, around=("position",), at_start=seen)
     height = curves("Height of the centre", "m", ("position", "above the plane", 2))
     return contact_view(
         channels, solids, max(axes), look, height, lambda sample: np.full(sample["position"].shape, upward)

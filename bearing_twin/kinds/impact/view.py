@@ -62,7 +62,12 @@ def view(facts, channels) -> View:
                 from_point=True,
             ),
         ),
-        look=Look(first + second, (0.25, 0.28, 0.93), middle=(second - first, 0.1 * least, 0.0)),
+        look=Look(
+            first + second,
+            (0.25, 0.28, 0.93),
+            middle=(second - first, 0.1 * least, 0.0),
+            at_start=((second, 0.0, 0.0), first + second),  # the origin is the first body's centre
+        ),
         enlarged=Enlarged("displacements", ("ways",), REACH * least),
         words="Where the bodies overlap they are pressed flat: the overlap is the approach, as much enlarged.",
     )

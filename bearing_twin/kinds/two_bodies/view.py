@@ -30,11 +30,15 @@ def view(facts, channels) -> View:
         _solid("second", second, "second_", STEEL if second.shape == first.shape else GLASS),
     )
     seen = [one for one in (first, second) if math.isfinite(reach_of(one))]
+    places = np.array([one.position for one in seen])
+    amid = 0.5 * (places.min(axis=0) + places.max(axis=0))
+    far = max(float(np.linalg.norm(np.array(one.position) - amid)) + reach_of(one) for one in seen)
     look = Look(
         (1.1 if second.shape != "groove" else 1.5) * max(map(reach_of, seen)),
         tuple(direction.tolist()),
         tuple(upward.tolist()),
         around=("position",) if second.shape != "groove" else ("second_position",),
+        at_start=(tuple(amid.tolist()), far),
     )
     motion = curves(
         "Position of the first body's centre", "m", *(("position", name, k) for k, name in enumerate("xyz"))

@@ -9,6 +9,7 @@ from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.outputs import ellipses
+from bearing_twin.kinds.bearing.quasi_static.channels import LEFT
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, loose_directions
 from bearing_twin.kinds.bearing.ratings import lives_of, ratings_of
@@ -65,11 +66,14 @@ def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) 
     ratings = ratings_of(parameters)
     lives = lives_of(parameters, ratings, found.loads[:3], *contacts.load.T)
     clearance = clearance_of(parameters)
+    carried, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
+    moved = max(np.linalg.norm(found.coordinates[:3]), arm * np.linalg.norm(found.coordinates[3:]))
+    stiff = np.sqrt(np.abs(np.diagonal(found.stiffness)))
     return {
-        "ring_displacement_m": found.coordinates[:3].tolist(),
-        "misalignment_rad": found.coordinates[3:].tolist(),
-        "ring_force_n": (-found.loads[:3]).tolist(),
-        "ring_moment_nm": (-found.loads[3:]).tolist(),
+        "ring_displacement_m": _settled(found.coordinates[:3], moved),
+        "misalignment_rad": _settled(found.coordinates[3:], moved / arm),
+        "ring_force_n": _settled(-found.loads[:3], carried),
+        "ring_moment_nm": _settled(-found.loads[3:], arm * carried),
         "ball_azimuth_rad": found.azimuths.tolist(),
         **{
             f"{name}_{race}_{unit}": values[:, side].tolist()
@@ -77,7 +81,7 @@ def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) 
             for side, race in enumerate(RACES)
         },
         "centrifugal_load_n": contacts.centrifugal.tolist(),
-        "stiffness": found.stiffness.tolist(),
+        "stiffness": _settled(found.stiffness, np.outer(stiff, stiff)),
         "basic_dynamic_rating_n": ratings.dynamic,
         "basic_static_rating_n": ratings.static,
         "basic_life_mrev": lives.basic,
@@ -88,6 +92,11 @@ def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) 
         "unbalanced_n": found.left,
         "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
     }
+
+
+def _settled(values, scale) -> list:
+    """The values, without those that are nothing beside what was added up to them, and without -0."""
+    return (np.where(np.abs(values) <= LEFT * scale, 0.0, values) + 0.0).tolist()
 
 
 def flags_of(parameters, solver: Solver, support: Support, found: Equilibrium, spots, safety: float) -> list[str]:

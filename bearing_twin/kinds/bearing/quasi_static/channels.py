@@ -5,6 +5,8 @@ import math
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
+LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less are what the solution leaves of nothing
+
 
 @inlined
 def _set(array, row, k, vector):
@@ -22,6 +24,21 @@ def _set_side(array, row, k, side, vector):
 def _add(array, row, vector, sign):
     for axis in range(3):
         array[row, axis] += sign * vector[axis]
+
+
+@inlined
+def _settle(array, row, scale):
+    """Makes numbers 0 that are nothing beside what was added up to them."""
+    for axis in range(3):
+        if abs(array[row, axis]) <= LEFT * scale:
+            array[row, axis] = 0.0
+
+
+@inlined
+def _settle_ball(array, row, k, scale):
+    for axis in range(3):
+        if abs(array[row, k, axis]) <= LEFT * scale:
+            array[row, k, axis] = 0.0
 
 
 @inlined
@@ -75,6 +92,9 @@ def _write_ball(setting, gravity, found, out, row, k, angle, ring_speed, centre)
     _set(out.angular_velocity, row, k, spin)
     _set(out.raceway_force, row, k, add(inner, outer))
     _set(out.raceway_torque, row, k, add(cross(inner_arm, inner), cross(outer_arm, outer)))
+    pressed = contacts.load[row, k, 0] + contacts.load[row, k, 1]
+    _settle_ball(out.raceway_force, row, k, pressed)
+    _settle_ball(out.raceway_torque, row, k, setting.ball_radius * pressed)
     for part in range(4):
         out.orientation[row, k, part] = found.attitude[row, k, part]
     _add(out.outer_ring_force, row, outer, -1.0)
@@ -88,7 +108,8 @@ def _write_ball(setting, gravity, found, out, row, k, angle, ring_speed, centre)
 def write_channels(setting, gravity, found, speeds, angles, out):
     """Fills `out` (`outputs.Outputs`) from `found` (`chunk.Instants`), the ring at `speeds` [rad/s] and `angles` [rad].
 
-    Friction carries the gyroscopic moment alone; slip is that of balls in one cage. Works and losses are left at 0.
+    Sums of forces and moments that come to nothing are 0. Friction carries the gyroscopic moment alone; slip is that of
+    balls in one cage. Works and losses are left at 0.
     """
     balls = out.orbit_angle.shape[1]
     for row in range(len(speeds)):
@@ -111,3 +132,11 @@ def write_channels(setting, gravity, found, speeds, angles, out):
         for axis in range(2):
             out.inner_ring_tilt[row, axis] = found.q[row, 3 + axis]
             out.inner_ring_torque[row, axis] = -found.load[row, 3 + axis]
+        carried = 0.0
+        for k in range(balls):
+            carried += found.contacts.load[row, k, 0] + found.contacts.load[row, k, 1]
+        lever = 0.5 * setting.pitch_diameter
+        _settle(out.inner_ring_force, row, carried)
+        _settle(out.inner_ring_torque, row, lever * carried)
+        _settle(out.outer_ring_force, row, carried)
+        _settle(out.outer_ring_torque, row, lever * carried)
