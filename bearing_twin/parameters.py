@@ -167,11 +167,10 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
     legal = f"must be {kind}{with_unit(unit) and ' in' + with_unit(unit)}"
     if limits.text():
         legal += f", {limits.text()}"
-    short = isinstance(given, str) and len(given) <= LONGEST_NUMBER  # longer ones are not looked at: it would take long
-    if short and NUMBER.fullmatch(given.strip()):
+    if isinstance(given, str) and len(given) <= LONGEST_NUMBER and NUMBER.fullmatch(given.strip()):
         given = float(given) if not given.strip().lstrip("+-").isdigit() else int(given)
     if isinstance(given, bool) or not isinstance(given, (int, float)):
-        return None, legal + (in_si(given, unit) if short else "")
+        return None, legal + (in_si(given, unit) if isinstance(given, str) else "")
     try:
         value = float(given)
     except OverflowError:

@@ -106,6 +106,7 @@ UNITS = {  # by the symbol that declarations use
     "s (m/s)^0.2": Unit("", "s (m/s)^0.2", least=1e-12, greatest=1e6),
     "N s/m^1.25": Unit("", "N s/m^1.25", greatest=1e15),
 }
+LONGEST = 64  # characters of a number with its unit: to look through longer texts would take long
 NEAR = 4  # places in a table: figures of one unit so near each other are read together
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].{0,9})")
 _WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "Nm": "N m", "Nmm": "N mm"}
@@ -178,7 +179,7 @@ def in_si(text: str, unit: str) -> str:
 
     It goes by the prefixes, and by the units that engineers read in place of `unit`; °C is read as a temperature.
     """
-    found = _WITH_UNIT.fullmatch(text.strip())
+    found = _WITH_UNIT.fullmatch(text.strip()) if len(text) <= LONGEST else None
     row = UNITS.get(unit)
     if not found or row is None or _is_plain(unit):
         return ""

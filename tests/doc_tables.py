@@ -3,9 +3,7 @@
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
 """
 
-import csv
 import importlib
-import math
 import re
 import shutil
 import sys
@@ -15,6 +13,7 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
+from bearing_twin.charts.table import read_points, two_digits
 from bearing_twin.charts.work_precision import (
     DEFAULT,
     LADDERS,
@@ -24,7 +23,8 @@ from bearing_twin.charts.work_precision import (
     confirmed,
     shares_of_steps,
 )
-from bearing_twin.command.chart_table import CHARTS, made_by
+from bearing_twin.command.chart_command import OPTIONS, sentences_in
+from bearing_twin.command.chart_table import CHARTS
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import MEASURED
@@ -107,17 +107,13 @@ def _steppers() -> str:
 
 def points_of_steppers() -> list[StepperPoint]:
     """The chart of steppers, from the table that stands beside it."""
-    with (ROOT / "docs" / "steppers.csv").open(encoding="utf-8", newline="") as stream:
-        return [
-            StepperPoint(row[0], row[1], *(float(one) if one else math.nan for one in row[2:6]), row[6])
-            for row in list(csv.reader(stream))[1:]
-        ]
+    return read_points(ROOT / "docs" / "steppers.csv", StepperPoint)
 
 
 def _shares() -> str:
     """What share of the tolerance a step may err by, by the chart of steppers."""
     rows = (
-        (PROBLEMS[name].title, _two_digits(worst), _two_digits(share))
+        (PROBLEMS[name].title, two_digits(worst), two_digits(share))
         for name, (worst, share) in shares_of_steps(points_of_steppers(), DEFAULT).items()
     )
     return _table((f"`{DEFAULT}`", "greatest error over the tolerance", "share of a step that just keeps it"), rows)
@@ -132,12 +128,8 @@ def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in LADDE
     points, rows = points_of_steppers(), []
     for problem, facts in PROBLEMS.items():
         found = (cheapest(points, problem, stepper) for stepper in steppers)
-        rows.append((facts.title, *(_two_digits(1.0 / one.seconds_per_second) if one else "never" for one in found)))
+        rows.append((facts.title, *(two_digits(1.0 / one.seconds_per_second) if one else "never" for one in found)))
     return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), rows)
-
-
-def _two_digits(value: float) -> str:
-    return f"{float(f'{value:.2g}'):g}"
 
 
 def _charts() -> str:
@@ -169,10 +161,8 @@ def _samplers() -> str:
 
 
 def _reading(name: str) -> str:
-    """What a contest says, from the tables that stand beside its picture."""
-    module = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
-    sentences = getattr(module, "CONTESTS", {}).get(name, module).read(ROOT / "docs", name)
-    return "".join(f"* {sentence}\n" for sentence in sentences)
+    """What a chart says, from the tables that stand beside its picture."""
+    return "".join(f"* {sentence}\n" for sentence in sentences_in(ROOT / "docs", name))
 
 
 def _failures() -> str:
@@ -247,7 +237,11 @@ TABLES: dict[str, Callable[[], str]] = {
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
     "failures": _failures,
-    **{f"reading_{name}": partial(_reading, name) for name in made_by("contest")},
+    **{
+        f"reading_{name}": partial(_reading, name)
+        for name in OPTIONS["read"]
+        if (ROOT / "docs" / f"{name}.csv").exists()
+    },
     "quantities": _quantities,
     "distributions": _distributions,
     "knowledge": _knowledge,

@@ -190,7 +190,7 @@ def test_the_sheet_of_paper_1_says_how_near_the_laws_are(tmp_path, monkeypatch):
     point, normal = runs[paper1.EXACT].histories
     assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0, rel=1e-12)
     assert np.ptp(np.linalg.norm(point[:, :2], axis=1)) < 1e-6
-    assert len(paper1.reading(points)) == 4
+    assert len(paper1.reading(points)) == 3
     monkeypatch.setattr(paper1_bearing, "FRAMES", 3)
     paper1.draw(points, tmp_path / "paper1.png")
     with Image.open(tmp_path / "paper1.gif") as moving:

@@ -1,12 +1,15 @@
 """Contests of methods: the runner's promises, and what the smallest version of each chart says about order."""
 
 import csv
+import importlib
 import json
 import math
 import os
 import shlex
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -23,6 +26,7 @@ from bearing_twin.charts import (
     stability_picture,
 )
 from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Kept, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.table import read_points
 from bearing_twin.command import all_charts
 from bearing_twin.command.chart_table import CHARTS
 from bearing_twin.command.cli import main
@@ -233,6 +237,23 @@ def test_peaks_need_outputs_and_quantiles_need_samples(monkeypatch):
     row = bearing_outputs.judge_quantile("tolerances", "sobol", 4.0, 0.0)
     assert (row.status, row.evaluations) == (DONE, 4)
     assert row.error < 3.0
+
+
+@pytest.mark.parametrize("name", [name for name, chart in CHARTS.items() if chart.made not in ("contest", "sheets")])
+def test_a_chart_of_points_is_read_again_from_its_table(name, tmp_path, capsys):
+    """What `docs` holds, read, written and read once more; the table of another chart is none."""
+    module = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
+    table = Path(__file__).parents[1] / "docs" / f"{name}.csv"
+    if not table.is_file():
+        assert main(["chart", name, "--read", "--out", str(tmp_path)]) == 2
+        return
+    points = read_points(table, module.POINT)
+    module.write_table(points, tmp_path / f"{name}.csv")
+    assert main(["chart", name, "--read", "--out", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["reading"] == list(module.reading(points))
+    other = "laws" if name != "laws" else "bounces"
+    shutil.copy(table.with_name(f"{other}.csv"), tmp_path / f"{name}.csv")
+    assert main(["chart", name, "--read", "--out", str(tmp_path)]) == 2
 
 
 def test_what_charts_there_are_and_words_that_fit_none(capsys):

@@ -129,12 +129,13 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
             publisher.publish(Float64())
         spin_until(executor, lambda: any("messages were lost" in status.message for status in seen), "a warning")
         status = recorder.recording.status()
-        assert status["messages"] + status["messages_lost"] == 31
-        assert (status["messages"], status["uncounted"]) == (6, "")
+        kept = status["messages"]
+        assert kept in (6, 7)  # the first, five that waited, and one that may be on its way into the node
+        assert (status["messages_lost"], status["uncounted"]) == (31 - kept, "")
         recover(path, tmp_path / "saved.mcap")  # as a crash would leave it
         with McapReader(tmp_path / "saved.mcap") as reader:
             told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-        assert told[-1]["messages_lost"] == "25"
+        assert told[-1]["messages_lost"] == str(31 - kept)
         second = talker.create_publisher(Float64, "/elsewhere", 100)
         second.publish(Float64())
         spin_until(executor, lambda: recorder.recording.status()["uncounted"] == "/elsewhere", "a second publisher")

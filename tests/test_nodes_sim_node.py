@@ -43,6 +43,7 @@ from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recording import sample_range
 from bearing_twin.nodes.sim_node import SimNode
+from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -202,9 +203,9 @@ def test_the_speed_follows_commands_and_ignores_impossible_ones():
         assert states(lists)[-1].inner_ring_speed == 200.0
 
 
-def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene():
+def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene(tmp_path):
     with ros_executor(threads=2) as executor:
-        node, watcher, lists = paused_node(executor)
+        node, watcher, lists = paused_node(executor, log=str(tmp_path / "run.mcap"))
         seen = []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         publisher = watcher.create_publisher(Float64, "/bearing/command/speed", 10)
@@ -223,6 +224,10 @@ def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene()
             return values.get("stepper") == "rodas3" and "from 0.02 s on rodas3" in values["choice_switch"]
 
         spin_until(executor, said, "the switch on /diagnostics")
+        assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
+        assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
+    assert [read_log(tmp_path / name).choice.stepper for name in ("run.mcap", "run_1.mcap")] == ["rodas4", "rodas4"]
+    assert "in place of" not in report_of(read_log(tmp_path / "run_1.mcap"))[0].choice_reason
 
 
 def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():

@@ -5,10 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_run import a_choice
+from made_up_run import a_choice, made_up_block
 
-from bearing_twin.kinds.bearing import choices
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing import choices, rechoice
 from bearing_twin.kinds.bearing.choices import CHOICE, GREATEST_JUMP, Switch, Switches, switches_of
+from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rechoice import scene_now
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
@@ -63,7 +65,7 @@ def test_what_nobody_commanded_is_not_looked_at_again(monkeypatch):
     monkeypatch.setattr("bearing_twin.kinds.bearing.rechoice.rechosen", lambda *given: pytest.fail("looked"))
     simulation = Simulation(load_scene("bearing_6203"))
     simulation.advance(100)
-    assert simulation.choice is simulation._chosen
+    assert simulation.choice is simulation.chosen
 
 
 def test_balls_go_on_from_equilibria_and_back_and_their_energy_adds_up():
@@ -87,6 +89,50 @@ def test_balls_go_on_from_equilibria_and_back_and_their_energy_adds_up():
         assert np.abs(np.diff(block.values["orbit_angle"], axis=0)).max() < 2.0  # rad a millisecond: nothing leaps
         assert np.linalg.norm(block.values["orientation"], axis=-1) == pytest.approx(1.0)
     assert np.diff(np.concatenate([up.values["dissipated"], down.values["dissipated"]])).min() >= 0.0
+
+
+@pytest.mark.parametrize("dimensions", [("prescribed", "quasi_static"), ("quasi_static", "prescribed")])
+def test_a_change_of_the_drive_at_the_instant_of_a_switch_still_comes(dimensions, monkeypatch):
+    changes = ("drive.change.time=0.02", "drive.change.speed=-50.0", "drive.speed=183.26", *CAGED)
+    before, after = (load_scene("bearing_6203", (f"model.dimension={one}", *changes)) for one in dimensions)
+    chosen = choose(before.parameters)
+    motion = rechoice.moving_by(before.parameters, chosen)
+    motion.advance(np.array([0.02]), 0.02)
+    monkeypatch.setattr(rechoice, "choose", lambda parameters: choose(after.parameters))
+    found = rechoice.rechosen(before.parameters, chosen, motion, (None, None))
+    assert found.motion is not motion
+    assert found.motion.advance(np.array([0.02]), 0.02).inner_ring_speed[-1] == pytest.approx(133.26)
+
+
+def test_where_no_model_can_be_chosen_the_one_in_use_stays_and_its_reason_does_not_grow(monkeypatch):
+    simulation = Simulation(load_scene("bearing_6203", (SOON,)))
+    simulation.advance(11)
+
+    def refused(parameters):
+        raise SceneError("there is no balance")
+
+    monkeypatch.setattr(rechoice, "choose", refused)
+    begun = simulation.choice
+    for speed in (FAST, 500.0):
+        simulation.set_speed(speed)
+        simulation.advance(1200)
+        assert simulation.choice is begun
+        assert simulation.switched.endswith(
+            "rodas4 stayed, because no other model could be chosen: there is no balance"
+        )
+
+
+def test_windows_of_a_companion_are_not_lost_to_a_switch_that_is_refused(monkeypatch):
+    for greatest in (-1.0, 1.0):
+        monkeypatch.setattr(choices, "GREATEST_JUMP", greatest)
+        scene = load_scene("bearing_6203", (SOON, "run.output_rate=1e4"))
+        motion = rechoice.moving_by(scene.parameters, Simulation(scene).choice)
+        motion.advance(np.array([1e-2]), 1e-2)
+        kept = len(motion._rows)
+        motion.goal_speed = FAST
+        found = rechoice.rechosen(scene.parameters, Simulation(scene).choice, motion, (None, None))
+        assert (found.motion is motion) == (greatest < 0.0)
+        assert len(found.motion._rows) == kept > 0
 
 
 def test_a_model_whose_loads_would_jump_is_not_taken_which_is_said(monkeypatch):
@@ -122,16 +168,14 @@ def test_a_stepper_that_is_asked_for_and_missed_when_measured_is_warned_of():
 
 def test_the_scene_of_now_has_the_commanded_load_and_the_speeds_still_to_come():
     parameters = load_scene("bearing_6203_rig_400N").parameters
-    motion = SimpleNamespace(goal_speed=-20.0, elapsed=0.5)
-    now = scene_now(parameters, motion, 100.0, ((0.0, -7.0, 0.0), (0.0, 0.0, 0.0)))
+    now = scene_now(parameters, -20.0, True, 100.0, ((0.0, -7.0, 0.0), (0.0, 0.0, 0.0)))
     assert (now.drive.speed, now.drive.change.speed, bool(now.drive.change.time)) == (100.0, -120.0, True)
     assert now.rings.inner.load == (0.0, -7.0, 0.0)
-    none = scene_now(parameters, motion, -20.0, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    none = scene_now(parameters, -20.0, True, -20.0, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert dimension_of(none) == dimension_of(parameters)  # a ring stays free where nothing loads it any more
     assert not none.drive.change.time
     sudden = load_scene("bearing_6203_sudden").parameters
-    coming = scene_now(sudden, SimpleNamespace(goal_speed=20.0, elapsed=0.0), 20.0, (None, None))
-    gone = scene_now(sudden, SimpleNamespace(goal_speed=20.0, elapsed=9.0), 20.0, (None, None))
+    coming, gone = (scene_now(sudden, 20.0, changed, 20.0, (None, None)) for changed in (False, True))
     assert any(coming.drive.change.offset)
     assert not any(gone.drive.change.offset)
     assert gone.drive.offset == pytest.approx(np.add(sudden.drive.offset, sudden.drive.change.offset))
@@ -170,6 +214,16 @@ def test_switches_are_counted_in_memory_that_does_not_grow_and_rows_of_others_ar
     assert after.reason.count("rodas3") == 1
     assert "the last of 50 times" in after.reason
     assert "the last of 50 times" in switches.doubt
+
+
+def test_a_model_that_is_taken_before_the_first_output_is_told_with_the_scene():
+    scene, told = load_scene("bearing_6203", (SOON,)), a_choice(stepper="rodas3")
+    stream = MessageStream(scene, choice=a_choice())
+    assert stream.adopt(told, 0) == []
+    begun = stream.messages(made_up_block(scene, 3))
+    assert [one[0].name for one in begun].count("scene") == 1
+    assert '"rodas3"' in cdr.deserialise(cdr.STRING, begun[0][2]).data
+    assert [one[0].name for one in stream.adopt(a_choice(), 10**9)] == ["scene"]
 
 
 def test_a_log_tells_of_the_switch_what_its_run_told(tmp_path):

@@ -49,6 +49,9 @@ class BouncePoint:
     closed_form: float
 
 
+POINT = BouncePoint
+
+
 def _scene(case, law, *more):
     overrides = [
         "contact.restitution=1.0",

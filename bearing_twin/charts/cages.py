@@ -19,7 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from bearing_twin.charts.table import write_points
+from bearing_twin.charts.table import two_digits, write_points
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
@@ -55,6 +55,9 @@ class CagePoint:
     orbit_error: float
     ring_error: float
     cost: float
+
+
+POINT = CagePoint
 
 
 class Means(NamedTuple):
@@ -147,7 +150,8 @@ def reading(points: list[CagePoint]) -> list[str]:
     for model in dict.fromkeys((p.dimension, p.cage) for p in points):
         costs = [1e3 * p.cost for p in points if (p.dimension, p.cage) == model]
         errors = ", ".join(f"{words} {100.0 * worst(points, model, key):.2g} %" for key, words in ERRORS.items())
-        said.append(f"{named(model)}: off by at most: {errors}; {min(costs):.2g} to {max(costs):.2g} ms a second.")
+        cost = f"{two_digits(min(costs))} to {two_digits(max(costs))} ms a second"
+        said.append(f"{named(model)}: off by at most: {errors}; {cost}.")
     return said
 
 

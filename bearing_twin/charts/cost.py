@@ -59,6 +59,9 @@ class CostPart:
     spread: float
 
 
+POINT = CostPart
+
+
 @kernel
 def _evaluate(bearing, lanes, count):
     for _ in range(count):

@@ -57,6 +57,9 @@ class Point(NamedTuple):
     basis: str
 
 
+POINT = Point
+
+
 def measure(
     problems: tuple[str, ...] = tuple(PROBLEMS),
     samplers: tuple[str, ...] = tuple(SAMPLERS),

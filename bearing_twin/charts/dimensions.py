@@ -57,6 +57,9 @@ class DimensionPoint:
     cost_at_100_hz: float
 
 
+POINT = DimensionPoint
+
+
 def _parameters(speed: float, offset=(0.0, 0.0, 0.0), tolerance: float = TOLERANCE):
     keys = ("gravity=[0,0,0]", f"drive.speed={speed}", f"drive.offset={list(offset)}", f"wanted.tolerance={tolerance}")
     return load_scene(SCENE, (*keys, "solver.companion=off")).parameters

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.contest import Kept, Task, answers_of, processors, timed
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.table import two_digits, write_rows
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
@@ -93,6 +93,9 @@ class FidelityPoint(NamedTuple):
     def kept(self) -> bool:
         """Whether the error is within what was wanted."""
         return self.error <= self.wanted
+
+
+POINT = FidelityPoint
 
 
 class Trial(NamedTuple):
@@ -197,7 +200,7 @@ def reading(points: list[FidelityPoint]) -> list[str]:
         ratios = [p.seconds / p.best_seconds for p in mine if p.kept and p.best]
         sentences.append(
             f"{who}: {sum(p.kept for p in mine)} of {len(mine)} choices kept what was wanted; the worst, {worst.scene} "
-            f"at {worst.wanted:g} for {worst.outputs}, erred {worst.error / worst.wanted:.2g} times that"
+            f"at {worst.wanted:g} for {worst.outputs}, erred {two_digits(worst.error / worst.wanted)} times that"
         )
         sentences.append(
             f"they cost {np.median(ratios):.2f} times the cheapest that was good enough as a median, "

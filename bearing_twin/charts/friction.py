@@ -67,6 +67,9 @@ class FrictionPoint:
         return not max(self.force_error, self.torque_error) < FAILED
 
 
+POINT = FrictionPoint
+
+
 @functools.lru_cache(maxsize=4096)
 def _exact(shape: float, along: float, across: float, spin: float):
     """The exact friction at one motion, kept: every form is measured at the same ones."""

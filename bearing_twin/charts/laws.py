@@ -46,6 +46,9 @@ class LawPoint:
         return not abs(self.error) < FAILED
 
 
+POINT = LawPoint
+
+
 @kernel
 def _evaluate(law, large):
     total = 0.0

@@ -36,11 +36,14 @@ class LawRun:
     point_off: float
     normal_off: float
     load_off: float
-    histories: tuple
+    histories: tuple = ()
 
     def numbers(self) -> tuple:
         """What the table holds of the law."""
         return self.law, self.nanoseconds, self.point_off, self.normal_off, self.load_off
+
+
+POINT = LawRun
 
 
 def _times() -> np.ndarray:
@@ -93,7 +96,6 @@ def reading(points) -> list[str]:
         f"cost of a ball's rates against exact Hertz ({exact:.0f} ns): hertz_differential "
         f"{carried.nanoseconds / exact:.2f}, volumetric {volumetric.nanoseconds / exact:.2f}, constant "
         f"{fixed.nanoseconds / exact:.2f} (the paper: at most 0.5), hertz {runs['hertz'].nanoseconds / exact:.2f}",
-        "paper1.gif beside it: the same bearing while each ball moves to the place of the next",
     ]
 
 

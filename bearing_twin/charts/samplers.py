@@ -82,6 +82,9 @@ class SamplerPoint(NamedTuple):
     std_high: float
 
 
+POINT = SamplerPoint
+
+
 def measure(
     update: Callable[[float], None] = lambda share: None,
     names: tuple[str, ...] = tuple(PROBLEMS),

@@ -48,6 +48,9 @@ class Point(NamedTuple):
     error: float
 
 
+POINT = Point
+
+
 def measure(
     ladder: tuple[int, ...] = LADDER,
     reference: tuple[str, ...] = REFERENCE,

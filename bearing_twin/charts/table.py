@@ -4,6 +4,7 @@ import csv
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, fields
 from pathlib import Path
+from typing import Any, get_type_hints
 
 
 def write_points(points: Sequence, path: Path) -> None:
@@ -17,3 +18,28 @@ def write_rows(path: Path, header: Iterable[str], rows: Iterable[Iterable]) -> N
         table = csv.writer(stream)
         table.writerow(header)
         table.writerows(rows)
+
+
+def read_points(path: Path, kind: type) -> list:
+    """The points of a chart from its table, whose columns are the fields of `kind` in order; further ones are left out.
+
+    Raises OSError where there is no table, and TypeError or ValueError where it is another's.
+    """
+    hints = get_type_hints(kind)
+    with path.open(encoding="utf-8", newline="") as stream:
+        header, *rows = csv.reader(stream)
+    if header[0] != next(iter(hints)):
+        raise ValueError(f"its first column is {header[0]}, not {next(iter(hints))}")
+    types = tuple(hints.values())
+    return [kind(*map(_value, types, row)) for row in rows]
+
+
+def _value(kind: type, word: str) -> Any:
+    if kind is bool:
+        return word == "True"
+    return float(word or "nan") if kind is float else kind(word)
+
+
+def two_digits(number: float) -> str:
+    """A number in two digits, without an exponent where six places hold it."""
+    return f"{float(f'{number:.2g}'):g}"

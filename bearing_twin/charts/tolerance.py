@@ -5,10 +5,9 @@ tolerance so tight that it counts as true. Errors are those of the chart of step
 friction over mu N of a contact or mu N R of a ball, at every output.
 """
 
-import csv
 import functools
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.charts.contest import DONE, FAILED, STOPPED, Made, Row, Task, Wanted, answers_of, limited
 from bearing_twin.charts.scene_rows import command_of
-from bearing_twin.charts.table import write_points
+from bearing_twin.charts.table import read_points, write_points
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.motion import BearingMotion
@@ -166,12 +165,7 @@ def make(folder: Path, name: str, wanted: Wanted) -> Made:
 
 def read(folder: Path, name: str) -> list[str]:
     """What the chart says, from the table that was written there before."""
-    with (folder / f"{name}.csv").open(encoding="utf-8", newline="") as stream:
-        kinds = [field.type for field in fields(TolerancePoint)]
-        lines = list(csv.reader(stream))[1:]
-    return list(
-        reading([TolerancePoint(*(kind(one) for kind, one in zip(kinds, line, strict=True))) for line in lines])
-    )
+    return list(reading(read_points(folder / f"{name}.csv", TolerancePoint)))
 
 
 def _row(point: TolerancePoint) -> Row:

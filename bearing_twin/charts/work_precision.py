@@ -97,6 +97,9 @@ class StepperPoint:
     failure: str = ""
 
 
+POINT = StepperPoint
+
+
 def _motion(problem: BearingProblem, stepper: str, setting: float) -> BearingMotion:
     key = "solver.step" if stepper in FIXED_STEP else "wanted.tolerance"
     scene = load_scene(problem.scene, (*problem.overrides, f"{key}={setting}"))

@@ -17,7 +17,7 @@ OPTIONS = {  # option: the charts it goes with
     "only": made_by("sheets"),
     "limit": (*made_by("contest"), ALL),
     "cell": ("stability",),
-    "read": made_by("contest"),
+    "read": made_by("contest", "problems", "told", "share", "points"),
 }
 
 
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--problem", action="append", metavar="NAME", help=which)
     which = "only the sheet of this name, or the one with this figure of the paper; may be repeated"
     parser.add_argument("--only", action="append", metavar="SHEET", help=f"of {' and '.join(OPTIONS['only'])}: {which}")
-    text = "of contests: say what the tables in the folder say; nothing is run"
+    text = "say what the table in the folder says; nothing is run"
     parser.add_argument("--read", action="store_true", default=None, help=text)
     parser.add_argument("--cell", metavar="CELL", help="of stability: one cell of a map, as its table names it")
     which = "CPU seconds after which a contestant is stopped"
@@ -57,6 +57,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
         from bearing_twin.command.all_charts import make_all
 
         return make_all(folder, arguments.limit)
+    if arguments.read:
+        return _read(arguments.chart, folder)
     row = CHARTS[arguments.chart]
     chart = importlib.import_module(f"bearing_twin.charts.{row.module}")
     if row.made == "sheets":
@@ -106,7 +108,8 @@ def _chart(chart, made, arguments, folder) -> Outcome:
         kept.drop()
 
     def show():
-        show_text("\n".join(sentences) + f"\npicture: {picture}\ntable:   {table}")
+        pictures = [one for one in (picture, picture.with_suffix(".gif")) if one.is_file()]
+        show_text("\n".join([*sentences, *(f"picture: {one}" for one in pictures), f"table:   {table}"]))
 
     plain = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
     rows = [{key: value for key, value in row.items() if key != "histories"} for row in plain]
@@ -119,8 +122,6 @@ def _contest(chart, arguments, folder) -> Outcome:
     from bearing_twin.command.terminal import progress, show_result, show_text
 
     chart = getattr(chart, "CONTESTS", {}).get(arguments.chart, chart)
-    if arguments.read:
-        return _read(chart, arguments.chart, folder)
     limit = arguments.limit or LIMIT
     if arguments.cell is not None:
         row = chart.one_cell(arguments.cell, limit)._asdict()
@@ -139,12 +140,25 @@ def _contest(chart, arguments, folder) -> Outcome:
     return Outcome(made._asdict() | {"rows": [row._asdict() for row in made.rows]}, [], show)
 
 
-def _read(chart, name, folder) -> Outcome:
-    """The sentences of a contest from tables that are there."""
+def sentences_in(folder: Path, name: str) -> list[str]:
+    """What the tables of a chart say that are in the folder.
+
+    Raises OSError where there are none, LookupError, TypeError or ValueError where they are not whole.
+    """
+    from bearing_twin.charts.table import read_points
+
+    chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
+    if CHARTS[name].made == "contest":
+        return getattr(chart, "CONTESTS", {}).get(name, chart).read(folder, name)
+    return list(chart.reading(read_points(folder / f"{name}.csv", chart.POINT)))
+
+
+def _read(name, folder) -> Outcome:
+    """The sentences of a chart from tables that are there."""
     from bearing_twin.command.terminal import show_text
 
     try:
-        sentences = chart.read(folder, name)
+        sentences = sentences_in(folder, name)
     except (OSError, ValueError, TypeError, LookupError) as error:
         raise BearingTwinError(
             f"{folder} has no whole tables of the chart {name} ({error}); make them without --read"

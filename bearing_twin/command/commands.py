@@ -178,7 +178,7 @@ def _verify(arguments) -> Outcome:
     with progress("simulating the scene of the log again") as update:
         log = read_log(arguments.log, topic=arguments.topic)
         verification = verify(log, update, _before_the_log)
-    why = "as a run does that was commanded, in speed or load: its scene knows nothing of that"
+    why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
     far = f"the log deviates by up to {verification.greatest:.3g} from a new run, {why}"
     doubts = [far] if verification.greatest else []
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
 """How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, or at the start."""
 
-ENERGY_GAIN = 0.01  # of the energy brought or the work moved; more, either way, is never a success
-
 
 class Motion(Protocol):
     """What moves a scene, made from its parameters and the choice of a model.
@@ -224,14 +222,16 @@ plain_picture = late("bearing_twin.pictures.channels:ChannelPicture")
 class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
-    `parameters` is the dataclass of its YAML, `home` what registers it when imported. `brief`: a run ends by itself.
-    `steered`: its companion makes it exacter. `commands`: topics obeyed under way; its motion then has `take_back()`,
-    back to before the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force,
-    moment)` raises nothing, `set_load(force, moment)`; None for both: the scene's own. `rechosen(parameters, choice,
-    motion, load)` gives a `Rechosen` after each. `doubt`: see `Doubt`. `operating_point(parameters, law, sample)` may
-    raise BearingTwinError. `animated`: to a .gif. `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier
-    versions to those, refused in scenes; `upgraded` rewrites one in an old log. `catalogue()`: plain data of scenes by
-    name; `completed(scene)` fills in, or says why not. `place_of(channel, index)` names body and contact.
+    `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind. `brief`: a run ends by
+    itself. `steered`: its companion also makes it more exact. `doubt`: see `Doubt`. `animated`: to a .gif.
+    `commands`: topics obeyed under way. Its motion then has `take_back()`, which puts it back to before the last
+    `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises nothing,
+    `set_load(force, moment)`; None for both is the scene's own load. `rechosen(parameters, choice, motion, load)` looks
+    at the model again after each command, and raises nothing but Stopped.
+    `operating_point(parameters, law, sample)` raises BearingTwinError where none is. `view(facts, channels)`: a
+    `views.View`. `moved` maps keys of earlier versions to those: refused in scenes; `upgraded` rewrites a scene in an
+    old log. `catalogue()` maps names to the plain data of scenes; `completed(scene)` fills them in, or says why not.
+    `place_of(channel, index)` names body and contact.
     """
 
     name: str

@@ -188,9 +188,12 @@ class MessageStream:
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
 
     def adopt(self, choice: Choice, time_ns: int) -> list[tuple[Channelled, int, bytes]]:
-        """The message of the topic `scene` where another model is in use from now on; none where it is the same."""
+        """The message of the topic `scene` where another model is in use from now on; none where it is the same.
+
+        Nor is there one before the first output, with which the scene is told anyway.
+        """
         changed, self._choice = choice != self._choice, choice
-        return [self.scene_message(time_ns)] if changed else []
+        return [self.scene_message(time_ns)] if changed and self._begun else []
 
     def _latched(self, block: Consecutive) -> Iterator[tuple[Channelled, int, bytes]]:
         """What is said once: the scene, and the kind's own."""

@@ -119,7 +119,8 @@ class SimNode(Node):
             return None
         path = log_path(self._log_path, number)
         self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
-        return LogWriter(path, self.simulation.scene, choice_record(self.simulation.choice), safety=self._safety)
+        # The choice of the start: a log is opened before the run that it is for begins again.
+        return LogWriter(path, self.simulation.scene, choice_record(self.simulation.chosen), safety=self._safety)
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("loading the kernels of this scene; they are compiled once on a machine")
@@ -129,7 +130,7 @@ class SimNode(Node):
         wait_for_subscribers(self._outlet.publishers, self._discovery)
         if self.worker.stopping:
             return
-        make_stream = partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"])
+        make_stream = partial(MessageStream, scene, choice=run.chosen, frame_prefix=values["frame_prefix"])
         factor, repeat_ns = values["real_time_factor"], round(values["repeat"] * 1e9)
         deliver, wanted = self._outlet.deliver, self._outlet.listened_to
         commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
@@ -273,7 +274,7 @@ class SimNode(Node):
             self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")
         if numbers["choice_switch"] != self._switch:
             self._switch = numbers["choice_switch"]
-            self.get_logger().info(f"model: {self._switch}")
+            self.get_logger().info(f"model: {self._switch if self._switch != '-' else 'that of the start again'}")
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
         counts = {"messages": self._outlet.published, "least_subscribers": listeners}
         doubt = self.loop.commands.doubt()

@@ -17,6 +17,7 @@ class Gathering:
     """A kind's writers of figures and of doubt, empty at the start, fed in pieces however the stream is cut.
 
     A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
+    Figures with a method `chosen` say by it which model was in use at the end, and why.
     """
 
     def __init__(self, figures: Figures, choice: Choice, doubt: Doubt):

@@ -11,13 +11,13 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.energy import STORED
 from bearing_twin.sample import Block, Channel, layout_of
 from bearing_twin.units import UNITS
 
 UNIT_NORM = 1e-6  # of a quaternion's length, from 1
 BOUNDED = ("m", "m/s", "rad/s")
 GAIN = 1.0  # of the energy there was and was brought: a run that gained less goes on, and its report says so
-STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 ROUNDING = 1e-9  # of the energies at hand
 
 

@@ -36,7 +36,8 @@ class Simulation:
     def __init__(self, scene: Scene, halt: Halt | None = None):
         self.scene, self._halt = scene, halt or Halt(SIGNALLED)
         self.kind = KINDS[scene.kind]
-        self._chosen = self.choice = choose(scene)
+        self.chosen: Choice = choose(scene)  # at the start, to which a reset goes back; `choice` is in use
+        self.choice = self.chosen
         self.channels = scene.channels
         self.output_period_ns = scene.output_period_ns
         self._motion = self._new_motion()
@@ -69,8 +70,9 @@ class Simulation:
 
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
-        if self.choice is not self._chosen:
-            self.choice, self._motion = self._chosen, self._new_motion()
+        if self.choice is not self.chosen:
+            self.choice = self.chosen
+            self._motion = self._new_motion()
         self._motion.reset()
         self._load = None, None  # commanded; None = the scene's own
         self.sequence, self.time_ns = -1, -self.output_period_ns

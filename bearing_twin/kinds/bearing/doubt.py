@@ -11,7 +11,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.drilling import SIDES, drilling_of
-from bearing_twin.kinds.bearing.growth import FLOOR, Growth
+from bearing_twin.kinds.bearing.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STATIC, dimension_of
@@ -70,10 +70,7 @@ class BearingDoubt:
         rows = block.records.get(WINDOW.name, ())
         if not len(rows) or rows.shape[1] != len(WINDOW.columns):  # a log of an earlier version
             return
-        greatest = np.maximum.accumulate(np.maximum.reduceat(load.max(axis=(1, 2)), begins))
-        outputs = np.searchsorted(block.time_ns, np.rint(1e9 * rows[:, 0]))  # a record's output is not before it
-        stretches = np.minimum(np.searchsorted(begins, outputs, side="right"), len(begins)) - 1
-        for row, most in zip(rows, np.maximum(greatest[stretches], self.load.max()).tolist(), strict=True):
+        for row, most in zip(rows, greatest_until(rows, self.load.max(), block.time_ns, load, begins), strict=True):
             self.windows += 1
             self.growth.add(row, most)
             whole = int(row[PLACE["ball"]] == ALL)

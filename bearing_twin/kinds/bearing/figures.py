@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, columns_of, mean_torque
 from bearing_twin.kinds.bearing.windows import WINDOW, is_watched
-from bearing_twin.kinds.contract import ENERGY_GAIN
+from bearing_twin.kinds.energy import ENERGY_GAIN, STORED
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Table
 
@@ -35,7 +35,6 @@ PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent 
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
 STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
 ROUNDING = 1e-14  # of a ball's loads times its radius: a torque that is less is none
-STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
 
 

@@ -5,6 +5,8 @@ just before balls meet, and is looked at just after. A ball that rolls forgets w
 another, carries it on and more.
 """
 
+import numpy as np
+
 from bearing_twin.kinds.bearing.windows import APART, PLACE
 from bearing_twin.kinds.doubt import CHAOTIC, horizon
 
@@ -39,3 +41,15 @@ class Growth:
     def notes(self) -> dict[str, str]:
         """The note on the horizon, if there is one."""
         return {"horizon": horizon(self.grown, self.since, self.kept)} if self.grown else {}
+
+
+def greatest_until(rows, before, time_ns, load, begins) -> list[float]:
+    """Greatest of the loads (outputs, balls, 2) [N] up to the end of the stretch in which each row of WINDOW ends.
+
+    `before` is the greatest of earlier outputs. So it does not depend on how many stretches, which begin at the outputs
+    `begins`, come at once.
+    """
+    greatest = np.maximum.accumulate(np.maximum.reduceat(load.max(axis=(1, 2)), begins))
+    outputs = np.searchsorted(time_ns, np.rint(1e9 * rows[:, 0]))  # the first one at or after a record's time
+    stretches = np.minimum(np.searchsorted(begins, outputs, side="right"), len(begins)) - 1
+    return np.maximum(greatest[stretches], before).tolist()

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bearing_twin.errors import SceneError
+from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.choices import CHOICE, Switch
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -30,22 +30,23 @@ from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import FREE, LoadChange, free_coordinates
 from bearing_twin.kinds.bearing.start import rolling
 from bearing_twin.kinds.bearing.watched import WatchedMotion, moving_by
+from bearing_twin.kinds.energy import STORED
 from bearing_twin.report import Choice, Rechosen, never
 
-STORED = ("kinetic_energy", "elastic_energy", "potential_energy")
 COMING = 1.0  # s: any time above 0 says that a change is still to come
 
 
-def scene_now(parameters: BearingScene, motion, speed: float, load: tuple) -> BearingScene:
-    """The parameters of a scene that would begin where a motion is, its ring at `speed` [rad/s], for the tables.
+def scene_now(parameters: BearingScene, goal: float, changed: bool, speed: float, load: tuple) -> BearingScene:
+    """The parameters of a scene that would begin now, its ring at `speed` and told to go to `goal` [rad/s].
 
-    `load` (force, moment) is what is commanded, None for both: the scene's own. Of the speeds still to come the
-    greatest stands for all; the least is reached by a change. Balls that started from rest count as doing so.
+    They are for the tables. `changed`: the change of the drive has come, or there is none. `load` (force, moment) is
+    what is commanded, None for both: the scene's own. Of the speeds still to come the greatest stands for all; the
+    least is reached by a change. Balls that started from rest count as doing so.
     """
     drive, ring, change = parameters.drive, parameters.rings.inner, parameters.drive.change
-    speeds, shift, offset = [speed, motion.goal_speed], (0.0, 0.0, 0.0), drive.offset
-    if change.time > motion.elapsed:
-        speeds.append(motion.goal_speed + change.speed)
+    speeds, shift, offset = [speed, goal], (0.0, 0.0, 0.0), drive.offset
+    if not changed:
+        speeds.append(goal + change.speed)
         shift = change.offset
     elif change.time:
         offset = tuple(np.add(offset, change.offset).tolist())
@@ -65,17 +66,22 @@ def rechosen(parameters: BearingScene, choice: Choice, motion, load: tuple) -> R
     here = motion.first_outputs()
     speed = _speed(motion)
     try:
-        chosen = choose(scene_now(parameters, motion, speed, load))
-    except SceneError as error:  # as of a bearing that finds no balance: it was in one before
-        return Rechosen(choice._replace(reason=f"{choice.reason}; nothing else was chosen: {error}"), motion)
-    if (chosen.stepper, _setting(parameters, chosen)) == (choice.stepper, _setting(parameters, choice)):
-        return Rechosen(chosen, motion, _waiting(motion))
-    other = _going_on(parameters, chosen, motion, here)
+        chosen = choose(scene_now(parameters, motion.goal_speed, _changed(motion), speed, load))
+        if (chosen.stepper, _setting(parameters, chosen)) == (choice.stepper, _setting(parameters, choice)):
+            return Rechosen(chosen, motion, _waiting(motion))
+        other = _going_on(parameters, chosen, motion, here)
+    except (SceneError, IntegrationError) as error:  # as of a bearing that finds no balance: it was in one before
+        told = f"at {motion.elapsed:.9g} s {choice.stepper} stayed, because no other model could be chosen: {error}"
+        return Rechosen(choice, motion, _waiting(motion), told)
     jump = _jump(here.normal_load, other.first_outputs().normal_load)
     names = choice.stepper, chosen.stepper
     switch = Switch(motion.elapsed, speed, motion.goal_speed, *names, _setting(parameters, chosen), jump)
     records = {CHOICE.name: switch.row()}
     if switch.taken:
+        if isinstance(motion, WatchedMotion) and isinstance(other, WatchedMotion):
+            other.take_rows(motion)
+        else:
+            records |= motion.take_records()
         return Rechosen(chosen, other, _waiting(other), switch.sentence(), records)
     return Rechosen(choice, motion, _waiting(motion), switch.sentence(), records)
 
@@ -91,6 +97,11 @@ def _waiting(motion) -> Callable[[], bool]:
 
 def _speed(motion) -> float:
     return motion.speed if isinstance(motion, QuasiStaticMotion) else motion.drive.speed
+
+
+def _changed(motion) -> bool:
+    """Whether the scene's change of the drive has come, or there is none."""
+    return motion.changed if isinstance(motion, QuasiStaticMotion) else bool(motion.snapshot()["changed"])
 
 
 def _setting(parameters: BearingScene, choice: Choice) -> float:
@@ -109,7 +120,7 @@ def _going_on(parameters: BearingScene, choice: Choice, motion, here):
     if isinstance(motion, QuasiStaticMotion):
         _move_balls(other, motion, here)
     elif isinstance(other, QuasiStaticMotion):
-        other.go_on_from(here, motion.goal_speed, motion.elapsed)
+        other.go_on_from(here, motion.goal_speed, motion.elapsed, _changed(motion))
     else:
         kept = motion.snapshot()
         if isinstance(motion, WatchedMotion):
@@ -117,8 +128,6 @@ def _going_on(parameters: BearingScene, choice: Choice, motion, here):
             same = motion.setting < 1.0 and other.stepper == motion.stepper
             kept["setting"] = min(1.0, motion.tolerance / other.given) if same else 1.0
         other.resume(kept)
-        if isinstance(motion, WatchedMotion):
-            other.take_rows(motion)
     other.stop = motion.stop
     return other
 
@@ -135,10 +144,9 @@ def _move_balls(other: BearingMotion, motion: QuasiStaticMotion, here) -> None:
         ball[TANGENTIAL_VELOCITY], ball[SPIN : SPIN + 3] = found[0], found[1:]
     state, border = caged_start(state, other.partners)
     border[CAGE] = here.cage_angle[0] if other.partners.free[CAGE] else 0.0
-    changed = other.parameters.drive.change.time <= motion.elapsed
     moved = {"state": state.tolist(), "orientation": here.orientation[0].tolist(), "border": border.tolist()}
     drive = {"drive": [float(here.inner_ring_angle[0]), speed, 0.0], "goal_speed": motion.goal_speed}
-    since = {"offset": list(bearing.offset), "elapsed": motion.elapsed, "changed": changed}
+    since = {"offset": list(bearing.offset), "elapsed": motion.elapsed, "changed": motion.changed}
     other.resume(kept | moved | drive | since)
     there = other.first_outputs()
     gained = math.fsum(float(getattr(there, name)[0] - getattr(here, name)[0]) for name in STORED)

@@ -3,8 +3,8 @@
 Each part of a chunk is verified at the windows the companion looks at. Where an output that is wanted is off by more
 than SAFE of the tolerance, the part is done again with a tighter setting, which holds from then on: what was too rough
 once is never tried again. The windows that failed are looked at again, whatever points to them then. Where errors of
-earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter
-setting finds the same, the motion itself is that sensitive: the error is told, and the setting goes back.
+earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter setting finds the same, the
+motion itself is that sensitive: the error is told, and the setting goes back.
 """
 
 import math
@@ -117,7 +117,7 @@ class WatchedMotion(BearingMotion):
 
         Bounces and meetings of balls make them grow. Where it does not help, it is not tried again in a run.
         """
-        last, before = math.inf, self.setting
+        last, before, earlier = math.inf, self.setting, self._rows.copy()
         for attempt in range(1 + RETAKEN):
             self._grown = 0.0
             out = super().advance(times, duration)
@@ -130,7 +130,7 @@ class WatchedMotion(BearingMotion):
                 break
             last, spent, followed = worst, self.counts.copy(), self.companion.steps
             self.take_back()
-            self.counts[:], self.companion.steps = spent, followed
+            self.counts[:], self.companion.steps, self._rows = spent, followed, earlier.copy()
             cut = min(LEAST_CUT, max(MOST_CUT, AIM / worst))
             self._set(max(cut * tight, VERIFIABLE / self.given))
         return out

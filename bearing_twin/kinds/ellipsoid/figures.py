@@ -9,9 +9,9 @@ from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.contract import ENERGY_GAIN
 from bearing_twin.kinds.ellipsoid.derived import modulus_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
+from bearing_twin.kinds.energy import ENERGY_GAIN
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table

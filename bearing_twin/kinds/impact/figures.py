@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.contract import ENERGY_GAIN
+from bearing_twin.kinds.energy import ENERGY_GAIN
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.sample import Block, Channel, Table
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bearing_twin.kinds.contract import ENERGY_GAIN
+from bearing_twin.kinds.energy import ENERGY_GAIN
 from bearing_twin.kinds.impact.figures import OUTPUTS as IMPACT_OUTPUTS
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed

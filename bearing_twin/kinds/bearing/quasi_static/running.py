@@ -9,6 +9,7 @@ from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of, weights_of
+from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product
 from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.report import Choice
@@ -56,10 +57,16 @@ class QuasiStaticMotion:
         self._before = None
         self._keep()
 
-    def go_on_from(self, here, goal_speed: float, elapsed: float) -> None:
+    @property
+    def changed(self) -> bool:
+        """Whether the scene's change of the drive has come, or there is none."""
+        return self._changed or not self.parameters.drive.change.time
+
+    def go_on_from(self, here, goal_speed: float, elapsed: float, changed: bool) -> None:
         """Goes on at `elapsed` [s] from the outputs `here` of moving balls, which are spaced evenly from now on.
 
-        What that does to their energy is work of the drive.
+        What that does to their energy is work of the drive. `changed`: the scene's change of the drive has come, or
+        there is none.
         """
         balls = self.parameters.geometry.balls
         first = float((here.orbit_angle[0] - azimuths_of(balls, 0.0)).mean())
@@ -70,9 +77,9 @@ class QuasiStaticMotion:
         self.state.cage[0] = first
         self.goal_speed, self.elapsed = goal_speed, elapsed
         self.speed, self.angle = float(here.inner_ring_speed[0]), float(here.inner_ring_angle[0])
-        self._changed = self.parameters.drive.change.time <= elapsed
+        self._changed = changed and self.parameters.drive.change.time > 0.0
         self.first_outputs()
-        stored = sum(float(getattr(here, name)[0]) for name in ("kinetic_energy", "elastic_energy", "potential_energy"))
+        stored = sum(float(getattr(here, name)[0]) for name in STORED)
         gained = self._stored - stored
         self._gross, self._lost = float(here.gross_work[0]) + abs(gained), float(here.dissipated[0])
         self._worked = float(here.drive_work[0]) + gained
