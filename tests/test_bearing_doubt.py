@@ -213,6 +213,16 @@ def test_a_held_ring_that_touches_nothing_is_told_once_and_its_figures_make_no_n
     assert ["between outputs alone" in one for one in figures.flags()] == [True]
 
 
+def test_a_motion_in_a_plane_has_no_moment_across_it_and_no_doubt_about_one():
+    run = simulate(load_scene("bearing_6203_unbalance", ["run.duration=0.02"]))
+    for _ in run.blocks():
+        pass
+    told = run.report.as_dict()
+    assert told["ring_moment_nm"] == told["ring_moment_nm_error"] == [0.0, 0.0]
+    assert told["ring_force_n_error"][0] > 0.0
+    assert not any("ring moment" in flag for flag in run.report.flags)
+
+
 def test_loads_of_balls_that_stand_do_not_change_because_they_go_round():
     """A step of load at standstill: balls turned by rounding, 1e-38 rad, and loads were said to be off by 2e10."""
     report = reported("bearing_6203_step_load", "run.duration=0.02").report

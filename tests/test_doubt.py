@@ -73,7 +73,7 @@ def test_a_table_shows_errors_behind_figures_and_marks_large_ones(capsys):
     assert "2000 ± 500 N mm (doubtful)" in text
     assert "100.0, 50.0, 0.0 ± 3 N" in text
     assert any(line.split()[:2] == ["±", "0.1"] for line in text.splitlines())
-    assert "0.0002 over the greatest load (wanted 0.001) ball 3" in text
+    assert "0.0002 over the greatest load, wanted 0.001; ball 3" in text
     assert "method: half of it is not known" in text
     assert "by source" not in text
 

@@ -259,12 +259,14 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     errors = {key: value for key, value in errors.items() if key in result}
     hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
     told = {
-        f"{output} off by": f"{_text(one['error'])} {one['norm']} (wanted {one['tolerance']:g}) {one['where']}".rstrip()
+        f"{output} off by": f"{error_digits(_unbounded(one['error']))} {one['norm']}, wanted {one['tolerance']:g}"
+        + (f"; {one['where']}" if one["where"] else "")
         for output, one in result.get("wanted_errors", {}).items()
         if one["error"] is not None
     }
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
-    rest = {key: value for key, value in result.items() if key not in hidden | {"wanted_errors", "errors_unknown"}}
+    hidden |= {"wanted_errors", "errors_unknown"} | ({"predicted"} if result.get("predicted") is None else set())
+    rest = {key: value for key, value in result.items() if key not in hidden}
     return rest | told | ({"errors not in these": notes} if notes else {}), errors
 
 

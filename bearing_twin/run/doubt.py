@@ -45,8 +45,9 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement
     broken = [one for one in errors.promises if one.broken]
     flags = [_sentence(one) for one in broken]
     if large:
-        cures = [mend for mend in sources.values() if mend]
-        flags.append(f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join([*large, *cures])}")
+        cures = "; ".join(mend for mend in sources.values() if mend)
+        told = f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(large)}"
+        flags.append(f"{told}; to mend it: {cures}" if cures else told)
     if broken and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(one.output for one in broken)}"
     return Judgement(status, tuple(flags), keys)

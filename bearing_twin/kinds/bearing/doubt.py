@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.special import ellipe
 
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.drilling import SIDES, drilling_of
 from bearing_twin.kinds.bearing.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
@@ -27,7 +27,8 @@ UNSEEN = 30.0  # times what windows see of balls that bump into each other or a 
 CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
 LEAST_TURN = 1e-6  # rad between two outputs: a ball that turns less stands, and its load changes for other reasons
 WHOSE = {ALL: "all balls together", APART: "a copy that starts apart by what the run is off, before balls meet"}
-SIDES = ("inner", "outer")
+TILTING = "ring_moment_nm", "misalignment_rad"
+OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
 
 
 class BearingDoubt:
@@ -100,6 +101,8 @@ class BearingDoubt:
             found.setdefault(key, {})[LEFT_OUT] = error
         for key, error in self._friction(figures).items():
             found.setdefault(key, {})[FRICTION_MODEL] = error
+        if not any(map(any, (figures[key] for key in OUT_OF_PLANE))):
+            found |= {key: {source: [0.0, 0.0] for source in found[key]} for key in TILTING if key in found}
         mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
         if not FRICTIONS[self.parameters.contact.friction].over_spot:
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
@@ -129,17 +132,14 @@ class BearingDoubt:
         share = np.divide(seen["load"], self.load, out=np.zeros_like(self.load), where=self.load > 0.0)
         torque = balls * seen["drive_torque"]
         free = dimension_of(self.parameters) == FREE_RING
-        touched = [float(one) for one in self.load.max(axis=0) > 0.0]  # what touches nothing bears exactly nothing
-        ring = seen["ring_force"] or touched[0] * balls * seen["load"]
+        # what touches nothing bears exactly nothing
+        bears = dict(zip(SIDES, (self.load.max(axis=0) > 0.0).astype(float).tolist(), strict=True))
+        ring = seen["ring_force"] or bears["inner"] * balls * seen["load"]
         turned = torque * abs(figures["inner_ring_speed_at_end_rad_s"])
         moved = seen["ring_displacement"] if free else 0.0
         return {
             **self._of_loads(figures, share),
-            **{
-                f"{key}_{side}_n": [touches * seen["load"]] * balls
-                for key in LOADS_OF
-                for side, touches in zip(SIDES, touched, strict=True)
-            },
+            **{f"{key}_{side}_n": [bears[side] * seen["load"]] * balls for key in LOADS_OF for side in SIDES},
             **{f"contact_angle_{side}_rad": [seen["contact_angle"]] * balls for side in SIDES},
             "cage_speed_rad_s": seen["orbit_speed"],
             "roll_rate_rad_s": seen["roll_rate"],
@@ -214,27 +214,12 @@ class BearingDoubt:
             for values in [figures[f"{key}_{side}{unit}"]]
         }
 
-    def _drilling(self, figures: Mapping[str, Any]) -> tuple[np.ndarray, float]:
-        """Drilling torque of each ball (N,) [N m] at its greatest load, and the power of all, mean over the run [W].
-
-        A spot under pure spin resists with 3/8 mu N a E, E the complete elliptic integral of its eccentricity.
-        """
-        most, power = np.zeros(len(self.load)), 0.0
-        coefficient = self.parameters.contact.friction_coefficient
-        for side, name in enumerate(SIDES):
-            for ball in np.flatnonzero(self.load[:, side] > 0.0):
-                ratio = axis_ratio(*(float(one[ball, side]) for one in self.curvatures))
-                arm = figures[f"semi_major_{name}_m"][ball] * float(ellipe(1.0 - ratio * ratio))
-                greatest = 0.375 * coefficient * self.load[ball, side] * arm
-                most[ball] += greatest
-                power += greatest * self.rubbed[ball, side] / self.load[ball, side] ** (4.0 / 3.0) / self.outputs
-        return most, power
-
     def _friction(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of the friction model: at a point it holds no drilling; over a spot it is off by its quadrature."""
         if dimension_of(self.parameters) == QUASI_STATIC or not self.outputs:
             return {}
-        most, power = self._drilling(figures)
+        mu = self.parameters.contact.friction_coefficient
+        most, power = drilling_of(mu, self.load, self.curvatures, self.rubbed / self.outputs, figures)
         model, speed = FRICTIONS[self.parameters.contact.friction], abs(figures["inner_ring_speed_at_end_rad_s"])
         share = model.error if model.over_spot else 1.0
         found = {
