@@ -240,7 +240,8 @@ TABLES: dict[str, Callable[[], str]] = {
     **{
         f"reading_{name}": partial(_reading, name)
         for name in OPTIONS["read"]
-        if name != "steppers" and (ROOT / "docs" / f"{name}.csv").exists()  # whose reading stands there as tables
+        # what the chart of steppers says are tables of their own: speeds, shares, references
+        if CHARTS[name].made != "problems" and (ROOT / "docs" / f"{name}.csv").exists()
     },
     "quantities": _quantities,
     "distributions": _distributions,

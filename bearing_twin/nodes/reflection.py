@@ -59,9 +59,9 @@ def filled(message_class: type, data: Any, where: str = "") -> Any:
     if data is None:
         data = {}
     if not isinstance(data, Mapping):
-        fields = ": ..., ".join(message_class.get_fields_and_field_types())
+        such = ", ".join(f"{name}: ..." for name in message_class.get_fields_and_field_types())
         raise MessageError(
-            f"{where or message_class.__name__} = {echo(data)} must be fields with values, as {{{fields}: ...}}"
+            f"{where or message_class.__name__} = {echo(data)} must be fields with values, as {{{such}}}"
         )
     types = dict(zip(message_class.get_fields_and_field_types(), message_class.SLOT_TYPES, strict=True))
     fields = {}
