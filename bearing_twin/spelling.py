@@ -1,5 +1,6 @@
 """Which legal word somebody may have meant: words in order of how many slips of the keyboard lie between; echoes."""
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -58,3 +59,8 @@ def echo(value: Any) -> str:
     """The offending value as a user may recognise it, cut to a readable length."""
     text = repr(value)
     return text if len(text) <= LONGEST_ECHO else text[: LONGEST_ECHO - 3] + "..."
+
+
+def name_of_peer(name: str) -> str:
+    """A name that a peer gave, as it may be shown: one with more than letters, digits, _ and / as `echo` has it."""
+    return name if len(name) <= LONGEST_ECHO and re.fullmatch(r"[\w/]+", name, re.ASCII) else echo(name)

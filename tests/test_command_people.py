@@ -16,7 +16,7 @@ from bearing_twin.command import cli, layout
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import SHELLS
 from bearing_twin.command.terminal import show_result
-from bearing_twin.spelling import nearest, slips
+from bearing_twin.spelling import LONGEST_ECHO, name_of_peer, nearest, slips
 from bearing_twin.units import UNITS, error_digits, for_people, known_digits, readable
 
 RESULT = {
@@ -243,3 +243,9 @@ def test_units_of_mappings_and_lists_of_events_are_shown(capsys):
     lines = out.splitlines()
     assert lines[lines.index("contacts") + 1].split() == ["start", "[µs]", "peak", "force", "[N]"]
     assert [line.split() for line in lines[-2:]] == [["0", "1.5"], ["20", "2.5"]]
+
+
+def test_names_of_peers_bring_no_control_characters_to_a_terminal():
+    assert name_of_peer("std_msgs/msg/Float64") == "std_msgs/msg/Float64"
+    assert name_of_peer("a/msg/\x1b[2J") == "'a/msg/\\x1b[2J'"
+    assert len(name_of_peer("x" * 100_000)) == LONGEST_ECHO

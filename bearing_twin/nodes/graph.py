@@ -26,11 +26,11 @@ from bearing_twin.nodes.discovery import end_of, others_are_whole
 from bearing_twin.nodes.messages import qos_profile, rclpy
 from bearing_twin.nodes.reflection import filled, interface, plain
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.spelling import name_of_peer
 
 AT_LEAST, QUIET = 1.5, 1.5  # s a list is waited for, and s without a change after which it is taken as complete
 AT_MOST = 4.0  # s a list is waited for while no other node is seen whole: on a busy machine discovery is late
-TURN = 0.05  # s
-DEPTH = 100  # messages that may wait
+TURN, DEPTH = 0.05, 100  # s; messages that may wait
 ENDS = {value: name.removeprefix("STATUS_").lower() for name, value in vars(GoalStatus).items() if "STATUS_" in name}
 
 # anybody on the network can send names: others may hold control characters
@@ -131,7 +131,7 @@ class Graph:
         def heard() -> int:
             types = sorted({one.topic_type for one in self._node.get_subscriptions_info_by_topic(topic)})
             if types and full not in types:
-                raise GraphError(f"{topic} takes {' or '.join(types)}, not {full}")
+                raise GraphError(f"{topic} takes {' or '.join(map(name_of_peer, types))}, not {full}")
             return publisher.get_subscription_count()
 
         self._look(heard, f"nobody listens to {echo(topic)}", self._names("topic", self._node.count_subscribers))
@@ -236,7 +236,8 @@ class Graph:
         """The type of what has this name, as soon as it is discovered."""
         types = self._look(lambda: dict(names()).get(name), f"there is no {what} {echo(name)}", self._names(what))
         if len(types) > 1:
-            raise GraphError(f"{name} has several types: {', '.join(types)}; end all nodes but those of one")
+            told = ", ".join(map(name_of_peer, types))
+            raise GraphError(f"{name} has several types: {told}; end all nodes but those of one")
         return types[0]
 
     def _names(self, what: str, chosen: Callable[[str], Any] = bool) -> Callable[[], list[str]]:
@@ -275,10 +276,8 @@ class Graph:
         """What `ask()` gives once discovery adds nothing any more."""
         now = began = time.monotonic()
         last, changed = ask(), now
-        while (
-            now < began + AT_LEAST
-            or now < changed + QUIET
-            or (now < began + AT_MOST and not others_are_whole(self._node))
+        while now < max(began + AT_LEAST, changed + QUIET) or (
+            now < began + AT_MOST and not others_are_whole(self._node)
         ):
             self._executor.spin_once(timeout_sec=TURN)
             now, found = time.monotonic(), ask()
@@ -289,7 +288,7 @@ class Graph:
     def _typed(self, ask: Callable[[], list]) -> dict[str, str]:
         own = self._node.get_fully_qualified_name()
         found = (one for one in sorted(self._at_rest(ask)) if _NAME.fullmatch(one[0]) and not one[0].startswith(own))
-        return {name: ", ".join(types) for name, types in found}
+        return {name: ", ".join(map(name_of_peer, types)) for name, types in found}
 
     def _suited(self, topic: str):
         """A quality of service that every publisher of the topic can serve."""
