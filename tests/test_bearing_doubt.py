@@ -10,6 +10,7 @@ from made_up_run import a_choice, made_up_block, made_up_scene
 from bearing_twin.charts.tolerance import CASES, TolerancePoint, judge
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.contact.friction import friction_number, friction_of
+from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import watched as bearing_watched
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
@@ -106,6 +107,36 @@ def test_where_a_tighter_setting_finds_the_same_the_setting_goes_back(since, red
     assert moving.setting == 0.1
     assert min(settings) >= 0.1 * 0.01
     assert len(settings) == 4 + redone
+
+
+@pytest.mark.parametrize("since", ["the part", "before"])
+def test_a_setting_that_nothing_can_be_integrated_with_is_given_up(since, monkeypatch):
+    """The run goes on as before it was tightened, and its error is told."""
+    moving, _ = watched("bearing_6203", "run.duration=0.1", "wanted.tolerance=1e-3")
+    plain, _ = watched("bearing_6203", "run.duration=0.1", "wanted.tolerance=1e-3")
+    advance = BearingMotion._part
+
+    def part(it, *rest):
+        advance(it, *rest)
+        if it.setting < 1.0:
+            it.state += 1.0  # as a part that was left in its middle
+            raise IntegrationError("needs ever shorter steps", "stalled", 0.0, "ball 0")
+
+    def look(part, windows, scales, tolerance):
+        row = np.zeros((1, len(PLACE)))
+        row[0, PLACE["friction"]], row[0, PLACE["begin"]] = 1.0, part.elapsed if since == "the part" else -1.0
+        return row
+
+    monkeypatch.setattr(moving.companion, "look", look)
+    for _ in range(2):
+        plain.advance(0.02 * np.arange(1, 2), 0.02)
+    monkeypatch.setattr(BearingMotion, "_part", part)
+    for _ in range(2):
+        moving.advance(0.02 * np.arange(1, 2), 0.02)
+    assert moving.setting == 1.0
+    assert moving.elapsed == pytest.approx(0.04)
+    assert np.array_equal(moving.state, plain.state)
+    assert len(moving.take_records()["companion"]) >= 2
 
 
 def test_a_run_gives_the_same_bits_however_it_is_asked_for_and_after_a_reset():

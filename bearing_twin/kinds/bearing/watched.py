@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.companion import Companion
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
@@ -120,7 +121,15 @@ class WatchedMotion(BearingMotion):
         last, before, earlier = math.inf, self.setting, self._rows.copy()
         for attempt in range(1 + RETAKEN):
             self._grown = 0.0
-            out = super().advance(times, duration)
+            try:
+                out = super().advance(times, duration)
+            except IntegrationError:
+                if not attempt:
+                    raise
+                self._sensitive = True
+                self._retake(earlier, before)
+                out = super().advance(times, duration)
+                break
             worst, tight = self._grown, self.setting
             if worst <= GOOD or self._sensitive or attempt == RETAKEN or tight * self.given <= VERIFIABLE:
                 break
@@ -128,12 +137,16 @@ class WatchedMotion(BearingMotion):
                 self._sensitive = True
                 self._set(max(tight, min(before, FUTILE)))
                 break
-            last, spent, followed = worst, self.counts.copy(), self.companion.steps
-            self.take_back()
-            self.counts[:], self.companion.steps, self._rows = spent, followed, earlier.copy()
-            cut = min(LEAST_CUT, max(MOST_CUT, AIM / worst))
-            self._set(max(cut * tight, VERIFIABLE / self.given))
+            last, cut = worst, min(LEAST_CUT, max(MOST_CUT, AIM / worst))
+            self._retake(earlier, max(cut * tight, VERIFIABLE / self.given))
         return out
+
+    def _retake(self, rows, setting: float) -> None:
+        """Back to before a chunk, with another setting; what was spent on it counts."""
+        spent, followed = self.counts.copy(), self.companion.steps
+        self.take_back()
+        self.counts[:], self.companion.steps, self._rows = spent, followed, rows.copy()
+        self._set(setting)
 
     def _part(self, times, duration, out, first) -> None:
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
@@ -142,25 +155,36 @@ class WatchedMotion(BearingMotion):
         # What a part began with from before is not bettered by doing it again: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > FUTILE else self.elapsed
         for attempt in range(1 + REDONE):
-            super()._part(times, duration, out, first)
+            try:
+                super()._part(times, duration, out, first)
+            except IntegrationError:
+                if not attempt:
+                    raise
+                # Nothing can be integrated as tightly: as before, which is known to be off.
+                self._begin_again(arrays, others, before_it, before)
+                super()._part(times, duration, out, first)
+                break
             last, worst = worst, self._worst(since)
             if attempt == REDONE or worst <= (GOOD if attempt else SAFE):
                 break
             if attempt and worst >= HELPED * last:
                 self._set(max(self.setting, min(before, FUTILE)))
                 break
-            before = self.setting
-            vars(self).update(zip(BEGUN, others, strict=True))
-            for name, array in arrays.items():
-                getattr(self, name)[:] = array
-            self.companion.inherit(before_it)
-            cut = min(LEAST_CUT, max(MOST_CUT, AIM / worst))
-            self._set(max(cut * self.setting, VERIFIABLE / self.given))
+            before, cut = self.setting, min(LEAST_CUT, max(MOST_CUT, AIM / worst))
+            self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
         if self._found is not None and len(self._found):
             self._rows.append(self._found)
             carried = (self._found[:, PLACE["begin"]] < begun) | (self._found[:, PLACE["ball"]] == APART)
             self._grown = max(self._grown, self._off(self._found[carried]))
         self._found = None
+
+    def _begin_again(self, arrays, others, inherited, setting: float) -> None:
+        """Back to the beginning of a part, with another setting."""
+        vars(self).update(zip(BEGUN, others, strict=True))
+        for name, array in arrays.items():
+            getattr(self, name)[:] = array
+        self.companion.inherit(inherited)
+        self._set(setting)
 
     def _until_next(self, duration: float) -> float:
         return min(super()._until_next(duration), SHORT * 2.0 ** min(self.companion.parts, DOUBLED))
