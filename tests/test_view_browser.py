@@ -123,7 +123,8 @@ def test_slider_and_play_move_the_picture_of_every_kind(of_kind, opened):
     assert differs(start, later) > 2e-4
     kept(page, kind)
     page.click("#play")
-    until(page, "bearingView.player.frames > 3")
+    far = "bearingView.player.time > 0.6 * bearingView.store.last || !bearingView.player.playing"
+    until(page, f"bearingView.player.frames > 3 && ({far})")  # a few images alone may show nearly the same
     page.click("#play") if page.evaluate("bearingView.player.playing") else None
     assert differs(later, seen(page, part)) > 2e-4
     assert float(page.evaluate("bearingView.player.time")) > 0.4 * float(page.evaluate("bearingView.store.last"))
