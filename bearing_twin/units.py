@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
+CELSIUS = 273.15  # K, of 0 °C
 ALL, BELOW_ONE = "GMkmµn", "mµn"
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 
@@ -188,7 +189,7 @@ def in_si(text: str, unit: str) -> str:
         factors.setdefault(row.people[0], 1.0 / row.people[1])
     word, number = _WRITTEN.get(found[2], found[2]).replace("u", "µ"), float(found[1])
     if unit == "K" and word in ("°C", "C"):
-        return f"; {text.strip()} is {number + 273.15:.7g}"
+        return f"; {text.strip()} is {number + CELSIUS:.7g}"
     return f"; {text.strip()} is {number * factors[word]:.7g}" if word in factors else ""
 
 
@@ -235,9 +236,9 @@ def greatest_error(error) -> float | None:
     return max(error) if isinstance(error, (list, tuple)) else error
 
 
-def error_digits(error: float) -> str:
-    """The size of an error for people: two digits, written out up to a million."""
-    return f"{float(f'{error:.2g}'):g}"
+def two_digits(number: float) -> str:
+    """A number of little weight for people, as the size of an error: two digits, written out up to a million."""
+    return f"{float(f'{number:.2g}'):g}"
 
 
 def _is_plain(unit):

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
-from bearing_twin.charts.table import read_points, two_digits
+from bearing_twin.charts.table import read_points
 from bearing_twin.charts.work_precision import (
     DEFAULT,
     LADDERS,
@@ -34,7 +34,7 @@ from bearing_twin.log import topic_table
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.parameters import describe
 from bearing_twin.shelf import SCENES, STUDIES
-from bearing_twin.units import named
+from bearing_twin.units import named, two_digits
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.knowledge import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS

@@ -86,6 +86,17 @@ def test_what_is_too_rough_is_done_again_and_that_is_remembered_and_told(rough_b
     assert (np.diff(rows[:, PLACE["tolerance"]]) <= 0.0).all()
 
 
+def always_off(since):
+    """What finds each part off by all of mu N, in a window that begins with the part or before all."""
+
+    def look(part, windows, scales, tolerance):
+        row = np.zeros((1, len(PLACE)))
+        row[0, PLACE["friction"]], row[0, PLACE["begin"]] = 1.0, part.elapsed if since == "the part" else -1.0
+        return row
+
+    return look
+
+
 @pytest.mark.parametrize(("since", "redone"), [("the part", 4), ("before", 2)])
 def test_where_a_tighter_setting_finds_the_same_the_setting_goes_back(since, redone, monkeypatch):
     """As where balls hit each other: tightened on and on, steps came down to rounding, and the run stalled.
@@ -96,12 +107,7 @@ def test_where_a_tighter_setting_finds_the_same_the_setting_goes_back(since, red
     settings, advance = [], BearingMotion._part
     monkeypatch.setattr(BearingMotion, "_part", lambda it, *rest: (settings.append(it.setting), advance(it, *rest))[1])
 
-    def look(part, windows, scales, tolerance):
-        row = np.zeros((1, len(PLACE)))
-        row[0, PLACE["friction"]], row[0, PLACE["begin"]] = 1.0, part.elapsed if since == "the part" else -1.0
-        return row
-
-    monkeypatch.setattr(moving.companion, "look", look)
+    monkeypatch.setattr(moving.companion, "look", always_off(since))
     for _ in range(4):  # chunks, the first of two parts
         moving.advance(0.02 * np.arange(1, 2), 0.02)
     assert moving.setting == 0.1
@@ -122,12 +128,7 @@ def test_a_setting_that_nothing_can_be_integrated_with_is_given_up(since, monkey
             it.state += 1.0  # as a part that was left in its middle
             raise IntegrationError("needs ever shorter steps", "stalled", 0.0, "ball 0")
 
-    def look(part, windows, scales, tolerance):
-        row = np.zeros((1, len(PLACE)))
-        row[0, PLACE["friction"]], row[0, PLACE["begin"]] = 1.0, part.elapsed if since == "the part" else -1.0
-        return row
-
-    monkeypatch.setattr(moving.companion, "look", look)
+    monkeypatch.setattr(moving.companion, "look", always_off(since))
     for _ in range(2):
         plain.advance(0.02 * np.arange(1, 2), 0.02)
     monkeypatch.setattr(BearingMotion, "_part", part)

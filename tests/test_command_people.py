@@ -17,7 +17,7 @@ from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import SHELLS
 from bearing_twin.command.terminal import show_result
 from bearing_twin.spelling import LONGEST_ECHO, name_of_peer, nearest, slips
-from bearing_twin.units import UNITS, error_digits, for_people, known_digits, readable
+from bearing_twin.units import UNITS, for_people, known_digits, readable, two_digits
 
 RESULT = {
     "cage_speed_rad_s": 69.9611,
@@ -94,7 +94,7 @@ def test_a_number_is_shown_to_the_second_digit_of_its_error(value, error, shown)
 @given(st.floats(-1e12, 1e12), st.floats(1e-12, 1e12))
 def test_what_is_shown_is_off_by_less_than_a_tenth_of_the_error_or_in_the_sixth_digit(value, error):
     assert abs(float(known_digits(value, error)) - value) <= max(0.0501 * error, 5.01e-6 * abs(value))
-    assert float(error_digits(error)) == pytest.approx(error, rel=0.051)
+    assert float(two_digits(error)) == pytest.approx(error, rel=0.051)
 
 
 def cli_outcome():

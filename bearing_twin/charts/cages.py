@@ -19,12 +19,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from bearing_twin.charts.table import two_digits, write_points
+from bearing_twin.charts.table import write_points
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
+from bearing_twin.units import two_digits
 
 SCENE, LAW, STEPPER = "bearing_6203_rig_1000N", "hertz", "rodas4"
 LOADS, SPEEDS = (400.0, 1000.0), (94.2478, 157.0796, 628.3185)  # N down; rad/s: 900, 1500 and 6000 rpm

@@ -27,8 +27,8 @@ class Contest:
     `judge`, a function of a module, gives the row of (problem, method, setting, limit of CPU seconds);
     `command` repeats a run, "" where nothing does. `error` and `cost` say what is on the axes, `wanted` is the
     error at which costs are compared, `more` reads the rows further; `own` are the methods that the reference is made
-    by, where another one can confirm it. With a name for the `setting`, errors
-    and costs are drawn over it, a panel each: of figures that one run has, none costs more than another.
+    by, where another one can confirm it. With a name for the `setting`, errors and costs are drawn over it, a panel
+    each: of figures that one run has, none costs more than another.
     """
 
     judge: Callable[[str, str, float, float], Row]

@@ -23,6 +23,7 @@ from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
+from bearing_twin.units import two_digits
 
 SCENE, LAW = "bearing_6203", "hertz"
 LOADS = {  # N on the inner ring, thrust last
@@ -172,7 +173,7 @@ def reading(points: list[DimensionPoint]) -> list[str]:
 
     def cost(dimension, key):
         found = [1e3 * getattr(p, key) for p in points if p.dimension == dimension]
-        return " to ".join(f"{float(f'{one:.2g}'):g}" for one in (min(found), max(found)))
+        return " to ".join(map(two_digits, (min(found), max(found))))
 
     costs = (
         f"{dimension} {cost(dimension, 'cost_at_1000_hz')} ms ({cost(dimension, 'cost_at_100_hz')} ms)"

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.contest import Kept, Task, answers_of, processors, timed
-from bearing_twin.charts.table import two_digits, write_rows
+from bearing_twin.charts.table import write_rows
 from bearing_twin.charts.work_precision import errors
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
@@ -25,6 +25,7 @@ from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
+from bearing_twin.units import two_digits
 
 SPAN, OUTPUTS = 0.02, 40  # s and outputs of a run
 SETTINGS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7)

@@ -38,8 +38,3 @@ def _value(kind: type, word: str) -> Any:
     if kind is bool:
         return word == "True"
     return float(word or "nan") if kind is float else kind(word)
-
-
-def two_digits(number: float) -> str:
-    """A number in two digits, without an exponent where six places hold it."""
-    return f"{float(f'{number:.2g}'):g}"

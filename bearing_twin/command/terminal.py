@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 from bearing_twin.command.layout import columns_apart, named_values, table, width_of_terminal, wrapped
 from bearing_twin.units import (
     UNITS,
-    error_digits,
     for_people,
     greatest_error,
     known_digits,
     named,
     readable,
     sizes_for_units,
+    two_digits,
     unit_suffix,
 )
 
@@ -62,7 +62,7 @@ def show_result(result: Mapping) -> None:
             worst = greatest_error(errors.get(key))
             cells.append([_text(value, factor, worst) for value in values])
             if any(one in errors for one in lists):
-                cells[-1].append("" if worst is None else error_digits(factor * worst))
+                cells[-1].append("" if worst is None else two_digits(factor * worst))
         if any(key in errors for key in lists):
             cells[0].append("±")
         for lines in columns_apart(header, cells, width):
@@ -128,7 +128,7 @@ def _named_value(key: str, value, error, size: float) -> tuple[str, str]:
     words, unit, factor = _readable(key, size)
     shown = ", ".join(_text(one, factor, worst) for one in numbers)
     known = worst is not None and value is not None
-    shown += f" ± {error_digits(factor * worst)}" if known and (worst or _size(value)) else ""
+    shown += f" ± {two_digits(factor * worst)}" if known and (worst or _size(value)) else ""
     shown = f"{shown} {unit}".rstrip() if any(map(_is_number, numbers)) else shown
     return words, f"{shown} (doubtful)" if known and exceeds(value, error) else shown
 
@@ -259,7 +259,7 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     errors = {key: value for key, value in errors.items() if key in result}
     hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
     told = {
-        f"{output} off by": f"{error_digits(_unbounded(one['error']))} {one['norm']}, wanted {one['tolerance']:g}"
+        f"{output} off by": f"{two_digits(_unbounded(one['error']))} {one['norm']}, wanted {one['tolerance']:g}"
         + (f"; {one['where']}" if one["where"] else "")
         for output, one in result.get("wanted_errors", {}).items()
         if one["error"] is not None

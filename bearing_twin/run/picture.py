@@ -8,7 +8,7 @@ from bearing_twin.kinds.contract import Facts, Picture, plain_picture
 from bearing_twin.pictures.worth import Worth
 from bearing_twin.report import Report
 from bearing_twin.run.doubt import greatest
-from bearing_twin.units import error_digits, known_digits, readable, with_unit
+from bearing_twin.units import known_digits, readable, two_digits, with_unit
 
 MOST = 30  # rows in a picture
 
@@ -31,7 +31,7 @@ def worth_of(report: Report) -> list[Worth]:
         errors = {source: greatest(part) for source, part in parts.items()}
         whole = math.fsum(errors.values())
         words, unit, factor = readable(key, max(size, whole) if math.isfinite(whole) else size)
-        text = f"{known_digits(factor * size, factor * whole, 5)} ± {error_digits(factor * whole)}{with_unit(unit)}"
+        text = f"{known_digits(factor * size, factor * whole, 5)} ± {two_digits(factor * whole)}{with_unit(unit)}"
         rows.append(Worth(words, text, {source: error / size for source, error in errors.items() if error > 0.0}))
     return [row for row in rows if row.parts][:MOST]
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from bearing_twin.kinds.doubt import METHOD
 from bearing_twin.run.doubt import LARGE, exceeds
-from bearing_twin.units import error_digits, prefixed
+from bearing_twin.units import prefixed, two_digits
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.quantities import quantity_of
 from bearing_twin.uq.realise import Realised, Task
@@ -125,8 +125,8 @@ def told_of_model(summary: Mapping[str, Any], shown: Callable = prefixed) -> Ite
         if found["error"] is not None:
             factor, unit = shown(max(abs(found["mean"] or 0.0), found["error"]), found["unit"])
             parts = sorted(found["errors_by_source"].items(), key=lambda one: -one[1])
-            sources = ", ".join(f"{source.replace('_', ' ')} {error_digits(factor * error)}" for source, error in parts)
-            value = f"{error_digits(factor * found['error'])}{'' if unit == '1' else f' {unit}'}"
+            sources = ", ".join(f"{source.replace('_', ' ')} {two_digits(factor * error)}" for source, error in parts)
+            value = f"{two_digits(factor * found['error'])}{'' if unit == '1' else f' {unit}'}"
             yield f"{name}: error of the model \u00b1 {value} ({sources}), apart from what sampling leaves open"
     if told["realisations"]:
         failed = f", {told['failed']} more failed" if told["failed"] else ""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.units import error_digits, inverse, known_digits, labelled, prefixed
+from bearing_twin.units import inverse, known_digits, labelled, prefixed, two_digits
 from bearing_twin.uq.model_error import told_of_model
 from bearing_twin.uq.picture import FAR, ORDERS, exact_of, shares_of
 from bearing_twin.uq.result import StudyResult
@@ -214,7 +214,7 @@ def _row(words, value, low, high, unit, error=None) -> dict[str, str]:
         "words": words,
         "value": text[0],
         "unit": "" if shown == "1" else shown,
-        "error": "" if error is None else error_digits(error * factor),
+        "error": "" if error is None else two_digits(error * factor),
         "interval": interval,
         "meaning": "",
     }

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.units import error_digits, greatest_error, known_digits, readable, sizes_for_units
+from bearing_twin.units import greatest_error, known_digits, readable, sizes_for_units, two_digits
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors
@@ -87,7 +87,7 @@ def error_notes(errors: Mapping[str, Any]) -> list[str]:
 
 def _error(error, factor: float) -> str:
     """An error, of several the greatest, in the unit of its figure."""
-    return "" if error is None else error_digits(factor * greatest_error(error))
+    return "" if error is None else two_digits(factor * greatest_error(error))
 
 
 def _of_balls(value) -> bool:

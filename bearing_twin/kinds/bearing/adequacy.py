@@ -5,8 +5,9 @@ import math
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.units import CELSIUS
 
-CELSIUS, COLD = 273.15, 150.0  # K: 0 °C, and what lies below all but cryogenic bearings
+COLD = 150.0  # K, below all but cryogenic bearings
 FASTEST_CHANGE = 1000.0  # 1/s of the speed: the balls follow slower changes in rolling
 
 
