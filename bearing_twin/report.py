@@ -33,7 +33,8 @@ class Rechosen(NamedTuple):
     """What a look at the model of a running scene gave: the `choice` and the `motion` from now on.
 
     It is to be looked at again once `settled()`: what was commanded is reached, and was not yet. `told` says what was
-    switched, or why not; "" where nothing else was chosen. `records` joins those of the motion.
+    switched, or why not; "" where nothing else was chosen. `records` joins those of the motion. `left` are the costs
+    of a motion left behind that those of `motion` do not hold.
     """
 
     choice: Choice
@@ -41,6 +42,7 @@ class Rechosen(NamedTuple):
     settled: Callable[[], bool] = never
     told: str = ""
     records: Mapping[str, Any] = MappingProxyType({})
+    left: Mapping[str, int] = MappingProxyType({})
 
 
 @dataclass(frozen=True)

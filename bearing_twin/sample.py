@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+AT_ONCE = 32 << 20  # bytes of outputs
+
 
 class Channel(NamedTuple):
     """One named quantity of a scene: `shape` of one sample, SI `unit`, and what it means (frame, sign, point).
@@ -199,6 +201,11 @@ def side_by_side(layout: Layout, arrays: Sequence[np.ndarray], count: int) -> np
     for array, (columns, _) in zip(arrays, layout.places.values(), strict=True):
         matrix[:, columns] = np.reshape(array, (count, columns.stop - columns.start))
     return matrix
+
+
+def outputs_at_once(channels: Sequence[Channel]) -> int:
+    """How many outputs are handled in one go: thousands of balls would else hold up a stop for seconds."""
+    return max(1, AT_ONCE // (8 * sum(channel.width for channel in channels)))
 
 
 def between(rows: np.ndarray, after: float, until: float) -> np.ndarray:

@@ -57,7 +57,11 @@ def unknown(word: Any, legal: Iterable[str]) -> str:
 
 def echo(value: Any) -> str:
     """The offending value as a user may recognise it, cut to a readable length."""
-    text = repr(value)
+    return shortened(repr(value))
+
+
+def shortened(text: str) -> str:
+    """Text cut to a readable length."""
     return text if len(text) <= LONGEST_ECHO else text[: LONGEST_ECHO - 3] + "..."
 
 

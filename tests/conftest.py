@@ -59,11 +59,12 @@ def here(monkeypatch, capfd):
     """An executable called in this process, which saves the seconds that another one imports; as a process tells it."""
     from ros import rclpy  # skips where there is no ROS
 
+    from bearing_twin import pipes
     from bearing_twin.nodes import entry
 
     kept, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
 
-    monkeypatch.setattr(entry, "leave", lambda code: None)  # which would end the tests, too
+    monkeypatch.setattr(pipes, "leave", lambda code: None)  # which would end the tests, too
 
     def call(name, *arguments):
         monkeypatch.setattr(sys, "argv", [name, *arguments])

@@ -13,16 +13,9 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
-from bearing_twin.charts.table import read_points
-from bearing_twin.charts.work_precision import (
-    DEFAULT,
-    LADDERS,
-    PROBLEMS,
-    StepperPoint,
-    cheapest,
-    confirmed,
-    shares_of_steps,
-)
+from bearing_twin.charts.contest_picture import cheapest
+from bearing_twin.charts.table import Row, read_table
+from bearing_twin.charts.work_precision import DEFAULT, LADDERS, PROBLEMS, WANTED, confirmed, shares_of_steps
 from bearing_twin.command.chart_command import OPTIONS, sentences_in
 from bearing_twin.command.chart_table import CHARTS
 from bearing_twin.contact.friction import FRICTIONS
@@ -105,30 +98,30 @@ def _steppers() -> str:
     return _table(("stepper", "order", "step", "what it treats implicitly", "source"), rows)
 
 
-def points_of_steppers() -> list[StepperPoint]:
+def rows_of_steppers() -> list[Row]:
     """The chart of steppers, from the table that stands beside it."""
-    return read_points(ROOT / "docs" / "steppers.csv", StepperPoint)
+    return read_table(ROOT / "docs" / "steppers.csv")
 
 
 def _shares() -> str:
     """What share of the tolerance a step may err by, by the chart of steppers."""
     rows = (
-        (PROBLEMS[name].title, two_digits(worst), two_digits(share))
-        for name, (worst, share) in shares_of_steps(points_of_steppers(), DEFAULT).items()
+        (PROBLEMS[name], two_digits(worst), two_digits(share))
+        for name, (worst, share) in shares_of_steps(rows_of_steppers(), DEFAULT).items()
     )
     return _table((f"`{DEFAULT}`", "greatest error over the tolerance", "share of a step that just keeps it"), rows)
 
 
 def _confirmed() -> str:
-    return confirmed(points_of_steppers())[0] + "\n"
+    return confirmed(rows_of_steppers())[0] + "\n"
 
 
-def _speeds(steppers: tuple[str, ...] = tuple(method.stepper for method in LADDERS)) -> str:
+def _speeds(steppers: tuple[str, ...] = tuple(LADDERS)) -> str:
     """The reading of the chart of steppers."""
-    points, rows = points_of_steppers(), []
-    for problem, facts in PROBLEMS.items():
-        found = (cheapest(points, problem, stepper) for stepper in steppers)
-        rows.append((facts.title, *(two_digits(1.0 / one.seconds_per_second) if one else "never" for one in found)))
+    runs, rows = rows_of_steppers(), []
+    for problem, title in PROBLEMS.items():
+        found = (cheapest(runs, problem, stepper, WANTED) for stepper in steppers)
+        rows.append((title, *(two_digits(1.0 / one.seconds) if one else "never" for one in found)))
     return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), rows)
 
 
@@ -241,7 +234,7 @@ TABLES: dict[str, Callable[[], str]] = {
         f"reading_{name}": partial(_reading, name)
         for name in OPTIONS["read"]
         # what the chart of steppers says are tables of their own: speeds, shares, references
-        if CHARTS[name].made != "problems" and (ROOT / "docs" / f"{name}.csv").exists()
+        if name != "steppers" and (ROOT / "docs" / f"{name}.csv").exists()
     },
     "quantities": _quantities,
     "distributions": _distributions,

@@ -15,6 +15,9 @@ from bearing_twin.kinds.bearing.layout import (
     BORDER_BY_BALL,
     BORDER_MOTION,
     BORDERED_ROWS,
+    CAGE_X,
+    CAGE_Y,
+    CENTRE,
     COLUMNS,
     JACOBIAN,
     LANE_RATES,
@@ -37,10 +40,16 @@ SHAFT = (*FREE, "rings.inner.inertia=[1.0e-4,1.0e-4]")
 SUPPORT = "rings.inner.support={stiffness: [1e5,2e5,3e5], damping: [1,2,3], tilt_stiffness: 4, tilt_damping: 0.1}"
 BALL = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])
 RING = np.array([*(1e-6,) * 3, *(1e-4,) * 3, *(1e-2,) * 3, *(1.0,) * 3])
+CENTRE_SCALE = 1e-6, 1e-2  # of place [m] and velocity [m/s] of a cage's centre
 POCKETS = ("cage.kind=pockets", "cage.pocket_clearance=1.0e-6")
+MOVING = (*FREE[:2], "rings.inner.free=displacement", FREE[3], *POCKETS, "cage.land_clearance=2.0e-7")
 CASES = {
     "ring": (*SHAFT, SUPPORT),
     "ring and pockets": (*SHAFT, *POCKETS),
+    "ring and cage guided by its land": (*MOVING, SUPPORT, "cage.guidance=inner"),
+    "ring and cage guided by the outer land": (*MOVING, "cage.guidance=outer", "geometry.balls=9"),
+    "ring of balls that may touch, cage guided by its land": (*MOVING, "cage.guidance=outer"),
+    "ring and cage guided by balls": (*MOVING, "cage.guidance=balls"),
     "ring and even cage": (*SHAFT, "cage.kind=even"),
     "even cage": ("cage.kind=even",),
     "ring and even cage of 9 balls": (*SHAFT, "cage.kind=even", "geometry.balls=9"),
@@ -56,6 +65,9 @@ class System:
         self.bearing, self.partners = moving.bearing, moving._partners()
         self.drive, self.balls = RingDrive(0.3, 150.0, 0.0), np.arange(len(state))
         self.state, self.border, self.near = state, border, np.full(len(state), near)
+        self.ring = RING.copy()
+        if self.partners.land:
+            self.ring[[CAGE_X, CAGE_Y]], self.ring[[PLACES + CAGE_X, PLACES + CAGE_Y]] = CENTRE_SCALE
 
     def evaluated(self, state, border):
         coupling = new_coupling(self.near, self.balls, self.partners, border)
@@ -64,7 +76,11 @@ class System:
         put_pockets(self.bearing, self.balls, blocks)
         follow_cage(coupling.border, at.NOW, blocks, AXIS_DISTANCE)
         for lanes in blocks:
-            moving = coupling.border.numbers[at.NOW : at.NOW + 2 * PLACES]
+            moving = coupling.border.numbers[at.NOW : at.NOW + 2 * PLACES].copy()
+            if self.partners.land:
+                centre = [CAGE_X, CAGE_Y, PLACES + CAGE_X, PLACES + CAGE_Y]
+                lanes[CENTRE * LANES : (CENTRE + 4) * LANES] = np.repeat(moving[centre], LANES)
+                moving[centre] = 0.0
             lanes[BORDER_MOTION * LANES : (BORDER_MOTION + 2 * PLACES) * LANES] = np.repeat(moving, LANES)
             for k in range(LANES):
                 put(lanes, RING_SPEED, k, self.drive.speed)
@@ -110,8 +126,10 @@ def disturbed(name, seed=3):
     moving, rng = motion(*CASES[name], "gravity=[3.0,-9.8,1.0]", "contact.damping=0.3"), np.random.default_rng(seed)
     state, border = moving.state.copy(), moving.border.copy()
     state[:, :MOTION] += BALL * rng.uniform(-1.0, 1.0, (len(state), MOTION))
-    border[: 2 * PLACES] += np.where(np.tile(moving.partners.free, 2) > 0, 1.0, 0.0) * RING * rng.uniform(-1, 1, 12)
     system = System(moving, state, border, near="may touch" in name)
+    border[: 2 * PLACES] += (
+        np.where(np.tile(moving.partners.free, 2) > 0, 1.0, 0.0) * system.ring * rng.uniform(-1, 1, 12)
+    )
     if moving.partners.even:
         _, blocks = system.evaluated(state, border)
         from_blocks(blocks, AXIS_DISTANCE, state)

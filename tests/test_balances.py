@@ -192,11 +192,10 @@ def long_axes(scene, sample):
     return axes
 
 
-def messages(scene, block, ros_type):
-    """Messages of one type of the last output of a block."""
-    stream = MessageStream(scene, choice=a_choice())
-    pairs = [*stream.messages(block), *stream.flush()]
-    return [cdr.deserialise(topic.ros_type, data) for topic, _, data in pairs if topic.ros_type == ros_type]
+def first_message(scene, block, ros_type):
+    """The first message of one type in a block."""
+    pairs = MessageStream(scene, choice=a_choice()).messages(block)
+    return next(cdr.deserialise(topic.ros_type, data) for topic, _, data in pairs if topic.ros_type == ros_type)
 
 
 def test_the_long_axis_of_an_ellipse_lies_across_the_groove_in_message_and_marker(thrust):
@@ -204,13 +203,13 @@ def test_the_long_axis_of_an_ellipse_lies_across_the_groove_in_message_and_marke
     sample, first = block[0], long_axes(scene, block[0])
     assert np.all(np.abs(sample["contact_angle"]) > 0.03)
     assert np.abs(first[..., 2]).min() > 0.9  # nearly along the bearing's axis
-    contacts = messages(scene, block, cdr.CONTACTS)[0]
+    contacts = first_message(scene, block, cdr.CONTACTS)
     rows = first[..., 0].size  # ball after ball, inner before outer; behind them balls with their neighbours
     told = contacts.major_axis.reshape(-1, 3)[:rows].reshape(first.shape)
     assert np.abs(np.einsum("krv,krv->kr", told, first)) == pytest.approx(1.0, abs=1e-6)
     semi_major, semi_minor = (axis[:rows].reshape(-1, 2) for axis in (contacts.semi_major, contacts.semi_minor))
     assert np.all(semi_major > 5.0 * semi_minor)
-    [outline] = [m for m in messages(scene, block, cdr.MARKERS)[0].markers if m.ns == "contact_ellipses"]
+    [outline] = [m for m in first_message(scene, block, cdr.MARKERS).markers if m.ns == "contact_ellipses"]
     corners = np.array([[p.x, p.y, p.z] for p in outline.points]).reshape(len(first), 2, -1, 3)
     from_centre = corners - sample["point"][:, :, None]
     length = np.linalg.norm(from_centre, axis=-1)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from made_up_run import a_choice, made_up_block, made_up_scene
 
-from bearing_twin.charts.tolerance import CASES, TolerancePoint, judge
-from bearing_twin.charts.work_precision import errors
+from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.tolerance import CASES, METHOD, judge
 from bearing_twin.contact.friction import friction_number, friction_of
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds import KINDS
@@ -97,6 +97,31 @@ def always_off(since):
     return look
 
 
+def test_a_tighter_setting_gets_rougher_again_once_parts_are_calm_but_never_as_rough_as_what_failed(monkeypatch):
+    moving, _ = watched("bearing_6203", "run.duration=0.1", "wanted.tolerance=1e-3")
+    look, found = always_off("the part"), []
+
+    def look_once(part, windows, scales, tolerance):
+        row = look(part, windows, scales, tolerance)
+        row[0, PLACE["friction"]] = 1e-3 * (1.0 if not found else 1e-6)  # of the tolerance: all of it, then nothing
+        found.append(moving.setting)
+        return row
+
+    monkeypatch.setattr(moving.companion, "look", look_once)
+    settings = []
+    for _ in range(30):
+        moving.advance(0.02 * np.arange(1, 2), 0.02)
+        settings.append(moving.setting)
+        kept = moving.snapshot()
+    assert found[:2] == [1.0, settings[0]]
+    assert settings[0] == settings[1] == 0.25
+    assert (np.diff(settings) >= 0.0).all()
+    assert settings[-1] == 0.5
+    other, _ = watched("bearing_6203", "run.duration=0.1", "wanted.tolerance=1e-3")
+    other.resume(kept)
+    assert (other.setting, other.snapshot()) == (0.5, kept)
+
+
 @pytest.mark.parametrize(("since", "redone"), [("the part", 4), ("before", 2)])
 def test_where_a_tighter_setting_finds_the_same_the_setting_goes_back(since, redone, monkeypatch):
     """As where balls hit each other: tightened on and on, steps came down to rounding, and the run stalled.
@@ -113,6 +138,25 @@ def test_where_a_tighter_setting_finds_the_same_the_setting_goes_back(since, red
     assert moving.setting == 0.1
     assert min(settings) >= 0.1 * 0.01
     assert len(settings) == 4 + redone
+
+
+def test_what_a_chunk_that_is_done_again_was_looked_at_counts(monkeypatch):
+    """Forgotten, a run whose chunks are done again would be looked at more than its share of steps allows."""
+    moving, _ = watched("bearing_6203", "run.duration=0.1", "wanted.tolerance=1e-3")
+    look, off, looked, steps = moving.companion.look, always_off("before"), [], []
+
+    def also_off(part, *rest):
+        before, spent = moving.companion.looked, moving.companion.steps
+        rows = look(part, *rest)
+        looked.append(moving.companion.looked - before)
+        steps.append(moving.companion.steps - spent)
+        return np.concatenate([rows, off(part, *rest)])
+
+    monkeypatch.setattr(moving.companion, "look", also_off)
+    moving.advance(0.04 * np.arange(1, 2), 0.04)
+    assert len(looked) > 2
+    assert moving.companion.looked == sum(looked) > looked[-1]
+    assert moving.companion.steps == sum(steps)
 
 
 @pytest.mark.parametrize("since", ["the part", "before"])
@@ -331,9 +375,9 @@ def test_a_chunk_in_which_balls_meet_is_done_again_from_its_beginning(retaken, m
     monkeypatch.setattr(bearing_watched, "RETAKEN", retaken)
     case, tolerance = "sudden, harder", 1e-3
     name, differs = CASES[case]
-    point = TolerancePoint(*judge(case, tolerance, 0.0))
+    point = judge(case, METHOD, tolerance, 0.0)
     assert point.kept == (retaken > 0)
-    assert point.status == ("done" if retaken else "doubtful: friction")
+    assert point.told == ("done" if retaken else "doubtful: friction")
     scene = load_scene(name, (*differs, f"wanted.tolerance={tolerance}"))
     moving = WatchedMotion(scene.parameters, choose(scene))
     times = np.arange(1, 401) / scene.parameters.run.output_rate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bearings import motion
 
-from bearing_twin.charts.work_precision import errors
+from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.departures import bouncing
 from bearing_twin.kinds.bearing.equations import approaches
 from bearing_twin.kinds.bearing.growth import Growth

@@ -7,6 +7,7 @@ import os
 from statistics import median
 
 import pytest
+from published_ratings import SOLD_BALLS
 
 from bearing_twin.command import cli
 from bearing_twin.errors import SceneError
@@ -220,7 +221,7 @@ def test_the_command_answers_by_designation(capsys):
     assert row["basic_dynamic_rating_n"] == pytest.approx(40.8e3, rel=0.01)
     assert cli.main(["bearing", "6308", "--load", "0,-3000,0", "--json"]) == cli.DONE
     found = json.loads(capsys.readouterr().out)
-    assert found["catalogue"]["found"] == "ratings"
+    assert found["catalogue"]["found"] == "factors"
     assert found["basic_life_mrev"] == pytest.approx((row["basic_dynamic_rating_n"] / 3000.0) ** 3, rel=1e-9)
     assert found["ring_force_n"][1] == pytest.approx(3000.0)
     assert cli.main(["bearing", "--list", "--json"]) == cli.DONE
@@ -241,13 +242,12 @@ OTHER_BALLS = {  # of the same table: sets that its maker's rings hold, and the 
     "6307": (0.376, 1.888, 3.006),
     "6308": (0.378, 1.925, 3.023),
 }
-SIZES = sorted({k * 25.4e-3 / 64 for k in range(4, 49)} | {k * 25.4e-3 / 32 for k in range(24, 60)} | {12.0e-3})
 
 
 def nearest_set(entry):
     """Number and diameter [m] of the set whose two ratings are nearest to the middle of those published."""
     best = (math.inf, 0, 0.0)
-    for ball in (size for size in SIZES if 0.23 < size / (entry.outside_diameter - entry.bore) < 0.36):
+    for ball in (size for size in SOLD_BALLS if 0.23 < size / (entry.outside_diameter - entry.bore) < 0.36):
         most = int(0.65 * math.pi * entry.pitch_diameter / ball)
         for balls in range(6, most + 1):
             geometry = Geometry(balls=balls, ball_diameter=ball, pitch_diameter=entry.pitch_diameter)

@@ -5,7 +5,8 @@ import csv
 import pytest
 
 from bearing_twin.charts import cost
-from bearing_twin.charts.cost import PARTS, SAMPLES, CostPart, draw, measure, reading, write_table
+from bearing_twin.charts.cost import PARTS, SAMPLES, CostPart, draw, measure, reading
+from bearing_twin.charts.table import write_table
 
 
 def made(name, **ms):
@@ -20,7 +21,7 @@ def test_parts_are_what_a_stage_takes_beyond_the_stage_before(monkeypatch):
     monkeypatch.setattr(cost, "_seconds", lambda work: (work(), stages[next(ticks) % len(stages)])[1])
     monkeypatch.setattr(cost, "_contact_seconds", lambda motion: 1.0 / motion.costs()["ball_rates"])
     monkeypatch.setitem(cost.RUNS, "short", ("bearing_6203", (), 0.05))
-    found = {p.part: p.seconds_per_second * 0.05 for p in measure(["short"])}
+    found = {p.part: p.cpu_per_simulated_second * 0.05 for p in measure(["short"])}
     assert found == pytest.approx(
         {"kernel": 1.0, "steps": 2.0, "outputs": 2.0, "packaging": 4.0, "publishing": 11.0, "log": 30.0, SAMPLES: 0.5}
     )

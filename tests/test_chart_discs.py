@@ -1,29 +1,35 @@
 """The chart of soft discs: what it measures, on few meshes, and that its files hold it."""
 
-import csv
-
-from bearing_twin.charts import soft_discs as chart
+from bearing_twin.charts import soft_discs
+from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.soft_discs import ANOTHER, CONTESTS, INTEGRATION, PROBLEMS
+from bearing_twin.charts.table import read_table
 
 
 def test_errors_fall_and_files_hold_them(tmp_path, monkeypatch):
-    monkeypatch.setattr(chart, "REPEATS", 1)
-    points = list(chart.measure(ladder=(6, 12), reference=("mesh.divisions=18", "mesh.order=3"), shares=(1.0, 0.5)))
-    assert {point.panel for point in points} == {"mesh", "step", "formulation", "locking"}
-    for panel in ("mesh", "formulation", "locking"):
-        for line in {point.line for point in points if point.panel == panel}:
-            errors = [point.error for point in points if (point.panel, point.line) == (panel, line)]
+    few = {"LADDER": (6, 12), "FURTHER": (), "SHARES": (1.0, 0.5), "SECOND": (18, 2), "REPEATS": 1}
+    for name, value in (few | {"REFERENCE": ("mesh.divisions=18", "mesh.order=3")}).items():
+        monkeypatch.setattr(soft_discs, name, value)
+    chart = CONTESTS["discs"]
+    made = chart.make(tmp_path, "discs", Wanted(tuple(PROBLEMS), lambda share: None, 0, 0.0, Kept(None)))
+    rows = made.rows
+    assert {row.problem for row in rows} == set(PROBLEMS)
+    for problem in ("mesh", "formulation", "locking"):
+        for line in {row.method for row in rows if row.problem == problem} - {ANOTHER.format("mesh")}:
+            errors = [row.error for row in rows if (row.problem, row.method) == (problem, line)]
             assert errors[-1] < errors[0], line
-    steps = [point for point in points if point.panel == "step"]
+    steps = [row for row in rows if row.problem == "step"]
     # Long steps all err by what the mesh makes ring, of which they get the phase wrong.
-    assert max(point.error for point in steps) < 3e-3
+    assert max(row.error for row in steps) < 3e-3
+    again = [row for row in rows if row.method.startswith(ANOTHER.format(""))]
+    assert len(again) == len(PROBLEMS)
+    assert max(row.error for row in again) < 0.02
     locked, kept = (
-        next(point for point in reversed(points) if point.line == f"{word} integration")
-        for word in ("full", "selective")
+        next(row for row in reversed(rows) if row.method == INTEGRATION.format(word)) for word in ("full", "selective")
     )
     assert locked.error > 5.0 * kept.error
-    assert "full locks" in list(chart.reading(points))[-1]
-    chart.draw(points, tmp_path / "discs.png")
-    chart.write_table(points, tmp_path / "discs.csv")
+    assert "full locks" in made.reading[-2]
+    assert "mesh to" in made.reading[-1]
     assert (tmp_path / "discs.png").stat().st_size > 10_000
-    rows = list(csv.reader((tmp_path / "discs.csv").open()))
-    assert len(rows) == len(points) + 1
+    assert len(read_table(tmp_path / "discs.csv", soft_discs.DiscRow)) == len(rows)
+    assert chart.read(tmp_path, "discs") == made.reading

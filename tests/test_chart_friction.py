@@ -1,13 +1,14 @@
 """The chart of friction over a spot, and the exact solution it is measured against."""
 
-import csv
 import math
 
 import numpy as np
 import pytest
 from scipy.special import ellipe
 
-from bearing_twin.charts.friction import CONTESTANTS, POLES, draw, measure, reading, worst, write_table
+from bearing_twin.charts import friction
+from bearing_twin.charts.friction import CONTESTANTS, POLES, PROBLEMS, SCIPY, by_scipy, draw, judge, reading, worst
+from bearing_twin.charts.table import DONE, read_table, write_table
 from bearing_twin.contact.friction import (
     COARSE_POINTS,
     FINE_POINTS,
@@ -19,12 +20,16 @@ from bearing_twin.contact.friction import (
 )
 from bearing_twin.reference.spot import spot_friction_exact
 
+SHAPES = [name for name, ratio in PROBLEMS.items() if ratio in (1.0, 0.1)]
 COARSE, FINE, FIRST, SECOND = "spot", "spot_fine", "pade1", "pade2"
 
 
 @pytest.fixture(scope="module")
 def measured():
-    return measure((1.0, 0.1), np.geomspace(0.01, 100.0, 9), (np.linspace(0.2, 1.0, 7), POLES[1][::4]))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction, "SPINS", np.geomspace(0.01, 100.0, 9))
+        patch.setattr(friction, "POLES", (np.linspace(0.2, 1.0, 7), POLES[1][::4]))
+        return [row for name in SHAPES for form in (*CONTESTANTS, SCIPY) for row in judge(name, form, 0.0, 0.0)]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.3, 0.03])
@@ -59,28 +64,37 @@ def test_the_closed_forms_are_right_in_both_limits_to_their_order(form, order, r
 
 
 def test_order_of_accuracy_and_cost(measured):
-    for shape in (1.0, 0.1):
+    for shape in SHAPES:
         for part in (0, 1):
             error = {form: worst(measured, form, shape)[part] for form in CONTESTANTS}
             assert all(error[form] <= FRICTIONS[form].error for form in CONTESTANTS)
             assert error[FINE] < 0.25 * error[COARSE]
             assert min(error[FIRST], error[SECOND]) > 0.15
-    assert worst(measured, FIRST, 0.1)[1] > 0.9
-    assert all(point.nanoseconds > 0.0 for point in measured)
+    assert worst(measured, FIRST, SHAPES[-1])[1] > 0.9
+    assert all(row.seconds > 0.0 for row in measured if row.method in CONTESTANTS)
     assert 2 * len(COARSE_POINTS) < len(FINE_POINTS)  # what they cost, on whatever machine
 
 
+def test_scipy_finds_the_exact_solution_again(measured):
+    again = [row.friction_error for row in measured if row.method == SCIPY]
+    assert len(again) == len(SHAPES)
+    assert max(again) < 1e-6
+    motion = 2.0, 1e-3, 4e-4, 0.3, -0.2, 500.0, 0.1  # the pole inside, signs and sizes of all kinds
+    exact = spot_friction_exact(*motion)
+    assert by_scipy(*motion, 0.0) == pytest.approx(exact, abs=1e-7 * max(map(abs, exact)))
+
+
 def test_failures_stay_in_table_picture_and_reading(measured, tmp_path):
-    failed = {(p.form, p.axis_ratio, p.spin_over_slip) for p in measured if p.failed}
+    failed = {(row.method, row.problem, row.setting) for row in measured if row.status != DONE}
     failing = {form for form, _, _ in failed}
     assert failing >= {FIRST, SECOND}
     assert not failing & {COARSE, FINE}
     write_table(measured, tmp_path / "friction.csv")
-    rows = list(csv.DictReader((tmp_path / "friction.csv").open(encoding="utf-8")))
+    rows = read_table(tmp_path / "friction.csv", friction.FrictionRow)
     assert len(rows) == len(measured)
-    assert sum(row["failed"] == "True" for row in rows) == len(failed)
-    sentences = reading(measured)
-    assert len(sentences) == len(CONTESTANTS)
+    assert sum(row.status != DONE for row in rows) == len(failed)
+    sentences = reading(rows)
+    assert len(sentences) == len(CONTESTANTS) + 1
     assert failing == {sentence.partition(":")[0] for sentence in sentences if "fails at" in sentence}
     draw(measured, tmp_path / "friction.png")
     assert (tmp_path / "friction.png").read_bytes().startswith(b"\x89PNG")

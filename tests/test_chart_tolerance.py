@@ -1,12 +1,11 @@
 """The chart of tolerances: what it measures is what runs say, and what it reads off follows from its points."""
 
-import csv
-
-import numpy as np
 import pytest
 
+from bearing_twin.charts import tolerance
 from bearing_twin.charts.contest import Kept, Wanted
-from bearing_twin.charts.tolerance import CASES, TolerancePoint, draw, measure, read, reading, write_table
+from bearing_twin.charts.table import DONE, FAILED, read_table
+from bearing_twin.charts.tolerance import CASES, CONTESTS, METHOD, ToleranceRow, reading
 from bearing_twin.run.scene import load_scene
 
 
@@ -21,25 +20,29 @@ def test_every_case_is_a_scene():
     assert len({name for name, _ in list(CASES.values())[:7]}) == 7
 
 
-def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path):
-    (point,) = measure(here("settled"), tolerances=(1e-2,))
+def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path, monkeypatch):
+    monkeypatch.setattr(tolerance, "TOLERANCES", (1e-2,))
+    made = CONTESTS["tolerance"].make(tmp_path, "tolerance", here("settled"))
+    (point,) = made.rows
     assert point.kept
-    assert point.status == "done"
+    assert (point.status, point.told) == (DONE, "done")
+    assert point.seconds > 0.0
     assert 0 < point.companion_steps < point.watched_steps
     assert all(1.0 / 3.0 < ratio < 3.0 for ratio in point.ratios)
-    draw([point], tmp_path / "tolerance.png")
-    write_table([point], tmp_path / "tolerance.csv")
-    with (tmp_path / "tolerance.csv").open(encoding="utf-8") as stream:
-        (row,) = csv.DictReader(stream)
-    assert float(row["load_error"]) == point.load_error
-    assert read(tmp_path, "tolerance") == list(reading([point]))
+    (row,) = read_table(tmp_path / "tolerance.csv", ToleranceRow)
+    assert row.load_error == pytest.approx(point.load_error, rel=1e-5)
+    assert CONTESTS["tolerance"].read(tmp_path, "tolerance") == made.reading
+
+
+def _made(case, load, friction, *further):
+    return ToleranceRow(case, METHOD, 1e-3, load, friction, 1.0, 100, DONE, "", "", *further)
 
 
 def test_what_is_missed_is_said_with_what_the_run_says_of_it():
-    good = TolerancePoint("settled", 1e-3, 1e-4, 1e-4, 2e-4, 1e-5, "done", 100, 120, 30)
-    said = TolerancePoint("sudden", 1e-3, 4e-3, 1e-4, 4e-3, 1e-4, "doubtful: loads", 100, 400, 50)
-    unsaid = TolerancePoint("from rest", 1e-3, 1e-4, 2e-3, 1e-4, 1e-4, "done", 100, 100, 10)
-    broken = TolerancePoint("fast", 1e-3, problem="it broke")
+    good = _made("settled", 1e-4, 1e-4, 2e-4, 1e-5, "done", 100, 120, 30)
+    said = _made("sudden", 4e-3, 1e-4, 4e-3, 1e-4, "doubtful: loads", 100, 400, 50)
+    unsaid = _made("from rest", 1e-4, 2e-3, 1e-4, 1e-4, "done", 100, 100, 10)
+    broken = ToleranceRow("fast", METHOD, 1e-3, status=FAILED, reason="it broke")
     text = " ".join(reading([good, said, unsaid, broken]))
     assert "within the tolerance in 1 of 4 runs" in text
     assert "doubtful in 1 of 2; the greatest error is 4 times" in text
@@ -48,5 +51,5 @@ def test_what_is_missed_is_said_with_what_the_run_says_of_it():
     # Of six estimates four are near, two are a tenth of the error or less: 0.1 and 0.05.
     assert "true error in 4 of 6" in text
     assert "at most" in text
-    assert np.isnan(broken.error)
+    assert not broken.kept
     assert said.ratios == pytest.approx([1.0, 1.0])

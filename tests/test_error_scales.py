@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bearings import motion
 
-from bearing_twin.charts.work_precision import errors
+from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
 
 RIG = "bearing_6203_rig_1000N"

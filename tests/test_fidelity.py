@@ -6,7 +6,7 @@ import pytest
 from doc_tables import MEASURED_TABLES, ROOT
 
 from bearing_twin.charts import fidelity
-from bearing_twin.charts.fidelity import FidelityPoint, points_of, reading
+from bearing_twin.charts.fidelity import judge, reading
 from bearing_twin.kinds.bearing.measured import FINEST, ladders, motions_of, predictions
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -72,7 +72,7 @@ def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
     monkeypatch.setattr(fidelity, "WANTED", (1e-2,))
     monkeypatch.setattr(fidelity, "SETTINGS", (1e-2, 1e-4))
     monkeypatch.setattr(fidelity, "ENOUGH", 0.0)
-    points = [FidelityPoint(*point) for point in points_of("slow")]
+    points = judge("slow", "as chosen", math.nan, 0.0)
     assert [point.outputs for point in points] == ["history", "loads"]
     assert all(point.kept and point.best and math.isfinite(point.seconds) for point in points)
     said = reading(points)

@@ -106,3 +106,5 @@ def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, capsys):
     for topic in ("/left/samples", "/right/samples"):
         assert said(capsys, "verify", str(path), "--topic", topic)["greatest_deviation"] == 0.0
         assert said(capsys, "report", str(path), "--topic", topic)["samples"] == SCENE.outputs
+        page = str(tmp_path / "page.html")
+        assert said(capsys, "view", str(path), "--topic", topic, "--out", page)["outputs_shown"] == SCENE.outputs

@@ -15,12 +15,11 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
 from pages import NODE, ROOT, TUTORIALS, blocks, copied_sources
-from shell import LASTING, PATIENCE, Shell
+from shell import LASTING, Shell
 
 pytestmark = pytest.mark.environment
 README = ROOT / "README.md"
@@ -52,28 +51,14 @@ def ended(line: str) -> str:
 
 
 def test_the_ros_part_of_the_readme_runs_line_by_line(shell):
-    """`uq_node` and a rig scene, which the comments ask for, are started where they are needed."""
+    """As it stands; only Ctrl-C, which a comment asks for, is not a line."""
     for line in lines_of("With ROS 2"):
-        if "command/load" in line:
-            shell.end()
-            shell.run(f"{NODE}sim_node -p scene:=bearing_6203_rig_400N")
-        if "node study" in line:
-            shell.run(f"{NODE}uq_node")
-            line = f"{line} --samples 200"
         if "replay_node" in line:
-            wait_for_log(shell.folder / "recording.mcap", shell)
             shell.end()  # sim_node and recorder_node, which completes its log
+            assert (shell.folder / "recording.mcap").stat().st_size > 50_000, shell.words_of_nodes()
         said = shell.run(ended(line))
         assert said.strip() or line.startswith(LASTING), line
     shell.end()
-
-
-def wait_for_log(path: Path, shell: Shell) -> None:
-    shell.run('bearing_twin node service call /bearing/sim_node/pause std_srvs/srv/SetBool "{data: false}"')
-    end = time.monotonic() + PATIENCE
-    while not (path.exists() and path.stat().st_size > 50_000):
-        assert time.monotonic() < end, shell.words_of_nodes()
-        time.sleep(0.5)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.shelf import SCENES
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study
@@ -165,6 +165,38 @@ def test_the_camera_stands_where_all_of_the_scene_is_seen(scene, overrides, midd
     view = yaml.safe_load(rviz(shown))["Visualization Manager"]["Views"]["Current"]
     assert view["Distance"] == camera["distance"]
     assert list(view["Focal Point"].values()) == list(shown.middle)
+
+
+@pytest.mark.parametrize(
+    ("scene", "body"),
+    [
+        ("two_bodies_ellipsoid", "first"),
+        ("two_bodies_superellipsoid", "first"),
+        ("two_bodies_groove", ""),
+        ("ellipsoid_rocking", "body"),
+        ("ellipsoid_on_plane", ""),  # it falls straight down
+        ("sphere_on_beam", ""),
+    ],
+)
+def test_the_eye_goes_with_a_body_that_travels_along_a_plane(scene, body):
+    """By the source of Lichtblick 1.28: the eye goes with the frame of `followTf`, and grids lie in it unless told."""
+    shown = panels(load_scene(scene), "/left", "left/")
+    frame = f"left/{body}" if body else shown.frame
+    view = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]["3D!scene"]
+    assert (view["followTf"], view["followMode"]) == (frame, "follow-position" if body else "follow-none")
+    assert view["layers"]["grid"]["frameId"] == shown.frame
+    manager = yaml.safe_load(rviz(shown))["Visualization Manager"]
+    assert manager["Views"]["Current"]["Target Frame"] == frame
+    assert manager["Global Options"]["Fixed Frame"] == shown.frame
+    if body:
+        assert view["cameraState"]["targetOffset"] == [0.0, 0.0, 0.0]
+        simulation = Simulation(load_scene(scene))
+        [said] = [
+            cdr.deserialise(topic.ros_type, data)
+            for topic, _, data in MessageStream(simulation.scene, frame_prefix="left/").messages(simulation.advance(1))
+            if topic.name == "/tf"
+        ][:1]
+        assert frame in {one.child_frame_id for one in said.transforms}
 
 
 def beside_each_other(node):

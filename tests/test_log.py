@@ -1,6 +1,7 @@
 """Logs: what goes in comes out, bit for bit, also through readers that are not ours."""
 
 import contextlib
+import dataclasses
 import io
 import json
 import os
@@ -20,7 +21,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
-from bearing_twin.command.cli import DONE, main
+from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
@@ -113,6 +114,17 @@ def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_s
     captured = capsys.readouterr()
     assert json.loads(captured.out)["samples"] == 61
     assert "begins at 0.06 s: the run up to there is simulated first" in captured.err
+    assert main(["verify", str(tmp_path / "late.mcap"), "--before", "0.05"]) == BAD_INPUT
+    assert "0.06 s of this log, before output 60, would be simulated" in capsys.readouterr().err
+
+
+def test_a_log_that_begins_after_years_is_not_simulated_up_to_there_unasked(tmp_path):
+    scene = load_scene("bearing_6203", ["run.duration=0.01"])
+    block = joined(list(simulate(scene).blocks()))
+    far = dataclasses.replace(block, first_sequence=1 << 40, time_ns=block.time_ns + (1 << 40) * scene.output_period_ns)
+    write_log(made_up_run(scene, [far]), tmp_path / "far.mcap")
+    for words in ([], ["--before", "nan"]):
+        assert main(["verify", str(tmp_path / "far.mcap"), *words]) == BAD_INPUT
 
 
 def test_a_log_with_fewer_channels_is_verified_by_those_it_has():

@@ -73,6 +73,7 @@ def test_a_whole_number_is_a_number_and_a_designation_but_no_other_text():
     number, text = NodeParameter("rate", 1.0, "pace"), NodeParameter("scene", "x", "scene", digits=True)
     assert type(converted(number, 5)) is float
     assert converted(text, 6308) == "6308"
+    assert converted(NodeParameter("overrides", [], "changes"), None) == []
     assert converted(NodeParameter("log", "", "log"), 3) == 3
     assert converted(NodeParameter("loop", False, "again"), True) is True
 

@@ -24,7 +24,8 @@ BLOCK = made_up_block(SCENE, 400)
 
 def made_up_simulation():
     """The outputs of BLOCK, one after the other, behind the interface of a Simulation; `speeds` are the commands."""
-    it = SimpleNamespace(output_period_ns=MS, sequence=-1, time_ns=-MS, speeds=[], choice=a_choice(), switched="")
+    at_start = {"sequence": -1, "time_ns": -MS, "speeds": [], "choice": a_choice(), "switched": ""}
+    it = SimpleNamespace(output_period_ns=MS, chunk_outputs=400, **at_start)
 
     def reset():
         it.sequence, it.time_ns = -1, -MS
@@ -35,7 +36,7 @@ def made_up_simulation():
         it.time_ns += outputs * MS
         return cut(BLOCK, first, first + outputs)[1]
 
-    it.reset, it.advance = reset, advance
+    it.reset, it.advance, it.looks = reset, advance, SimpleNamespace(since_ns=0)
     it.set_speed = lambda speed: it.speeds.append((it.time_ns, speed))
     said = {"status": "made up"}
     it.report = lambda: SimpleNamespace(**said, errors={}, as_dict=lambda: said, record=lambda: said)

@@ -3,6 +3,7 @@
 import contextlib
 import http.client
 import json
+import socket
 import threading
 
 import pytest
@@ -54,9 +55,10 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
         assert status == 200
         assert "bearing_6203" in page
         events = http.client.HTTPConnection("localhost", node.server.server_port, timeout=60)
+        events.connect()
+        wire, heard = events.sock, []
         events.request("GET", "/events")
         answer = events.getresponse()
-        heard = []
         threading.Thread(target=listen, args=(answer, heard), daemon=True).start()
         spin_until(executor, lambda: heard.count(b"event: frames\n") > 3, "frames")
         assert sim.count_subscribers(samples) == 1
@@ -76,7 +78,7 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
         for command, sentence in (
             ({"do": "jump"}, "'jump' is no command"),
             ({"do": ["speed"]}, "is no command"),
-            ({"do": "speed", "value": "fast"}, "value must be a number"),
+            ({"do": "speed", "value": "fast"}, "speed must be a number"),
             ({"do": "load", "force": [1.0]}, "force must be three numbers"),
             ({"do": "pause"}, "true or false"),
             ({"do": "pace", "value": 1e9}, "or fastest"),
@@ -86,6 +88,12 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
             assert sentence in text
             assert len(text.splitlines()) == 1
 
+        status, text = asked(executor, node, "POST", "/command", {"do": "speed", "value": 1e8})
+        assert (status, text.strip()) == (200, "speed 9.5493e+08 rpm sent")
+        spin_until(executor, lambda: b"event: refused\n" in heard, "word of the refusal")
+        assert any(b"command/speed refused" in line for line in heard)
+
+        wire.shutdown(socket.SHUT_RDWR)  # a close would wait for the thread that reads, and that for this one to spin
         answer.close()
         events.close()
         spin_until(executor, lambda: sim.count_subscribers(samples) == 0, "leaving the node alone")

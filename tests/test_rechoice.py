@@ -19,6 +19,7 @@ from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, re
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.simulating import SimulationLoop
 from bearing_twin.report import Rechosen
+from bearing_twin.run.failure import Failure
 from bearing_twin.run.looks import APART_NS, Looks
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
@@ -72,8 +73,10 @@ def test_balls_go_on_from_equilibria_and_back_and_their_energy_adds_up():
     simulation = Simulation(load_scene("bearing_6203", (*CAGED, "run.output_rate=1000.0")))
     assert simulation.stepper == QUASI_STATIC
     simulation.advance(21)
+    costs = [simulation.report().costs]
     simulation.set_speed(3000.0)
     up = simulation.advance(100)
+    costs.append(simulation.report().costs)
     simulation.set_speed(183.26)
     down = simulation.advance(200)
     first, second = (switches_of(block.records[CHOICE.name])[-1] for block in (up, down))
@@ -83,6 +86,9 @@ def test_balls_go_on_from_equilibria_and_back_and_their_energy_adds_up():
     assert isinstance(simulation._motion, QuasiStaticMotion)
     report = simulation.report()
     assert abs(report.figures["energy_closure"]) < 1e-6
+    assert report.costs["equilibria"] > costs[1]["equilibria"] > 0  # what was computed ahead and taken back apart
+    assert report.costs["ball_steps"] >= costs[1]["ball_steps"] > 0 == costs[0].get("ball_steps", 0)
+    assert report.costs["companion_ball_steps"] >= costs[1]["companion_ball_steps"] > 0
     assert report.figures["inner_ring_speed_at_end_rad_s"] == pytest.approx(183.26)
     assert "drive_torque_nm" not in report.figures  # equilibria lose nothing, so that no mean over both means anything
     for block in (up, down):
@@ -252,3 +258,48 @@ def test_a_log_tells_of_the_switch_what_its_run_told(tmp_path):
     scenes = [one.data for one in raw_messages(path) if one.topic.name == "/bearing/scene"]
     told = [json.loads(cdr.deserialise(cdr.STRING, data).data)["stepper"] for data in scenes]
     assert told == ["rodas4", "rodas3"]
+    assert [one.log_time for one in raw_messages(path) if one.topic.name == "/bearing/scene"] == [0, 20_000_000]
+
+
+def test_a_switch_within_a_batch_is_told_at_its_instant_and_in_the_order_of_time(monkeypatch):
+    monkeypatch.setattr("bearing_twin.run.looks.APART_NS", 0)
+    scene = load_scene("bearing_6203", (SOON,))
+    simulation = Simulation(scene)
+    loop = SimulationLoop(simulation, lambda: MessageStream(scene, choice=simulation.choice), lambda message: None)
+    loop._advance(11)
+    simulation.set_speed(FAST)
+    loop._advance(5)  # told here
+    before = simulation.choice
+    simulation.set_speed(183.26)
+    batch = loop._advance(100)  # of several chunks: what was chosen first held until the speed was reached
+    [scene_at] = [place for place, one in enumerate(batch) if one.topic == "scene"]
+    assert simulation.choice != before
+    assert 15_000_000 <= batch[scene_at].time_ns == simulation.looks.since_ns
+    stamps = [one.time_ns for one in batch]
+    assert max(stamps[:scene_at], default=0) <= simulation.looks.since_ns < min(stamps[scene_at + 1 :])
+
+
+@pytest.mark.parametrize("begun", ["equilibria", "balls"])
+def test_a_run_that_failed_after_a_switch_goes_on_or_says_why_not(begun):
+    words = (*CAGED, "run.output_rate=1000.0") if begun == "equilibria" else (SOON, "run.output_rate=1e4")
+    scene = load_scene("bearing_6203", words)
+    failing = Simulation(scene)
+    failing.advance(21)
+    failing.set_speed(FAST if begun == "balls" else 3000.0)
+    failing.advance(400)
+    assert failing.stepper != failing.chosen.stepper
+    state = json.loads(json.dumps(failing._motion.snapshot()))
+    last = failing._pending.first_sequence + len(failing._pending) - 1
+    failure = Failure(scene, "made up", "", 0.0, "", "", 0.0, {}, last, state)
+    other = Simulation(scene)
+    if begun == "equilibria":
+        with pytest.raises(SceneError, match="does not fit its scene and first model; simulate"):
+            other.resume(failure)
+        return
+    other.resume(failure)
+    failing.advance(max(1, len(failing._pending)))
+    expected, found = failing.advance(20), other.advance(20)
+    assert found.first_sequence == expected.first_sequence
+    assert found.values["inner_ring_speed"] == pytest.approx(expected.values["inner_ring_speed"], rel=1e-9)
+    loads = expected.values["normal_load"]
+    assert np.abs(found.values["normal_load"] - loads).max() < scene.parameters.wanted.tolerance * loads.max()

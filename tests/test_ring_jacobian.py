@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bearings import motion
-from ring_systems import AXIAL_PRELOAD, BALL, CASES, FREE, RING, System, disturbed
+from ring_systems import AXIAL_PRELOAD, BALL, CASES, FREE, System, disturbed
 
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.equations import RingDrive
@@ -37,9 +37,11 @@ def test_every_entry_is_the_derivative(name):
     kept = [i for i in range(COLUMNS) if not (even and i in slaves)]
     wanted = [i for i in range(VELOCITY, COLUMNS) if not (even and i in slaves)]
     size_of_ball = np.maximum(
-        np.abs(by_ball * BALL).max(axis=(0, 2)), np.r_[np.zeros(3), np.abs(by_border * RING).max(axis=(0, 2))]
+        np.abs(by_ball * BALL).max(axis=(0, 2)), np.r_[np.zeros(3), np.abs(by_border * system.ring).max(axis=(0, 2))]
     )
-    size_of_border = np.maximum(np.abs(reacting * BALL).max(axis=(0, 2)), np.abs(corner * RING).max(axis=1)) + 1e-300
+    size_of_border = (
+        np.maximum(np.abs(reacting * BALL).max(axis=(0, 2)), np.abs(corner * system.ring).max(axis=1)) + 1e-300
+    )
     step = 1e-4
 
     def slope(ball, column, unit):
@@ -63,10 +65,10 @@ def test_every_entry_is_the_derivative(name):
             off = np.abs(own[PLACES : 2 * PLACES] - reacting[ball, :, column] * BALL[column])
             assert np.all(off <= 1e-5 * size_of_border), (ball, column)
     for column in np.flatnonzero(np.tile(system.partners.free, 2)):
-        balls, own = slope(None, column, RING[column])
-        off = np.abs(balls[:, wanted] - by_border[:, np.array(wanted) - VELOCITY, column] * RING[column])
+        balls, own = slope(None, column, system.ring[column])
+        off = np.abs(balls[:, wanted] - by_border[:, np.array(wanted) - VELOCITY, column] * system.ring[column])
         assert np.all(off <= 1e-5 * size_of_ball[wanted]), column
-        off = np.abs(own[PLACES : 2 * PLACES] - corner[:, column] * RING[column])
+        off = np.abs(own[PLACES : 2 * PLACES] - corner[:, column] * system.ring[column])
         assert np.all(off <= 1e-5 * size_of_border), column
 
 
@@ -97,7 +99,7 @@ def test_the_system_is_solved_as_a_dense_one(name):
         right[:, [ORBIT_ANGLE, TANGENTIAL_VELOCITY]] = 0.0
     coupling, blocks = system.linear()
     ring_right, ring_solved = (coupling.border.numbers[first:][: 2 * PLACES] for first in (at.RIGHT, at.SOLUTION))
-    ring_right[:] = rng.uniform(-1.0, 1.0, 2 * PLACES) * RING * np.tile(system.partners.free, 2)
+    ring_right[:] = rng.uniform(-1.0, 1.0, 2 * PLACES) * system.ring * np.tile(system.partners.free, 2)
     into_blocks(right, blocks, RIGHT)
     into_blocks(system.state, blocks, START)
     for lanes in blocks:
@@ -110,7 +112,7 @@ def test_the_system_is_solved_as_a_dense_one(name):
     from_blocks(blocks, SOLUTION, solved)
     wanted = np.concatenate([right[:, :MOTION].ravel(), ring_right])
     dense = np.eye(len(wanted)) / g - matrix
-    scale = np.concatenate([np.tile(BALL, count), RING])
+    scale = np.concatenate([np.tile(BALL, count), system.ring])
     scaled = dense * scale / scale[:, None]
     expected = np.linalg.solve(scaled, wanted / scale)
     for _ in range(3):
@@ -120,7 +122,7 @@ def test_the_system_is_solved_as_a_dense_one(name):
     kept = [i for i in range(MOTION) if not (system.partners.even and i in (ORBIT_ANGLE, TANGENTIAL_VELOCITY))]
     off = np.abs(solved[:, kept] - balls[:, kept]).max(axis=0)
     assert np.all(off < 1e-9 * np.abs(balls[:, kept]).max(axis=0))
-    assert ring_solved == pytest.approx(expected[size:], rel=1e-8, abs=1e-12 * RING.min())
+    assert ring_solved == pytest.approx(expected[size:], rel=1e-8, abs=1e-12 * system.ring.min())
     if system.partners.even:
         assert solved[:, ORBIT_ANGLE] == pytest.approx(np.full(count, expected[size + CAGE]), rel=1e-9)
 

@@ -80,6 +80,15 @@ def test_overrides_change_one_key_each_in_order():
     assert parameters.materials.inner_ring == MATERIALS["steel"]
 
 
+def test_long_and_many_overrides_are_shortened_where_they_are_named():
+    with pytest.raises(SceneError) as said:
+        load_scene("bearing_6203", [f"run.duration={'a' * 100_000}"])
+    assert len(str(said.value)) < 500
+    with pytest.raises(SceneError) as said:
+        load_scene("bearing_6203", ["run.duration=0.1"] * 5000 + ["run.duration=-1"])
+    assert len(str(said.value)) < 2000
+
+
 def test_an_override_of_a_named_material_in_a_file_keeps_the_rest_of_it():
     text = "{kind: bearing, materials: {ball: silicon_nitride}}"
     assert parse_scene(text, "x").parameters.materials.ball == MATERIALS["silicon_nitride"]

@@ -17,10 +17,13 @@ from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import raw_messages, read_log
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.run.chunks import CHUNK_OUTPUTS, chunk_outputs
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.sample import AT_ONCE
 from bearing_twin.stopping import LOST, SIGNALLED, Halt, heeding_signals
 
+MANY = ("geometry.balls=4000", "geometry.pitch_diameter=12.0")
 ENDLESS = ("solver.stepper=rk4", "solver.step=1e-11")  # a day for the first chunk
 PATIENCE = 300.0  # s: what does not end at all fails
 
@@ -80,6 +83,13 @@ def test_a_loop_that_is_no_kernel_of_steps_looks_too(changes):
     halt.end()
     with pytest.raises(Stopped):
         simulation.advance(1)
+
+
+def test_outputs_of_thousands_of_balls_come_in_small_chunks():
+    few, many = load_scene("bearing_6203"), load_scene("bearing_6203", MANY)
+    row_bytes = 8 * sum(channel.width for channel in many.channels)
+    assert chunk_outputs(few, 1 << 40) == CHUNK_OUTPUTS
+    assert 1 <= chunk_outputs(many, 1 << 40) <= AT_ONCE // row_bytes < CHUNK_OUTPUTS
 
 
 def test_signals_are_noted_while_a_scene_warms_up(monkeypatch):

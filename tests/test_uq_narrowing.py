@@ -66,6 +66,7 @@ def test_where_the_correlation_changes_its_sign():
     found = narrowing(TIMES, values, 1, inputs)
     assert found.signs[0].time == pytest.approx(0.603, abs=0.01)
     assert found.signs[0].later == pytest.approx(earlier, rel=0.25)
+    assert found.signs[0].by_slopes == pytest.approx(earlier, rel=0.1)
     assert 0.0 < found.signs[0].low < found.signs[0].later < found.signs[0].high < 2.0 * earlier
     assert found.signs[1] is None or abs(found.signs[1].later) > 0.1
     assert narrowing(TIMES, values, 1)[:-1] == found[:-1]

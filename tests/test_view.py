@@ -338,6 +338,7 @@ def test_view_shortens_a_long_scene_and_says_so(tmp_path, capsys, monkeypatch):
         (["no_such_scene"], "no scene 'no_such_scene'"),
         (["run.mcap", "--duration", "1"], "a log cannot be changed"),
         (["spheres_alpha_4e-5", "--duration", "1"], "a study has no --duration"),
+        (["two_spheres", "--topic", "/left/samples"], "give --topic with a log"),
     ],
 )
 def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, capsys, monkeypatch, words, sentence):

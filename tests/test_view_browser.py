@@ -125,7 +125,7 @@ def test_slider_and_play_move_the_picture_of_every_kind(of_kind, opened):
     page.click("#play")
     far = "bearingView.player.time > 0.6 * bearingView.store.last || !bearingView.player.playing"
     until(page, f"bearingView.player.frames > 3 && ({far})")  # a few images alone may show nearly the same
-    page.click("#play") if page.evaluate("bearingView.player.playing") else None
+    page.evaluate("bearingView.player.pause()")
     assert differs(later, seen(page, part)) > 2e-4
     assert float(page.evaluate("bearingView.player.time")) > 0.4 * float(page.evaluate("bearingView.store.last"))
     for tab in ("Figures", "Model", "Curves"):
@@ -228,6 +228,30 @@ def test_a_hostile_log_is_shown_as_text(opened, tmp_path):
     page = opened(document_of_log(tmp_path / "run.mcap"))
     assert page.locator("#subtitle").inner_text() == HOSTILE
     assert page.locator("img").count() == 0
+
+
+NO_WEBGL = """
+const get = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+  return kind.startsWith("webgl") ? null : get.call(this, kind, ...rest);
+};
+"""
+
+
+def test_a_browser_without_webgl_shows_all_but_the_picture_and_says_so(browser, tmp_path, of_kind):
+    name, document = of_kind
+    page = browser[0].context.browser.new_page()
+    try:
+        page.add_init_script(NO_WEBGL)
+        page.goto(write_page(document, tmp_path / "page.html").as_uri())
+        page.wait_for_selector("body[data-ready]", timeout=60_000)
+        assert page.locator(".pane.curves canvas").count() > 0
+        drawn = document["view"]["solids"] or document["view"]["marks"]
+        assert ("no WebGL 2" in page.locator("#space").text_content()) == bool(drawn), name
+        page.locator("#player button").first.click()
+        assert page.locator("#space canvas").count() == 0
+    finally:
+        page.close()
 
 
 def test_a_film_moves(browser, tmp_path):

@@ -91,6 +91,9 @@ def test_outputs_arrive_and_controls_command(browser, served):
     assert served.obeyed[-1]["value"] == pytest.approx(
         load_scene("bearing_6203_loose").parameters.drive.speed, rel=1e-3
     )
+    served.feed.send("refused", "command/speed refused: too fast")
+    until(lambda: "too fast" in browser.inner_text("#live-answer.refused"))
+    assert float(browser.locator("#live input[aria-label*='along y']").input_value()) != 0.0  # what acts, not nothing
     pace = browser.locator("#live input[aria-label^=pace]")
     served.feed.send("pace", "0.02")
     until(lambda: pace.input_value() == "0.02")

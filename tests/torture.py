@@ -15,6 +15,7 @@ import re
 import sys
 import tempfile
 import time
+import traceback
 from pathlib import Path
 
 from torture_inputs import ROWS as INPUTS
@@ -70,7 +71,11 @@ def main() -> int:
             continue
         began = time.monotonic()
         with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as folder:
-            found: Found = row.run(asked.share, Path(folder))
+            try:
+                found = row.run(asked.share, Path(folder))
+            except Exception as error:  # the other rows are worth having
+                traceback.print_exc()
+                found = Found(1, 0, 0, 1, f"not measured: {type(error).__name__}")
         took = time.monotonic() - began
         bad += found.survived < found.tried or found.lost > 0 or found.silent > 0
         told = f"{datetime.date.today()}, {machine()}"

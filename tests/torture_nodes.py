@@ -344,7 +344,8 @@ def restarts(share: float, folder: Path) -> Found:
             if name == "sim_node":
                 given |= {"scene": SCENE[0], "overrides": SCENE[1]}
             node = stack.enter_context(running(name, executor, given, folder / f"{name}.txt"))
-            until(log.exists, 120.0)
+            if not until(log.exists, 120.0):
+                raise RuntimeError(f"{name} has not begun: " + (folder / f"{name}.txt").read_text()[-500:])
             return node
 
         nodes = {name: start(name) for name in ("sim_node", "recorder_node")}

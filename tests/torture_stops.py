@@ -18,8 +18,8 @@ LONG = (
     ("bearing_6203_start", ["run.duration=20000"]),
     ("bearing_6203", ["solver.stepper=rk4", "solver.step=1e-11"]),
     ("bearing_6203", ["solver.stepper=imex", "solver.step=1e-11"]),
-    ("bearing_6203", ["solver.stepper=dop853"]),
-    ("bearing_6203", ["solver.stepper=radau"]),
+    ("bearing_6203", ["solver.stepper=dop853", "run.duration=1000"]),
+    ("bearing_6203", ["solver.stepper=radau", "run.duration=1000"]),
     ("bearing_6203_rig_400N", ["run.duration=1000"]),
     ("bearing_6203_load_and_speed", ["cage.kind=pockets", "run.duration=1000"]),
     ("bearing_218_thrust", ["run.duration=80000"]),
@@ -27,7 +27,9 @@ LONG = (
     ("ellipsoid_tumbling", ["solver.stepper=rk4", "solver.step=1e-13"]),
     ("two_bodies_groove", ["run.duration=80000"]),
     ("two_bodies_superellipsoid", ["run.duration=80000"]),
+    ("bearing_6203", ["geometry.balls=4000", "geometry.pitch_diameter=12.0", "run.duration=1000"]),
     ("soft_discs_mean", ["mesh.divisions=128"]),
+    ("soft_discs_mean", ["mesh.divisions=400"]),
     ("sphere_on_beam", ["solver.modes=4000", "run.duration=10"]),
 )
 """Scenes that take longer than the torture; spheres and discs that meet are solved in an instant."""

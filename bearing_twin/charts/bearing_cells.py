@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import LSODA, RK45
 
-from bearing_twin.charts.contest import LONG_ENOUGH, Row, judged, timed
-from bearing_twin.charts.work_precision import errors
-from bearing_twin.errors import IntegrationError
+from bearing_twin.charts.contest import LONG_ENOUGH, judged, timed
+from bearing_twin.charts.table import REFUSED, Row
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.bearing.deviations import LEAST_LOAD
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE, SCIPY
 from bearing_twin.kinds.bearing.layout import BORDER
@@ -60,25 +61,46 @@ def command_of(case: Case, method: str, setting: float, *more: str) -> str:
     return f"bearing_twin simulate {case.scene} {sets} --duration {case.period * case.count:g}"
 
 
-def motion_of(case: Case, stepper: str, law: str = "hertz", tolerance: float = 1e-3) -> BearingMotion:
-    """The bearing moved by that stepper and law, at that tolerance; a fixed step is set in `step` afterwards."""
-    scene = load_scene(case.scene, (*case.overrides, f"wanted.tolerance={tolerance}"))
+def errors(motion: BearingMotion, found, exact) -> tuple[float, float]:
+    """Greatest errors of `found` outputs: of load, and of friction; infinite where something is not finite.
+
+    That of a load is over the greatest load. That of friction is over what friction could be there and then: of a
+    contact's force over mu N, of the raceways' torque on a ball over mu N R, N the load of the contact or of both.
+    """
+    coefficient, radius = motion.parameters.contact.friction_coefficient, motion.bearing.ball_radius
+    greatest = exact.normal_load.max()
+    load = np.abs(found.normal_load - exact.normal_load).max() / greatest
+    force = np.linalg.norm(found.friction_force - exact.friction_force, axis=-1)
+    torque = np.linalg.norm(found.raceway_torque - exact.raceway_torque, axis=-1) / radius
+    friction = max(
+        (force / np.maximum(exact.normal_load, LEAST_LOAD * greatest)).max(),
+        (torque / np.maximum(exact.normal_load.sum(axis=-1), LEAST_LOAD * greatest)).max(),
+    )
+    pair = float(load), float(friction) / coefficient
+    return pair if all(map(np.isfinite, pair)) else (np.inf, np.inf)
+
+
+def motion_of(case: Case, stepper: str, law: str = "hertz", key: str = "wanted.tolerance=0.001") -> BearingMotion:
+    """The bearing moved by that stepper and law; a fixed step is set in `step` afterwards, or given by `key`."""
+    scene = load_scene(case.scene, (*case.overrides, key))
     return BearingMotion(scene.parameters, Choice(law, stepper, 0.0, "", ()))
 
 
 @functools.lru_cache(maxsize=64)
 def truth(case: Case, law: str = "hertz"):
     """The outputs of a case as they are taken to be true."""
-    return motion_of(case, "rodas4", law, TIGHT).advance(case.times, float(case.times[-1]))
+    return motion_of(case, "rodas4", law, f"wanted.tolerance={TIGHT!r}").advance(case.times, float(case.times[-1]))
 
 
-def ready(case: Case, stepper: str, setting: float, law: str = "hertz") -> BearingMotion:
+def ready(case: Case, stepper: str, setting: float, law: str = "hertz", refuses: bool = False) -> BearingMotion:
     """A motion at its start whose kernels are there; `setting` is a step [s] of a fixed-step method, else a tolerance.
 
-    A step is set past the refusals.
+    A step is set past the refusals, unless one that is refused shall raise what a run of the scene does.
     """
-    fixed = stepper in FIXED_STEP
-    motion = motion_of(case, stepper, law, *(() if fixed else (setting,)))
+    if stepper not in FIXED_STEP:
+        motion = motion_of(case, stepper, law, f"wanted.tolerance={setting!r}")
+    else:
+        motion = motion_of(case, stepper, law, *([f"solver.step={setting!r}"] if refuses else []))
     if stepper in SCIPY:
         # As contestants they get the tolerance asked for, not the one that makes them references.
         motion.scales = motion.scales / REFERENCE_SHARE
@@ -103,15 +125,25 @@ def found_errors(motion: BearingMotion, case: Case, exact) -> tuple[float, float
 
 
 def bearing_row(
-    row: Row, case: Case, limit: float, law: str = "hertz", true: tuple = (), enough: float = LONG_ENOUGH
+    row: Row,
+    case: Case,
+    limit: float,
+    law: str = "hertz",
+    true: tuple = (),
+    enough: float = LONG_ENOUGH,
+    refuses: bool = False,
 ) -> Row:
     """The row with what its method gives at its setting; `true` (case, law) is the truth's where it is another.
 
-    Seconds are CPU seconds per simulated second, of runs that together take `enough` [s].
+    Seconds are CPU seconds per simulated second, of runs that together take `enough` [s]. A step that the software
+    refuses is run all the same, unless it `refuses`.
     """
     exact = truth(*(true or (case,)))
     naive = NAIVE.get(row.method)
-    motion = ready(case, "rodas4" if naive else row.method, row.setting if not naive else TIGHT, law)
+    try:
+        motion = ready(case, "rodas4" if naive else row.method, row.setting if not naive else TIGHT, law, refuses)
+    except SceneError as error:
+        return row.but(status=REFUSED, reason=str(error))
 
     def work():
         if naive:

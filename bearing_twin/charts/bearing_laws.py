@@ -5,8 +5,8 @@ simulated second.
 """
 
 from bearing_twin.charts.bearing_cells import Case, bearing_row, command_of
-from bearing_twin.charts.contest import DONE, Row
 from bearing_twin.charts.contest_picture import Contest
+from bearing_twin.charts.table import DONE, Row
 from bearing_twin.contact.friction import FRICTIONS
 
 CASES = {
@@ -24,7 +24,7 @@ TRUE_LAW, STEPPER, FINE = "hertz_exact", "rodas4", 1e-5  # FINE: tolerance at wh
 def judge(name: str, law: str, setting: float, limit: float) -> Row:
     """One run."""
     row = Row(name, STEPPER, setting, command=_command(name, law, setting))
-    return bearing_row(row, CASES[name], limit, law, (CASES[name], TRUE_LAW))._replace(method=law)
+    return bearing_row(row, CASES[name], limit, law, (CASES[name], TRUE_LAW)).but(method=law)
 
 
 def _command(name, law, setting):
@@ -35,7 +35,7 @@ def judge_friction(name: str, model: str, setting: float, limit: float) -> Row:
     """One run with a friction model."""
     row = Row(name, STEPPER, setting, command=_friction_command(name, model, setting))
     found = bearing_row(row, _rubbing(name, model), limit, true=(_rubbing(name, TRUE_FRICTION), "hertz"))
-    return found._replace(method=model)
+    return found.but(method=model)
 
 
 def _rubbing(name, model):
@@ -69,6 +69,7 @@ CONTEST = Contest(
     entries=lambda name: ((law, tolerance) for law in LAWS for tolerance in TOLERANCES),
     command=_command,
     more=_floors,
+    own=(TRUE_LAW,),
 )
 FRICTION = Contest(
     judge=judge_friction,
@@ -80,5 +81,6 @@ FRICTION = Contest(
     entries=lambda name: ((model, tolerance) for model in FRICTIONS for tolerance in TOLERANCES[1:5]),
     command=_friction_command,
     more=_floors,
+    own=(TRUE_FRICTION,),
 )
 CONTESTS = {"bearing_laws": CONTEST, "bearing_friction": FRICTION}

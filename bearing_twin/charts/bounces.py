@@ -13,7 +13,6 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.table import write_rows
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
@@ -43,10 +42,10 @@ class BouncePoint:
 
     case: str
     impact: int
-    hertz: float
-    volumetric: float
-    delay: float
-    closed_form: float
+    hertz_s: float
+    volumetric_s: float
+    hertz_delay_s: float
+    closed_form_s: float
 
 
 POINT = BouncePoint
@@ -109,21 +108,15 @@ def measure() -> list[BouncePoint]:
     return points
 
 
-def write_table(points: list[BouncePoint], path: Path) -> None:
-    """The points as comma-separated values."""
-    header = ["case", "impact", "hertz_s", "volumetric_s", "hertz_delay_s", "closed_form_s"]
-    write_rows(path, header, ([p.case, p.impact, p.hertz, p.volumetric, p.delay, p.closed_form] for p in points))
-
-
 def reading(points: list[BouncePoint]) -> list[str]:
     """What the chart says, a sentence a case."""
     sentences = []
     for case in CASES:
         mine = [point for point in points if point.case == case]
         last = [point for point in mine if point.impact > 1][-LAST:]
-        late = "Hertz" if last[-1].delay > 0.0 else "the volumetric law"
-        told = ", ".join(f"{1e6 * abs(point.delay):.4g}" for point in last)
-        off = max(abs(point.delay / point.closed_form - 1.0) for point in last)
+        late = "Hertz" if last[-1].hertz_delay_s > 0.0 else "the volumetric law"
+        told = ", ".join(f"{1e6 * abs(point.hertz_delay_s):.4g}" for point in last)
+        off = max(abs(point.hertz_delay_s / point.closed_form_s - 1.0) for point in last)
         sentences.append(
             f"{case}: {late} comes late, by {told} µs in the last {len(last)} of {len(mine)} impacts; the closed form "
             f"is within {100.0 * off:.2g} % of it."
@@ -151,13 +144,13 @@ def draw(points: list[BouncePoint], path: Path) -> None:
         whole.plot(time, height, color=colour, linestyle=line, linewidth=width, label=law)
     paper = [point for point in points if point.case == list(CASES)[-1]]
     shown = paper[-FROM_RIGHT]
-    whole.axvline(shown.hertz, color=STYLE["soft"], linewidth=1.0, linestyle=":")
+    whole.axvline(shown.hertz_s, color=STYLE["soft"], linewidth=1.0, linestyle=":")
     heading(whole, "Figure 3: altitude of the centre, one d(h) for both laws (dotted: the impact of figure 4)")
     whole.set_xlabel("time [s]")
     whole.set_ylabel("altitude [m]")
     whole.legend(frameon=False, fontsize=12, loc="upper right")
     near = figure.add_subplot(grid[1, 0])
-    middle, reach = 0.5 * (shown.hertz + shown.volumetric), abs(shown.delay) + 1e-3
+    middle, reach = 0.5 * (shown.hertz_s + shown.volumetric_s), abs(shown.hertz_delay_s) + 1e-3
     for law, (colour, line, width) in zip(PAIR, looks, strict=True):
         time, height = _altitude(law, FINE, middle - reach, middle + reach)
         inside = time >= middle - reach
@@ -165,15 +158,15 @@ def draw(points: list[BouncePoint], path: Path) -> None:
     near.set_xlabel(f"time after {middle:.6g} s [ms]")
     near.set_ylabel("altitude [m]")
     near.ticklabel_format(useOffset=False)
-    heading(near, f"Figure 4: the second impact from the right, Hertz {1e3 * shown.delay:.3g} ms late")
+    heading(near, f"Figure 4: the second impact from the right, Hertz {1e3 * shown.hertz_delay_s:.3g} ms late")
     delays = figure.add_subplot(grid[1, 1])
     for number, case in enumerate(CASES):
         mine = [point for point in points if point.case == case and point.impact > 1]
         impacts = [point.impact for point in mine]
         colour = BALL_COLOURS[(2, 1, 0)[number]]
-        delays.plot(impacts, [1e6 * abs(point.closed_form) for point in mine], color=colour, linewidth=1.6)
-        late = "Hertz late" if mine[-1].delay > 0.0 else "volumetric late"
-        measured = [1e6 * abs(point.delay) for point in mine]
+        delays.plot(impacts, [1e6 * abs(point.closed_form_s) for point in mine], color=colour, linewidth=1.6)
+        late = "Hertz late" if mine[-1].hertz_delay_s > 0.0 else "volumetric late"
+        measured = [1e6 * abs(point.hertz_delay_s) for point in mine]
         delays.plot(impacts, measured, "o", color=colour, markersize=8, label=f"{case}: {late}")
     delays.set_yscale("log")
     delays.set_ylim(0.3, 5e4)

@@ -5,11 +5,11 @@ where equilibrium puts it, and round a ring with mass, each without a cage, with
 Truth is the fullest of them, a ring with mass and pockets, at a tolerance a hundred times tighter. Balls of different
 models are at different places after a while, so that means over the last part of the run are compared: the greatest
 load of a ball (mean of all balls), the orbit speed, and the ring: its displacement, or its force where it is held.
+Truth is checked by another stepper. `setting` is the speed, seconds are those of a simulated second with 1000 outputs.
 """
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -19,7 +19,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from bearing_twin.charts.table import write_points
+from bearing_twin.charts.chart import Chart
+from bearing_twin.charts.contest import limited
+from bearing_twin.charts.scene_rows import command_of
+from bearing_twin.charts.table import DONE, Row
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
@@ -28,7 +31,8 @@ from bearing_twin.run.scene import load_scene
 from bearing_twin.units import two_digits
 
 SCENE, LAW, STEPPER = "bearing_6203_rig_1000N", "hertz", "rodas4"
-LOADS, SPEEDS = (400.0, 1000.0), (94.2478, 157.0796, 628.3185)  # N down; rad/s: 900, 1500 and 6000 rpm
+PROBLEMS = {"400 N": 400.0, "1000 N": 1000.0}  # down
+SPEEDS = (94.2478, 157.0796, 628.3185)  # rad/s: 900, 1500 and 6000 rpm
 NONE = "none"
 MODELS = (
     (QUASI_STATIC, EVEN),
@@ -44,21 +48,23 @@ RPM = 30.0 / math.pi  # revolutions a minute of 1 rad/s
 LEAST = 1e-7  # smaller errors are drawn here
 
 
+ALL, AGAIN = "all", "rodas3"  # who takes part in a run; the stepper that checks the truth
+
+
+def named(model) -> str:
+    """A model in words."""
+    dimension, cage = model
+    if dimension == QUASI_STATIC:
+        return "quasi_static"
+    return f"{dimension}, " + {NONE: "no cage", EVEN: "even cage", POCKETS: "pockets"}[cage]
+
+
 @dataclass(frozen=True)
-class CagePoint:
-    """One dimension and cage at one load [N] and speed [rad/s]: relative errors, CPU seconds a simulated second."""
+class CageRow(Row):
+    """One dimension and cage at one load and speed [rad/s]: relative errors of the orbit speed and of the ring, too."""
 
-    dimension: str
-    cage: str
-    load: float
-    speed: float
-    load_error: float
-    orbit_error: float
-    ring_error: float
-    cost: float
-
-
-POINT = CagePoint
+    orbit_error: float = math.nan
+    ring_error: float = math.nan
 
 
 class Means(NamedTuple):
@@ -71,8 +77,8 @@ class Means(NamedTuple):
     cost: float
 
 
-def _parameters(model, load: float, speed: float, tolerance: float, place: float):
-    """The rig in this dimension and cage; a ring that is held stands at y = `place` [m]."""
+def _keys(model, load: float, speed: float, tolerance: float, place: float) -> tuple[str, ...]:
+    """What differs from the rig in this dimension and cage; a ring that is held stands at y = `place` [m]."""
     dimension, cage = model
     base = load_scene(SCENE).parameters
     weight = base.rings.inner.mass * base.gravity[1]  # equilibria know loads alone
@@ -80,21 +86,23 @@ def _parameters(model, load: float, speed: float, tolerance: float, place: float
     keys = (f"model.dimension={dimension}", f"rings.inner.load=[0,{down},0]", f"cage.kind={cage}")
     rest = f"drive.speed={speed}", f"wanted.tolerance={tolerance}", "solver.companion=off"
     held = (f"drive.offset=[0,{place},0]",) if dimension == PRESCRIBED else ()
-    return load_scene(SCENE, (*keys, *rest, *held)).parameters
+    return *keys, *rest, *held
 
 
-def run_means(model, load: float, speed: float, tolerance: float = TOLERANCE, place: float = 0.0) -> Means:
+def run_means(
+    model, load: float, speed: float, tolerance: float = TOLERANCE, place: float = 0.0, stepper: str = STEPPER
+) -> Means:
     """The means of one run; `place` [m] as above."""
-    stepper = QUASI_STATIC if model[0] == QUASI_STATIC else STEPPER
-    given = _parameters(model, load, speed, tolerance, place)
-    motion, times, spent = bearing_motion(given, Choice(LAW, stepper, 0.0, "", ())), np.arange(1, CHUNK + 1) / RATE, 0.0
+    given = load_scene(SCENE, _keys(model, load, speed, tolerance, place)).parameters
+    choice = Choice(LAW, QUASI_STATIC if model[0] == QUASI_STATIC else stepper, 0.0, "", ())
+    motion, times, spent = bearing_motion(given, choice), np.arange(1, CHUNK + 1) / RATE, 0.0
     motion.first_outputs()
     found: dict[str, list] = {"normal_load": [], "orbit_angle": [], "inner_ring_offset": [], "inner_ring_force": []}
     chunks = round(SPAN * RATE / CHUNK)
     for chunk in range(chunks):
-        start = time.process_time()
+        start = time.thread_time()
         out = motion.advance(times, CHUNK / RATE)
-        spent += time.process_time() - start if chunk else 0.0  # the first may wait for a compiler
+        spent += time.thread_time() - start if chunk else 0.0  # the first may wait for a compiler
         if (chunk + 1) * CHUNK / RATE > SPAN - LATE:
             for name, kept in found.items():
                 kept.append(np.array(getattr(out, name)))
@@ -113,84 +121,93 @@ def _off(value: float, exact: float) -> float:
     return abs(value / exact - 1.0)
 
 
-def _points(load: float, speed: float, models) -> list[CagePoint]:
-    """All models at one load and speed."""
-    truth, points = run_means(FULLEST, load, speed, FINEST), []
+def judge(name: str, _: str, speed: float, limit: float) -> list[CageRow]:
+    """All models at one load and speed, and the check of the truth; the limit is of each."""
+    load, rows = PROBLEMS[name], []
+    with limited(2.0 * limit):
+        truth = run_means(FULLEST, load, speed, FINEST)
     place = run_means((QUASI_STATIC, EVEN), load, speed).place
-    for model in models:
-        found = run_means(model, load, speed, place=place)
-        held = model[0] == PRESCRIBED
-        ring = _off(found.force, truth.force) if held else _off(found.place, truth.place)
-        errors = _off(found.load, truth.load), _off(found.orbit, truth.orbit), ring
-        points.append(CagePoint(*model, load, speed, *errors, found.cost))
-    return points
+    for model in MODELS:
+        with limited(limit):
+            found = run_means(model, load, speed, place=place)
+        command = command_of(SCENE, (*_keys(model, load, speed, TOLERANCE, place), f"run.duration={SPAN}"))
+        rows.append(_row(name, named(model), speed, found, truth, model[0] == PRESCRIBED).but(command=command))
+    with limited(2.0 * limit):
+        again = run_means(FULLEST, load, speed, FINEST, stepper=AGAIN)
+    return [*rows, _row(name, AGAIN, speed, again, truth, False)]
 
 
-def measure(
-    update: Callable[[float], None] = lambda share: None, loads=LOADS, speeds=SPEEDS, models=MODELS
-) -> list[CagePoint]:
-    """Every model at every load and speed."""
-    points, cells = [], [(load, speed) for load in loads for speed in speeds]
-    for number, cell in enumerate(cells):
-        points += _points(*cell, models)
-        update((number + 1) / len(cells))
-    return points
+def _row(name, method, speed, found, truth, held) -> CageRow:
+    ring = _off(found.force, truth.force) if held else _off(found.place, truth.place)
+    return CageRow(
+        name,
+        method,
+        speed,
+        load_error=_off(found.load, truth.load),
+        seconds=found.cost,
+        status=DONE,
+        orbit_error=_off(found.orbit, truth.orbit),
+        ring_error=ring,
+    )
 
 
-write_table = write_points
-
-
-def worst(points: list[CagePoint], model, error: str) -> float:
+def worst(rows: list[CageRow], model, error: str) -> float:
     """The greatest error of a model; NaN where it was not measured."""
-    return max((getattr(p, error) for p in points if (p.dimension, p.cage) == model), default=math.nan)
+    return _worst(rows, named(model), error)
 
 
-def reading(points: list[CagePoint]) -> list[str]:
-    """What each model errs by and costs, one sentence each."""
+def _worst(rows, method, error):
+    found = [getattr(row, error) for row in rows if row.method == method and row.status == DONE]
+    return max(found, default=math.nan)
+
+
+def reading(rows: list[CageRow]) -> list[str]:
+    """What each model errs by and costs, one sentence each, and how near another stepper comes to the truth."""
     said = []
-    for model in dict.fromkeys((p.dimension, p.cage) for p in points):
-        costs = [1e3 * p.cost for p in points if (p.dimension, p.cage) == model]
-        errors = ", ".join(f"{words} {100.0 * worst(points, model, key):.2g} %" for key, words in ERRORS.items())
+    for method in (named(model) for model in MODELS):
+        costs = [1e3 * row.seconds for row in rows if row.method == method]
+        if not costs:
+            continue
+        errors = ", ".join(f"{words} {100.0 * _worst(rows, method, key):.2g} %" for key, words in ERRORS.items())
         cost = f"{two_digits(min(costs))} to {two_digits(max(costs))} ms a second"
-        said.append(f"{named(model)}: off by at most: {errors}; {cost}.")
+        said.append(f"{method}: off by at most: {errors}; {cost}.")
+    if any(row.method == AGAIN and row.status == DONE for row in rows):
+        errors = ", ".join(f"{words} {_worst(rows, AGAIN, key):.1g}" for key, words in ERRORS.items())
+        said.append(f"The truth is found again by {AGAIN} at the same tolerance to: {errors}.")
     return said
 
 
-def named(model) -> str:
-    """A model in words."""
-    dimension, cage = model
-    if dimension == QUASI_STATIC:
-        return "quasi_static"
-    return f"{dimension}, " + {NONE: "no cage", EVEN: "even cage", POCKETS: "pockets"}[cage]
-
-
-def draw(points: list[CagePoint], path: Path) -> None:
+def draw(rows: list[CageRow], path: Path) -> None:
     """The chart: errors of ball load and orbit speed over speed, and the worst error against cost."""
     figure = Figure(figsize=(14, 7), layout="constrained")
     FigureCanvasAgg(figure)
     load, orbit, cost = figure.subplots(1, 3, sharey=True)
-    dimensions = list(dict.fromkeys(p.dimension for p in points))
-    for model in dict.fromkeys((p.dimension, p.cage) for p in points):
-        mine = [p for p in points if (p.dimension, p.cage) == model]
+    dimensions = list(dict.fromkeys(dimension for dimension, _ in MODELS))
+    for model in MODELS:
+        mine = [row for row in rows if row.method == named(model)]
+        if not mine:
+            continue
         look = {"color": ball_line(dimensions.index(model[0]))["color"], "marker": MARKERS[model[1]], "markersize": 7}
-        for size, dashes in zip(dict.fromkeys(p.load for p in mine), ("-", ":"), strict=False):
-            row = [p for p in mine if p.load == size]
+        for name, dashes in zip(PROBLEMS, ("-", ":"), strict=True):
+            some = [row for row in mine if row.problem == name]
             for axis, key in ((load, "load_error"), (orbit, "orbit_error")):
-                rpm = [p.speed * RPM for p in row]
-                axis.plot(rpm, [max(getattr(p, key), LEAST) for p in row], **look, linestyle=dashes)
-        most = [max(p.load_error, p.orbit_error, p.ring_error, LEAST) for p in mine]
-        cost.plot([p.cost for p in mine], most, **look, linestyle="none", label=named(model))
+                rpm = [row.setting * RPM for row in some]
+                axis.plot(rpm, [max(getattr(row, key), LEAST) for row in some], **look, linestyle=dashes)
+        most = [max(*(getattr(row, key) for key in ERRORS), LEAST) for row in mine]
+        cost.plot([row.seconds for row in mine], most, **look, linestyle="none", label=named(model))
+    lost = [row.seconds for row in rows if row.status != DONE]
+    cost.plot(lost, [1.0] * len(lost), "x", color=STYLE["ink"], markersize=10, label="no result" if lost else None)
     for axis, key in ((load, "load_error"), (orbit, "orbit_error")):
         axis.set(xscale="log", yscale="log", xlabel="speed of the inner ring [rpm]")
         heading(axis, f"error of the {ERRORS[key]}")
-        rpm = sorted({p.speed * RPM for p in points})
+        rpm = sorted({row.setting * RPM for row in rows})
         axis.set_xticks(rpm, [f"{one:.0f}" for one in rpm])
         axis.xaxis.set_minor_locator(NullLocator())
     load.set_ylabel("error, over the value of ring with mass and pockets")
     cost.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second, 1000 outputs")
     heading(cost, "worst of both and of the ring, against cost")
-    for size, dashes in zip(dict.fromkeys(p.load for p in points), ("-", ":"), strict=False):
-        load.plot([], [], color=STYLE["soft"], linestyle=dashes, label=f"{size:g} N")
+    for name, dashes in zip(PROBLEMS, ("-", ":"), strict=True):
+        load.plot([], [], color=STYLE["soft"], linestyle=dashes, label=name)
     load.legend(loc="best", frameon=False, fontsize=11)
     for axis in (load, orbit, cost):
         frame(axis)
@@ -201,3 +218,15 @@ def draw(points: list[CagePoint], path: Path) -> None:
     figure.get_layout_engine().set(rect=(0.0, 0.08, 1.0, 0.92))  # below is room for both
     stamp(figure)
     figure.savefig(path, dpi=100)
+
+
+CONTESTS = {
+    "cages": Chart(
+        judge=judge,
+        problems={name: name for name in PROBLEMS},
+        entries=lambda name: ((ALL, speed) for speed in SPEEDS),
+        kind=CageRow,
+        drawn=draw,
+        told=reading,
+    )
+}

@@ -7,6 +7,7 @@ done, so that a chart that was interrupted goes on where it was; kept answers of
 """
 
 import contextlib
+import dataclasses
 import functools
 import hashlib
 import importlib
@@ -23,11 +24,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row
 from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.run.simulation import COMPILING
 
 LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says otherwise
 WORKERS = 2
-DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
 REPEATS, LONG_ENOUGH = 40, 0.15  # of a timing: most runs, and CPU seconds that are enough of them
 
 
@@ -43,33 +45,6 @@ class Task(NamedTuple):
         return json.dumps([self.function, *self.arguments])
 
 
-class Row(NamedTuple):
-    """One run of a contest: what ran, its relative errors of load and of friction, CPU seconds, evaluations, its end.
-
-    `setting` is the number that a method is tuned by; `across`, NaN in a plain contest, the second number of a map.
-    `command` repeats the run where the software does not refuse it. Friction is NaN where there is none.
-    """
-
-    problem: str
-    method: str
-    setting: float
-    across: float = math.nan
-    load_error: float = math.inf
-    friction_error: float = math.nan
-    seconds: float = math.nan
-    evaluations: float = math.nan
-    status: str = FAILED
-    reason: str = ""
-    command: str = ""
-
-    @property
-    def error(self) -> float:
-        """The greater of both errors; infinite where there is no result."""
-        if self.status != DONE or not math.isfinite(self.load_error):
-            return math.inf
-        return self.load_error if math.isnan(self.friction_error) else max(self.load_error, self.friction_error)
-
-
 class Made(NamedTuple):
     """What a contest gives: sentences that read it, its pictures, its tables, and every run."""
 
@@ -83,47 +58,66 @@ class Made(NamedTuple):
 def limited(seconds: float) -> Iterator[None]:
     """Within it this process ends, without a word, once it has taken so many CPU seconds more; 0 = no limit.
 
+    What compiling takes does not count. Where it is on, Linux counts the process's time in ticks of 10 ms;
+    `time.thread_time` stays as fine as ever.
     Where the system has no such clock (Windows), nothing is limited.
     """
     if not hasattr(signal, "setitimer") or not seconds:
         yield
         return
+    from numba.core import event
+
+    class Pause(event.Listener):
+        """The clock stands while a kernel is compiled or loaded."""
+
+        depth, left = 0, 0.0
+
+        def on_start(self, _):
+            self.left = self.left if self.depth else signal.setitimer(signal.ITIMER_PROF, 0.0)[0]
+            self.depth += 1
+
+        def on_end(self, _):
+            self.depth -= 1
+            if not self.depth:
+                signal.setitimer(signal.ITIMER_PROF, self.left)
+
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
-        yield
+        with event.install_listener(COMPILING, Pause()):
+            yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 def timed(work: Callable[[], Any], enough: float = LONG_ENOUGH) -> tuple[Any, float]:
-    """What `work` gives, and its CPU seconds: a mean, for the clocks of some machines tick every 10 ms.
+    """What `work` gives, and its CPU seconds of this thread: a mean, for the clocks of some machines tick every 10 ms.
 
     The first run of a short one is not counted: it may import and compile.
     """
-    start = time.process_time()
-    found, first = work(), time.process_time() - start
+    start = time.thread_time()
+    found, first = work(), time.thread_time() - start
     if not enough or first > 10.0 * enough:
         return found, first
-    start, runs = time.process_time(), 0
-    while not runs or (runs < REPEATS and time.process_time() - start < enough):
+    start, runs = time.thread_time(), 0
+    while not runs or (runs < REPEATS and time.thread_time() - start < enough):
         work()
         runs += 1
-    return found, (time.process_time() - start) / runs
+    return found, (time.thread_time() - start) / runs
 
 
 def judged(row: Row, work: Callable[[], dict], limit: float) -> Row:
     """The row with what `work` gives for its fields, or why it has failed: also where a result is not finite."""
     try:
         with limited(limit), np.errstate(all="ignore"):
-            found = row._replace(status=DONE, **work())
+            found = row.but(status=DONE, **work())
     except SceneError as error:
-        return row._replace(status=REFUSED, reason=str(error))
+        return row.but(status=REFUSED, reason=str(error))
     except BearingTwinError as error:
-        return row._replace(status=FAILED, reason=str(error))
+        return row.but(status=FAILED, reason=str(error))
     except (ArithmeticError, ValueError) as error:
-        return row._replace(status=FAILED, reason=f"{type(error).__name__}: {error}")
+        return row.but(status=FAILED, reason=f"{type(error).__name__}: {error}")
     errors = found.load_error, 0.0 if math.isnan(found.friction_error) else found.friction_error
-    return found if all(map(math.isfinite, errors)) else found._replace(status=FAILED, reason="not finite")
+    return found if all(map(math.isfinite, errors)) else found.but(status=FAILED, reason="not finite")
 
 
 @functools.cache
@@ -194,8 +188,13 @@ def call(function: str, arguments) -> Any:
     """The answer to a task, in this process, as plain data."""
     module, name = function.split(":")
     module = module if "." in module else f"bearing_twin.charts.{module}"
-    answer = getattr(importlib.import_module(module), name)(*arguments)
-    return list(answer) if isinstance(answer, tuple) else answer
+    return _plain(getattr(importlib.import_module(module), name)(*arguments))
+
+
+def _plain(answer):
+    if dataclasses.is_dataclass(answer):
+        return list(dataclasses.astuple(answer))
+    return list(map(_plain, answer)) if isinstance(answer, tuple | list) else answer
 
 
 class _Worker:
@@ -278,13 +277,18 @@ def _received(worker):
 
 
 def rows_of(tasks: list[Task], answers: list, blank: Callable[[Task], Row], limit: float = LIMIT) -> list[Row]:
-    """The answers as rows; a task that was stopped is the row that `blank` gives, with the cost it was stopped at."""
-    return [
-        blank(task)._replace(status=STOPPED, seconds=limit, reason=f"stopped after {limit:g} CPU seconds")
-        if answer is None
-        else Row(*answer)
-        for task, answer in zip(tasks, answers, strict=True)
-    ]
+    """The answers, of a row or of several, as rows of the class that `blank` gives.
+
+    A task that was stopped is that row with the cost it was stopped at.
+    """
+    rows = []
+    for task, answer in zip(tasks, answers, strict=True):
+        row = blank(task)
+        if answer is None:
+            rows.append(row.but(status=STOPPED, seconds=limit, reason=f"stopped after {limit:g} CPU seconds"))
+        else:
+            rows += [type(row)(*one) for one in (answer if isinstance(answer[0], list) else [answer])]
+    return rows
 
 
 def processors() -> int:

@@ -1,6 +1,5 @@
 """The picture, table and sentences of a plain contest: a panel a problem, error across, seconds up, a line a method."""
 
-import csv
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,8 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
-from bearing_twin.charts.contest import DONE, Made, Row, Task, Wanted, answers_of, rows_of
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.chart import Chart, stopped
+from bearing_twin.charts.table import DONE, Row
 from bearing_twin.pictures.style import STYLE, ball_line, frame
 
 LEAST, GREATEST = 1e-10, 10.0  # of the axis of errors: smaller ones stand at its start, failures at its end
@@ -20,82 +19,33 @@ EDGE = 3.0  # where failures are drawn
 COLUMNS, FEW = 3, 30.0  # panels in a row; ratio of costs below which 2 and 5 are labelled, too
 
 
-@dataclass(frozen=True)
-class Contest:
-    """One chart: `problems` by name with their titles, and which (method, setting)s `entries` gives for each.
+@dataclass(frozen=True, kw_only=True)
+class Contest(Chart):
+    """A plain contest, of rows without further columns.
 
-    `judge`, a function of a module, gives the row of (problem, method, setting, limit of CPU seconds);
-    `command` repeats a run, "" where nothing does. `error` and `cost` say what is on the axes, `wanted` is the
-    error at which costs are compared, `more` reads the rows further; `own` are the methods that the reference is made
-    by, where another one can confirm it. With a name for the `setting`, errors and costs are drawn over it, a panel
-    each: of figures that one run has, none costs more than another.
+    `error` and `cost` say what is on the axes, `wanted` is the error at which costs are compared, `more` reads the rows
+    further; `own` are the methods that the reference is made by, where another one can confirm it. With a name for the
+    `setting`, errors and costs are drawn over it, a panel each: of figures that one run has, none costs more than
+    another.
     """
 
-    judge: Callable[[str, str, float, float], Row]
     title: str
     error: str
     cost: str
     wanted: float
-    problems: dict[str, str]
-    entries: Callable[[str], Iterable[tuple[str, float]]]
-    command: Callable[[str, str, float], str]
     more: Callable[[list[Row]], list[str]] = lambda rows: []
     setting: str = ""
     own: tuple[str, ...] = ()
 
-    def blank(self, task: Task) -> Row:
-        """The row of a run before it has run."""
-        return Row(*task.arguments[:3], command=self.command(*task.arguments[:3]))
-
-    def measure(self, wanted: Wanted) -> list[Row]:
-        """All runs of the problems that are wanted."""
-        tasks = [
-            Task(f"{self.judge.__module__}:{self.judge.__name__}", (name, method, setting, wanted.limit))
-            for name in wanted.problems
-            for method, setting in self.entries(name)
-        ]
-        answers = answers_of(tasks, wanted.kept, wanted.update, wanted.workers)
-        return rows_of(tasks, answers, self.blank, wanted.limit)
+    def draw(self, rows: list[Row], path: Path) -> None:
+        """Writes the picture."""
+        (draw_over if self.setting else draw)(self, rows, path)
 
     def reading(self, rows: list[Row]) -> list[str]:
         """What the chart says, from its rows."""
-        again = ((row.problem, row.method, row.error) for row in rows) if self.own else ()
+        again = found_again(rows, self.own) if self.own else []
         read = enough_from if self.setting else best_of
-        return [*read(self, rows), *found_again(again, self.own), *self.more(rows)]
-
-    def read(self, folder: Path, name: str) -> list[str]:
-        """The same from the table that was written there before."""
-        return self.reading(read_table(folder / f"{name}.csv"))
-
-    def make(self, folder: Path, name: str, wanted: Wanted) -> Made:
-        """Runs the contest, and writes picture and table."""
-        rows = self.measure(wanted)
-        picture, table = folder / f"{name}.png", folder / f"{name}.csv"
-        (draw_over if self.setting else draw)(self, rows, picture)
-        write_table(rows, table)
-        return Made(self.reading(rows), [str(picture)], [str(table)], rows)
-
-
-def write_table(rows: list[Row], path: Path) -> None:
-    """Every run as comma-separated values: of a map without commands, which its numbers make, else without `across`."""
-    maps = any(not math.isnan(row.across) for row in rows)
-    names = [name for name in Row._fields if name != ("command" if maps else "across")]
-    cells = ([_word(getattr(row, name)) for name in names] for row in rows)
-    write_rows(path, names, cells)
-
-
-def read_table(path: Path) -> list[Row]:
-    """The rows of a table that `write_table` wrote."""
-    blank = Row("", "", 0.0)
-    with path.open(encoding="utf-8", newline="") as stream:
-        return [
-            blank._replace(**{key: type(getattr(blank, key))(value) for key, value in line.items()})
-            for line in csv.DictReader(stream)
-        ]
-
-
-def _word(value):
-    return f"{value:.6g}" if isinstance(value, float) else value
+        return [*read(self, rows), *again, *self.more(rows), *stopped(rows)]
 
 
 def draw(chart, rows: list[Row], path: Path) -> None:
@@ -144,8 +94,10 @@ def draw_over(chart, rows: list[Row], path: Path) -> None:
     left, right = figure.subplots(1, 2)
     for number, method in enumerate(dict.fromkeys(row.method for row in rows)):
         mine = sorted((row.setting, max(row.error, LEAST)) for row in rows if row.method == method)
-        look = ball_line(number)
-        left.plot(*np.transpose(mine), "o", **look, label=method, markersize=8, linewidth=2)
+        good, look = [one for one in mine if one[1] < math.inf] or [(math.nan, math.nan)], ball_line(number)
+        left.plot(*np.transpose(good), "o", **look, label=method, markersize=8, linewidth=2)
+        lost = [setting for setting, error in mine if error == math.inf]
+        left.plot(lost, [1.0] * len(lost), "x", color=look["color"], markeredgewidth=3, markersize=10)
     left.axhline(chart.wanted, color=STYLE["soft"], linewidth=1.2, linestyle=":")
     left.legend(frameon=False, fontsize=15, loc="center left")
     costs = [(one, np.median([row.seconds for row in rows if row.setting == one])) for one in _settings(rows)]
@@ -205,15 +157,15 @@ def cheapest(rows: list[Row], problem: str, method: str, wanted: float) -> Row |
     return min(good, key=lambda row: row.seconds, default=None)
 
 
-def found_again(runs: Iterable[tuple[str, str, float]], own: Iterable[str]) -> list[str]:
+def found_again(rows: Iterable[Row], own: Iterable[str]) -> list[str]:
     """A sentence on how near methods other than the reference's `own` come to it; none where there are no others.
 
-    `runs` are (problem, method, error). A reference that two methods find is off by no more than what they differ by.
+    A reference that two methods find is off by no more than what they differ by.
     """
     own, nearest = set(own), {}
-    for problem, method, error in runs:
-        if method not in own and error < nearest.get(problem, (math.inf, ""))[0]:
-            nearest[problem] = error, method
+    for row in rows:
+        if row.method not in own and row.error < nearest.get(row.problem, (math.inf, ""))[0]:
+            nearest[row.problem] = row.error, row.method
     told = ", ".join(f"{problem} to {error:.1g} ({method})" for problem, (error, method) in nearest.items())
     return [f"References that other methods find: {told}."] if told else []
 

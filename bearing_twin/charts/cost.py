@@ -15,7 +15,6 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.table import write_rows
 from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.equations import raceway_rates
 from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
@@ -55,7 +54,7 @@ class CostPart:
 
     run: str
     part: str
-    seconds_per_second: float
+    cpu_per_simulated_second: float
     spread: float
 
 
@@ -146,15 +145,9 @@ def measure(names=tuple(RUNS), say: Callable[[str], None] = lambda _: None) -> I
             yield CostPart(name, part, middle, float(np.median(np.abs(costs - middle))))
 
 
-def write_table(points: list[CostPart], path: Path) -> None:
-    """The points as comma-separated values."""
-    header = ["run", "part", "cpu_per_simulated_second", "spread"]
-    write_rows(path, header, ([p.run, p.part, p.seconds_per_second, p.spread] for p in points))
-
-
 def _to_a_log(points: list[CostPart], name: str) -> dict[str, float]:
     """The parts of a run on their way into a log; noise does not make one negative."""
-    return {p.part: max(p.seconds_per_second, 0.0) for p in points if p.run == name and p.part != SAMPLES}
+    return {p.part: max(p.cpu_per_simulated_second, 0.0) for p in points if p.run == name and p.part != SAMPLES}
 
 
 def reading(points: list[CostPart]) -> list[str]:
@@ -164,7 +157,7 @@ def reading(points: list[CostPart]) -> list[str]:
         parts = _to_a_log(points, name)
         total = sum(parts.values())
         shares = ", ".join(f"{PARTS[part]} {100.0 * cost / total:.0f} %" for part, cost in parts.items())
-        (samples,) = (p.seconds_per_second for p in points if (p.run, p.part) == (name, SAMPLES))
+        (samples,) = (p.cpu_per_simulated_second for p in points if (p.run, p.part) == (name, SAMPLES))
         sentences.append(
             f"{name}: a log takes {1e3 * total:.3g} ms CPU a simulated second, {1.0 / total:.3g} times real time: "
             f"{shares}; {PARTS[SAMPLES]} take {1e3 * max(samples, 0.0):.2g} ms beside it."

@@ -2,10 +2,12 @@
 
 Scenes as they ship and variants of them to which nothing was fitted, by what is wanted and how exactly. Truth is
 `rodas4` ten times tighter than the tightest setting. All steppers are tried at all settings; the cheapest that
-keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, measured once for each run.
+keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, measured once for each run. `reason` is
+the choice's, `setting` the tolerance that was chosen.
 """
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,9 +15,11 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.contest import Kept, Task, answers_of, processors, timed
-from bearing_twin.charts.table import write_rows
-from bearing_twin.charts.work_precision import errors
+from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.chart import Chart
+from bearing_twin.charts.contest import limited, timed
+from bearing_twin.charts.scene_rows import command_of
+from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
 from bearing_twin.kinds.bearing.parameters import LOADS
@@ -70,33 +74,24 @@ VARIANTS = {
 CASES = SHIPPED | VARIANTS
 
 
-class FidelityPoint(NamedTuple):
-    """One choice: what was wanted of which scene, what was chosen, its error (predicted: NaN = not) and CPU seconds.
+@dataclass(frozen=True)
+class FidelityRow(Row):
+    """One choice: which outputs were wanted how exactly, and what error was predicted (NaN = none).
 
     `best`, `best_setting`, `best_seconds`: the cheapest that keeps the tolerance, by trying all; empty where none.
     """
 
-    scene: str
-    shipped: bool
-    outputs: str
-    wanted: float
-    stepper: str
-    setting: float
-    error: float
-    predicted_error: float
-    seconds: float
-    best: str
-    best_setting: float
-    best_seconds: float
-    reason: str
+    outputs: str = ""
+    wanted: float = math.nan
+    predicted: float = math.nan
+    best: str = ""
+    best_setting: float = math.nan
+    best_seconds: float = math.nan
 
     @property
     def kept(self) -> bool:
         """Whether the error is within what was wanted."""
         return self.error <= self.wanted
-
-
-POINT = FidelityPoint
 
 
 class Trial(NamedTuple):
@@ -129,11 +124,15 @@ class _Trials:
         self._scene, self._overrides, self._found = scene, overrides, {}
         self.exact = self._run("rodas4", FINEST)[1]
 
-    def scene(self, wanted: float, outputs: str = "history"):
-        """The scene with what is wanted of it."""
+    def keys(self, wanted: float, outputs: str = "history") -> tuple[str, ...]:
+        """What differs from the scene, with what is wanted of it."""
         words = f"wanted.tolerance={wanted}", f"wanted.outputs={outputs}"
         rate = f"run.output_rate={OUTPUTS / SPAN}", "run.publish_rate=100", f"run.duration={SPAN}"
-        return load_scene(self._scene, (*self._overrides, *words, *rate))
+        return *self._overrides, *words, *rate
+
+    def scene(self, wanted: float, outputs: str = "history"):
+        """The scene with that."""
+        return load_scene(self._scene, self.keys(wanted, outputs))
 
     def _run(self, stepper, setting):
         motion = BearingMotion(self.scene(setting).parameters, Choice("hertz", stepper, 0.0, "", ()))
@@ -156,60 +155,73 @@ class _Trials:
         return Trial(float(loads), math.nan, seconds)
 
 
-def points_of(name: str) -> list[list]:
-    """All choices for one scene, as plain data."""
+def judge(name: str, _: str, __: float, limit: float) -> list[FidelityRow]:
+    """All choices for one scene; the limit is that of one of OUTPUTS_WANTED and WANTED, all that is tried included."""
     scene, overrides = CASES[name]
-    trials, points = _Trials(scene, overrides), []
-    for outputs in OUTPUTS_WANTED:
-        for wanted in WANTED:
-            choice = choose(trials.scene(wanted, outputs))
-            still = choice.stepper == QUASI_STATIC
-            setting = math.nan if still else choice.setting
-            found = trials.at_rest(choice, wanted) if still else trials.trial(choice.stepper, setting)
-            enough = [
-                (one.seconds, stepper, at)
-                for stepper in ROSENBROCK
-                for at in SETTINGS
-                if (one := trials.trial(stepper, at)).error(outputs) <= wanted
-            ]
-            seconds, best, at = min(enough, default=(math.nan, "", math.nan))
-            told = choice.predicted or {}
-            expected = (
-                told.get("load_error", math.nan),
-                0.0 if outputs == LOADS else told.get("friction_error", math.nan),
-            )
-            points.append([name, name in SHIPPED, outputs, wanted, choice.stepper, setting, found.error(outputs),
-                           max(expected), found.seconds, best, at, seconds, choice.reason])  # fmt: skip
-    return points
+    rows = []
+    with limited(limit * len(WANTED) * len(OUTPUTS_WANTED)):
+        trials = _Trials(scene, overrides)
+        for outputs in OUTPUTS_WANTED:
+            for wanted in WANTED:
+                command = command_of(scene, trials.keys(wanted, outputs))
+                rows.append(_row(name, trials, outputs, wanted).but(command=command))
+    return rows
 
 
-def measure(update=lambda share: None, names=tuple(CASES), kept: Kept | None = None) -> list[FidelityPoint]:
-    """Every scene, two side by side."""
-    tasks = [Task("fidelity:points_of", (name,)) for name in names]
-    answers = answers_of(tasks, kept or Kept(None), update, processors())
-    return [FidelityPoint(*point) for answer in answers for point in answer]
+def _row(name: str, trials: _Trials, outputs: str, wanted: float) -> FidelityRow:
+    """What is chosen for a scene where this is wanted, and what would have been best."""
+    choice = choose(trials.scene(wanted, outputs))
+    still = choice.stepper == QUASI_STATIC
+    setting = math.nan if still else choice.setting
+    found = trials.at_rest(choice, wanted) if still else trials.trial(choice.stepper, setting)
+    enough = [
+        (one.seconds, stepper, at)
+        for stepper in ROSENBROCK
+        for at in SETTINGS
+        if (one := trials.trial(stepper, at)).error(outputs) <= wanted
+    ]
+    seconds, best, at = min(enough, default=(math.nan, "", math.nan))
+    told = choice.predicted or {}
+    friction = 0.0 if outputs == LOADS else told.get("friction_error", math.nan)
+    return FidelityRow(
+        name,
+        choice.stepper,
+        setting,
+        load_error=float(found.load_error),
+        friction_error=math.nan if outputs == LOADS else float(found.friction_error),
+        seconds=found.seconds,
+        status=DONE if math.isfinite(found.error(outputs)) else FAILED,
+        reason=choice.reason,
+        outputs=outputs,
+        wanted=wanted,
+        predicted=max(told.get("load_error", math.nan), friction),
+        best=best,
+        best_setting=at,
+        best_seconds=seconds,
+    )
 
 
-def reading(points: list[FidelityPoint]) -> list[str]:
+def reading(points: list[FidelityRow]) -> list[str]:
     """What the chart says."""
     sentences = []
     for shipped, who in ((True, "scenes as they ship"), (False, "variants that nothing was fitted to")):
-        mine = [p for p in points if p.shipped == shipped]
+        mine = [p for p in points if (p.problem in SHIPPED) == shipped and p.outputs]
         if not mine:
             continue
         worst = max(mine, key=lambda p: p.error / p.wanted)
         ratios = [p.seconds / p.best_seconds for p in mine if p.kept and p.best]
         sentences.append(
-            f"{who}: {sum(p.kept for p in mine)} of {len(mine)} choices kept what was wanted; the worst, {worst.scene} "
-            f"at {worst.wanted:g} for {worst.outputs}, erred {two_digits(worst.error / worst.wanted)} times that"
+            f"{who}: {sum(p.kept for p in mine)} of {len(mine)} choices kept what was wanted; the worst, "
+            f"{worst.problem} at {worst.wanted:g} for {worst.outputs}, erred {two_digits(worst.error / worst.wanted)} "
+            "times that"
         )
         sentences.append(
             f"they cost {np.median(ratios):.2f} times the cheapest that was good enough as a median, "
             f"{np.quantile(ratios, 0.95):.2f} times at 95 %"
         )
-    told = [p for p in points if p.error > 1e-8 and p.predicted_error > 0.0]
-    near = sum(1.0 / 3.0 <= p.error / p.predicted_error <= 3.0 for p in told)
-    low = sum(p.error > 10.0 * p.predicted_error for p in told)
+    told = [p for p in points if math.inf > p.error > 1e-8 and p.predicted > 0.0]
+    near = sum(1.0 / 3.0 <= p.error / p.predicted <= 3.0 for p in told)
+    low = sum(p.error > 10.0 * p.predicted for p in told)
     sentences.append(
         f"of {len(told)} errors predicted from the table {near} were right within a factor of three, "
         f"{low} were more than ten times too small: a prediction is no estimate of what a run did"
@@ -217,19 +229,14 @@ def reading(points: list[FidelityPoint]) -> list[str]:
     return sentences
 
 
-def write_table(points: list[FidelityPoint], path: Path) -> None:
-    """The points as comma-separated values."""
-    write_rows(path, FidelityPoint._fields, points)
-
-
-def draw(points: list[FidelityPoint], path: Path) -> None:
+def draw(points: list[FidelityRow], path: Path) -> None:
     """Left: error over what was wanted. Right: cost over the cheapest that is good enough."""
     figure = Figure(figsize=(13.0, 6.5), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(1, 2, left=0.07, right=0.98, top=0.86, bottom=0.13, wspace=0.2)
     error, cost = figure.add_subplot(grid[0]), figure.add_subplot(grid[1])
     for number, (shipped, label) in enumerate(((True, "scenes as they ship"), (False, "variants"))):
-        mine = [p for p in points if p.shipped == shipped]
+        mine = [p for p in points if (p.problem in SHIPPED) == shipped and p.outputs]
         look = {**ball_line(number), "linestyle": "", "marker": "os"[number], "markersize": 5 + 2 * (not number)}
         aside = (0.88, 1.12)[number]
         error.plot(
@@ -254,3 +261,15 @@ def draw(points: list[FidelityPoint], path: Path) -> None:
         figure.savefig(path)
     except OSError as problem:
         raise BearingTwinError(f"{path} cannot be written ({problem.strerror}); give another path") from problem
+
+
+CONTESTS = {
+    "fidelity": Chart(
+        judge=judge,
+        problems={name: name for name in CASES},
+        entries=lambda name: (("as chosen", math.nan),),
+        kind=FidelityRow,
+        drawn=draw,
+        told=reading,
+    )
+}

@@ -1,8 +1,9 @@
 """Friction over a spot that slides and spins: error of force and drilling torque, and nanoseconds an evaluation.
 
-Coulomb friction without smoothing, the hardest case, against `reference.spot`. Each error is the worst of seven
-directions of slip, and where a form is furthest off is looked for; of the force as a share of mu N, of the torque as a
-share of that of pure spin. A cross along the upper edge where a form fails (more than 10 % off).
+Coulomb friction without smoothing, the hardest case, against `reference.spot`, checked by SciPy's adaptive quadrature.
+Each error is the worst of seven directions of slip, and where a form is furthest off is looked for; of the force as a
+share of mu N, of the torque as a share of that of pure spin. A cross along the upper edge where a form fails (more than
+10 % off). `setting` is the spin times the major semi-axis over the slip.
 """
 
 import functools
@@ -13,18 +14,22 @@ from pathlib import Path
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.integrate import dblquad
 from scipy.optimize import minimize
 
+from bearing_twin.charts.chart import Chart
+from bearing_twin.charts.contest import limited
 from bearing_twin.charts.laws import seconds_each
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
 from bearing_twin.reference.spot import spot_friction_exact
 
-FAILED = 0.1
+WORST = 0.1  # an error beyond this is a cross
 LEAST = 1e-6  # smaller errors are drawn here
 SHAPES = (1.0, 0.3, 0.1)  # b/a: a circle, and two ellipses of which the last is a ball in a raceway
+PROBLEMS = {f"b/a = {shape:g}": shape for shape in SHAPES}
 SPINS = np.geomspace(0.01, 100.0, 41)  # spin times major semi-axis over slip
 DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 7)
 POLES = (np.linspace(0.03, 1.1, 36), np.linspace(0.0, 0.5 * math.pi, 13))
@@ -47,27 +52,17 @@ def _loop(form):
     return evaluate
 
 
+SCIPY = "SciPy"  # the second reference
+SECOND, EACH = 1e-7, 10  # accuracy that it is asked for, and every how many of SPINS it takes
 CONTESTANTS = {row.name: row.rubbing for row in FRICTIONS.values() if row.over_spot}
 
 
 @dataclass(frozen=True)
-class FrictionPoint:
-    """One form at one shape and one ratio of spin to slip: errors of force and torque, and ns an evaluation."""
+class FrictionRow(Row):
+    """One form at one shape and one ratio of spin to slip: `friction_error` is the greater of these two."""
 
-    form: str
-    axis_ratio: float
-    spin_over_slip: float
-    force_error: float
-    torque_error: float
-    nanoseconds: float
-
-    @property
-    def failed(self) -> bool:
-        """Whether this point is a cross."""
-        return not max(self.force_error, self.torque_error) < FAILED
-
-
-POINT = FrictionPoint
+    force_error: float = math.nan
+    torque_error: float = math.nan
 
 
 @functools.lru_cache(maxsize=4096)
@@ -116,86 +111,141 @@ def hardest(form, shape: float, poles=POLES) -> list[tuple[tuple[float, float, f
     return found
 
 
-def measure(shapes=SHAPES, spins=SPINS, poles=POLES) -> list[FrictionPoint]:
-    """Every contestant at every shape b/a: at every ratio a omega/v, and where it is furthest off."""
-    many = np.geomspace(0.1, 10.0, EVALUATIONS)
-    loops = {name: _loop(form) for name, form in CONTESTANTS.items()}
-    cost = {name: seconds_each(lambda loop=loop: loop(many), EVALUATIONS) for name, loop in loops.items()}
-    points = []
-    for shape in shapes:
-        for name, form in CONTESTANTS.items():
-            worst_motions = [motion for motion, _ in hardest(form, shape, poles)]
-            for spin in sorted({*spins, *(motion[2] for motion in worst_motions)}):
-                motions = [(math.cos(angle), math.sin(angle), spin) for angle in DIRECTIONS]
-                motions += [motion for motion in worst_motions if motion[2] == spin]
-                force, torque = errors(form, shape, motions).max(axis=0)
-                points.append(FrictionPoint(name, shape, float(spin), float(force), float(torque), 1e9 * cost[name]))
-    return points
+def by_scipy(normal_load, major, minor, slip_major, slip_minor, spin, coefficient, _) -> tuple[float, float, float]:
+    """Force along both axes [N] and torque [N m] of Coulomb friction over the spot, by `dblquad`, cut at the pole."""
+    scale = -1.5 * coefficient * normal_load / math.pi
+    pole = -slip_minor / (spin * major), slip_major / (spin * minor)
 
+    def at(y, x, part):
+        along, across = slip_major - spin * minor * y, slip_minor + spin * major * x
+        speed = math.hypot(along, across)
+        pressure = math.sqrt(max(1.0 - x * x - y * y, 0.0))
+        if speed == 0.0:
+            return 0.0
+        return pressure * (along, across, major * x * across - minor * y * along)[part] / speed
 
-def write_table(points: list[FrictionPoint], path: Path) -> None:
-    """The points as comma-separated values."""
-    header = ["form", "axis_ratio", "spin_over_slip", "force_error", "torque_error", "nanoseconds", "failed"]
-    write_rows(path, header, ([*vars(p).values(), p.failed] for p in points))
-
-
-def worst(points: list[FrictionPoint], form: str, shape: float) -> tuple[float, float]:
-    """The greatest errors of force and torque of a form at one b/a."""
-    mine = [p for p in points if p.form == form and p.axis_ratio == shape]
-    return max(p.force_error for p in mine), max(p.torque_error for p in mine)
-
-
-def reading(points: list[FrictionPoint]) -> list[str]:
-    """What the chart says, a sentence a form."""
-    sentences = []
-    for form in dict.fromkeys(p.form for p in points):
-        mine = [p for p in points if p.form == form]
-        shapes = sorted({p.axis_ratio for p in mine}, reverse=True)
-        told = (
-            f"{force:.2g} and {torque:.2g} at b/a {s:g}" for s in shapes for force, torque in [worst(mine, form, s)]
+    def over(low, high, part):
+        below, above = (
+            dblquad(at, low, high, start, end, (part,), epsabs=SECOND, epsrel=SECOND)[0]
+            for start, end in ((_rim(-1.0), cut), (cut, _rim(1.0)))
         )
-        crosses = sum(p.failed for p in mine)
+        return below + above
+
+    def cut(x):
+        edge = math.sqrt(max(1.0 - x * x, 0.0))
+        return min(max(pole[1], -edge), edge)
+
+    middle = min(max(pole[0], -1.0), 1.0)
+    return tuple(scale * (over(-1.0, middle, part) + over(middle, 1.0, part)) for part in range(3))
+
+
+def _rim(side):
+    return lambda x: side * math.sqrt(max(1.0 - x * x, 0.0))
+
+
+def judge(name: str, form: str, setting: float, limit: float) -> list[FrictionRow]:
+    """A form at one shape b/a: at every ratio a omega/v, and where it is furthest off. `setting` is not used."""
+    shape = PROBLEMS[name]
+    with limited(limit):
+        if form == SCIPY:
+            return [_row(name, form, spin, errors(by_scipy, shape, [_slip(0.7, spin)]), 0.0) for spin in SPINS[::EACH]]
+        many, loop = np.geomspace(0.1, 10.0, EVALUATIONS), _loop(CONTESTANTS[form])
+        cost = seconds_each(lambda: loop(many), EVALUATIONS)
+        worst_motions = [motion for motion, _ in hardest(CONTESTANTS[form], shape, POLES)]
+        rows = []
+        for spin in sorted({*map(float, SPINS), *(motion[2] for motion in worst_motions)}):
+            motions = [_slip(angle, spin) for angle in DIRECTIONS]
+            motions += [motion for motion in worst_motions if motion[2] == spin]
+            rows.append(_row(name, form, spin, errors(CONTESTANTS[form], shape, motions), cost))
+        return rows
+
+
+def _slip(angle, spin):
+    return math.cos(angle), math.sin(angle), spin
+
+
+def _row(name, form, spin, off, cost) -> FrictionRow:
+    """The worst of the errors (n, 2)."""
+    force, torque = map(float, off.max(axis=0))
+    good = max(force, torque) < WORST
+    return FrictionRow(
+        name,
+        form,
+        float(spin),
+        friction_error=max(force, torque),
+        seconds=cost or math.nan,
+        evaluations=1,
+        status=DONE if good else FAILED,
+        reason="" if good else f"more than {100.0 * WORST:g} % off",
+        force_error=force,
+        torque_error=torque,
+    )
+
+
+def worst(rows: list[FrictionRow], form: str, problem: str) -> tuple[float, float]:
+    """The greatest errors of force and torque of a form at one b/a; infinite where nothing came out."""
+    mine = [row for row in rows if (row.method, row.problem) == (form, problem) and not math.isnan(row.force_error)]
+    columns = ([row.force_error for row in mine], [row.torque_error for row in mine])
+    return tuple(max(column, default=math.inf) for column in columns)
+
+
+def reading(rows: list[FrictionRow]) -> list[str]:
+    """What the chart says, a sentence a form, and one on the reference."""
+    sentences = []
+    shapes = [name for name in PROBLEMS if any(row.problem == name for row in rows)]
+    for form in (form for form in CONTESTANTS if any(row.method == form for row in rows)):
+        mine = [row for row in rows if row.method == form]
+        if not any(worst(mine, form, s)[0] < math.inf for s in shapes):
+            continue
+        told = (f"{force:.2g} and {torque:.2g} at {s}" for s in shapes for force, torque in [worst(mine, form, s)])
+        crosses = sum(row.status != DONE for row in mine)
         fails = f"; fails at {crosses} of {len(mine)} points" if crosses else ""
         sentences.append(
-            f"{form}: {mine[0].nanoseconds:.3g} ns an evaluation; force and torque off by at most "
+            f"{form}: {1e9 * mine[0].seconds:.3g} ns an evaluation; force and torque off by at most "
             f"{', '.join(told)}{fails}."
+        )
+    again = [row.friction_error for row in rows if row.method == SCIPY and row.status == DONE]
+    if again:
+        sentences.append(
+            f"The exact solution is found again by SciPy's dblquad, asked for {SECOND:g}, to {max(again):.1g} at all "
+            f"{len(again)} motions tried."
         )
     return sentences
 
 
-def _panel(axis, points, error, shape):
+def _panel(axis, rows, error, shape):
     for number, form in enumerate(CONTESTANTS):
-        mine = [p for p in points if p.form == form and p.axis_ratio == shape]
-        spins, errors = [p.spin_over_slip for p in mine], np.array([getattr(p, error) for p in mine])
-        drawn = np.where(errors < FAILED, np.maximum(errors, LEAST), math.nan)
+        mine = [row for row in rows if (row.method, row.problem) == (form, shape)]
+        spins, off = [row.setting for row in mine], np.array([getattr(row, error) for row in mine])
+        drawn = np.where(off < WORST, np.maximum(off, LEAST), math.nan)
         axis.plot(spins, drawn, **ball_line(number), linewidth=2.0, label=form)
-        crosses = [spin for spin, one in zip(spins, errors, strict=True) if not one < FAILED]
+        crosses = [spin for spin, one in zip(spins, off, strict=True) if not one < WORST]
         axis.plot(crosses, [0.3 * 2.2**number] * len(crosses), "x", color=ball_line(number)["color"], markersize=6)
-    axis.axhline(FAILED, color=STYLE["soft"], linewidth=1.0)
-    axis.set(xscale="log", yscale="log", ylim=(0.5 * LEAST, 10.0))
+    axis.axhline(WORST, color=STYLE["soft"], linewidth=1.0)
+    axis.set(xscale="log", yscale="log", xlim=(0.6 * SPINS[0], 1.6 * SPINS[-1]), ylim=(0.5 * LEAST, 10.0))
     frame(axis)
 
 
-def draw(points: list[FrictionPoint], path: Path) -> None:
+def draw(rows: list[FrictionRow], path: Path) -> None:
     """The chart: force error above, torque error below, one column a shape, and on the right error against cost."""
     figure = Figure(figsize=(17, 9), layout="constrained")
     FigureCanvasAgg(figure)
-    shapes = sorted({p.axis_ratio for p in points}, reverse=True)
+    shapes = [name for name in PROBLEMS if any(row.problem == name for row in rows)]
     count = len(shapes)
     panels = figure.subplots(2, count + 1, sharey=True, squeeze=False)
-    for row, (error, word) in enumerate(
+    for line, (error, word) in enumerate(
         (("force_error", "force over mu N"), ("torque_error", "torque over pure spin's"))
     ):
         for column, shape in enumerate(shapes):
-            _panel(panels[row, column], points, error, shape)
-            heading(panels[row, column], f"b/a = {shape:g}")
-        panels[row, 0].set_ylabel(f"error of {word}; crosses: failed")
-        last = panels[row, count]
+            _panel(panels[line, column], rows, error, shape)
+            heading(panels[line, column], shape)
+        panels[line, 0].set_ylabel(f"error of {word}; crosses: failed")
+        last = panels[line, count]
         for number, form in enumerate(CONTESTANTS):
-            cost = next(p.nanoseconds for p in points if p.form == form)
-            most = max(worst(points, form, shape)[row] for shape in shapes)
-            last.plot(cost, most, "x" if most > FAILED else "o", color=ball_line(number)["color"], markersize=10)
-        last.axhline(FAILED, color=STYLE["soft"], linewidth=1.0)
+            cost = 1e9 * next((row.seconds for row in rows if row.method == form), math.nan)
+            most = min(max(worst(rows, form, shape)[line] for shape in shapes), 1.0)
+            last.plot(cost, most, "x" if most > WORST else "o", color=ball_line(number)["color"], markersize=10)
+        last.axhline(WORST, color=STYLE["soft"], linewidth=1.0)
         last.set(xscale="log")
         last.margins(x=0.25)
         heading(last, "worst of all, against cost")
@@ -208,3 +258,15 @@ def draw(points: list[FrictionPoint], path: Path) -> None:
     figure.suptitle("Friction over a spot that slides and spins", fontsize=16, color=STYLE["ink"])
     stamp(figure)
     figure.savefig(path, dpi=100)
+
+
+CONTESTS = {
+    "friction": Chart(
+        judge=judge,
+        problems={name: name for name in PROBLEMS},
+        entries=lambda name: ((form, math.nan) for form in (*CONTESTANTS, SCIPY)),
+        kind=FrictionRow,
+        drawn=draw,
+        told=reading,
+    )
+}

@@ -10,7 +10,8 @@ import math
 import numpy as np
 
 from bearing_twin.charts.body_limits import motion_of
-from bearing_twin.charts.contest import Row, judged
+from bearing_twin.charts.contest import judged
+from bearing_twin.charts.table import MapRow
 from bearing_twin.kinds.ellipsoid.equations import QUATERNION
 from bearing_twin.kinds.ellipsoid.figures import GREATEST_DRIFT
 from bearing_twin.kinds.ellipsoid.steps import flight_scales, one_step
@@ -24,7 +25,7 @@ TOLD_FROM = {"quaternion": 2.0 * (144.0 * GREATEST_DRIFT) ** (1.0 / 6.0), "axis"
 """By map: the turn [rad] a step from which a run tells the drift, the (Q - P)/(Q + P) from which an axis is given."""
 
 
-def quaternion(row: Row, limit: float) -> Row:
+def quaternion(row: MapRow, limit: float) -> MapRow:
     """The norm after `setting` steps of a body in flight that turns by `across` [rad] a step."""
     motion = motion_of("rk4", "start.height=1", "start.angular_velocity=[1,0,0]", "gravity=[0,0,0]")
     state, work = motion.state, motion.work()
@@ -39,7 +40,7 @@ def quaternion(row: Row, limit: float) -> Row:
     return judged(row, outcome, limit)
 
 
-def axis(row: Row, limit: float) -> Row:
+def axis(row: MapRow, limit: float) -> MapRow:
     """The error [rad] of the axis where (Q - P)/(Q + P) is `across` and the body is turned by `setting` [rad]."""
 
     def outcome():
@@ -55,7 +56,7 @@ def axis(row: Row, limit: float) -> Row:
     return judged(row, outcome, limit)
 
 
-def sentences_of(rows: list[Row]) -> list[str]:
+def sentences_of(rows: list[MapRow]) -> list[str]:
     """What the maps of this module say, from their numbers."""
     return [*_of_quaternion([row for row in rows if row.problem == "quaternion"]), *_of_axis(rows)]
 
@@ -65,11 +66,12 @@ def _of_quaternion(rows):
         return []
     most, fewest = max(row.setting for row in rows), min(row.setting for row in rows)
     near = min((row for row in rows if row.setting == most), key=lambda row: abs(math.log(row.across)))
-    drifts = min(row.across for row in rows if row.setting == fewest and row.error > fewest * GREATEST_DRIFT)
+    drifts = [row.across for row in rows if row.setting == fewest and row.error > fewest * GREATEST_DRIFT]
+    least = f"the least with more is {min(drifts):.2g} rad" if drifts else "none has more"
     return [
         f"Quaternion left alone: {near.across:g} rad a step takes {100.0 * near.error:.2g} % of the norm in {most:g} "
         f"steps. Runs put it right after each step and tell a drift above {GREATEST_DRIFT:g}, which is predicted from "
-        f"{TOLD_FROM['quaternion']:.2g} rad a step on; of the turns tried the least with more is {drifts:.2g} rad."
+        f"{TOLD_FROM['quaternion']:.2g} rad a step on; of the turns tried {least}."
     ]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogLocator, NullLocator
 
-from bearing_twin.charts.contest import DONE, Row
+from bearing_twin.charts.table import DONE, MapRow
 from bearing_twin.pictures.style import STYLE
 
 COLOURS, LEAST, GREATEST = "viridis_r", 1e-8, 1.0
@@ -34,7 +34,7 @@ def edges_of(centres: np.ndarray) -> np.ndarray:
     return np.exp(np.concatenate([[logs[0] - half[0]], inner, [logs[-1] + half[-1]]]))
 
 
-def draw_map(axis, rows: list[Row], curves: Curves, flags=None):
+def draw_map(axis, rows: list[MapRow], curves: Curves, flags=None):
     """One map: `across` to the right, `setting` up; `flags(row)` puts a dot on a cell. Gives what is drawn."""
     across, settings = (np.array(sorted({getattr(row, key) for row in rows})) for key in ("across", "setting"))
     errors = np.full((len(settings), len(across)), np.nan)

@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.charts import body_limits as bodies
-from bearing_twin.charts.contest import Row, judged
+from bearing_twin.charts.contest import judged
 from bearing_twin.charts.limits import FAILS, Limit, Place, command_of, longest, spread
+from bearing_twin.charts.table import MapRow
 from bearing_twin.contact.damping import restitution_of
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.impact.collision import FEWEST_STEPS, FIXED_STEP, NO_LINE, Spring, march_fixed
@@ -141,8 +142,8 @@ def limit(name: str, method: str, across: float) -> Limit:
     return Limit(method, name, across, predicted, place.refused, found)
 
 
-def limit_cell(name: str, method: str, step: float, across: float, most: float) -> Row:
+def limit_cell(name: str, method: str, step: float, across: float, most: float) -> MapRow:
     """One step [s] at one place, past what is refused; `most` CPU seconds."""
     place = _place(name, across)
-    row = Row(name, method, step, across, command=command_of(name, method, step, across))
+    row = MapRow(name, method, step, across=across, command=command_of(name, method, step, across))
     return judged(row, lambda: {"load_error": place.error(method, step)}, most)

@@ -10,12 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.charts.contest import DONE, Row, Task, judged
+from bearing_twin.charts.contest import Task, judged
 from bearing_twin.charts.left_alone import axis, quaternion
 from bearing_twin.charts.left_alone import sentences_of as left_alone
 from bearing_twin.charts.limits import command_of, spread
 from bearing_twin.charts.scene_rows import scene_row
 from bearing_twin.charts.soft_discs import disc_force
+from bearing_twin.charts.table import DONE, MapRow
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import HERTZ_U_MAX, curvature_ratio, hertz_coefficient, hertz_rational, shape_variable
 from bearing_twin.kinds.beam.fineness import modes_wanted, steps_for
@@ -98,10 +99,10 @@ HERTZ_KEPT, VOLUMETRIC_KEPT, VOLUMETRIC_FROM = 1e-9, 5e-3, 0.06  # errors that l
 BEAM = ("sphere_on_beam_drop_600mm", ("beam.theory=euler", "run.duration=3e-4", "run.output_rate=1e6"))
 
 
-def model_cell(name: str, method: str, setting: float, across: float, limit: float) -> Row:
+def model_cell(name: str, method: str, setting: float, across: float, limit: float) -> MapRow:
     """One cell of a map of models."""
     command = command_of(name, method, setting, across)
-    return _CELLS[name](Row(name, method, setting, across), limit)._replace(command=command)
+    return _CELLS[name](MapRow(name, method, setting, across=across), limit).but(command=command)
 
 
 def _law(row, limit):
@@ -165,7 +166,7 @@ def model_tasks(name: str, limit: float) -> list[Task]:
     ]
 
 
-def law_limits(rows: list[Row]) -> list[tuple[str, float, float]]:
+def law_limits(rows: list[MapRow]) -> list[tuple[str, float, float]]:
     """(law, b/a down to which it promises its error, b/a down to which it keeps it)."""
     found = []
     hertz_from = 1.0
@@ -190,7 +191,7 @@ def chosen_by_tolerance(tolerances=(1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8)) -> tupl
     return [modes_wanted(one) for one in found], [steps_for(one, "modes") for one in found]
 
 
-def sentences_of(rows: list[Row]) -> list[str]:
+def sentences_of(rows: list[MapRow]) -> list[str]:
     """What the maps of models say, from their numbers."""
     sentences = [
         f"{law}: its error is promised down to b/a = {promised:.2g}, and kept down to {kept:.2g}."
@@ -209,7 +210,8 @@ def sentences_of(rows: list[Row]) -> list[str]:
             f"Euler's first peak is more than 1 % off at {len(bad)} of {len(heights)} places, in contacts of "
             f"{min(bad):.2g} to {max(bad):.2g} crossings of the height by a shear wave; there auto takes Timoshenko's."
         )
-    discs = {method: [row for row in rows if row[:2] == ("poisson", method)] for method in MODELS["poisson"].methods}
+    elements = [row for row in rows if row.problem == "poisson"]
+    discs = {one: [row for row in elements if row.method == one] for one in MODELS["poisson"].methods}
     if all(discs.values()):
         least = min(row.across for row in discs["full"])
         words = (

@@ -5,16 +5,16 @@ from pathlib import Path
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.contest import Row
 from bearing_twin.charts.left_alone import TOLD_FROM
 from bearing_twin.charts.map_picture import PREDICTED, Curves, add_bar, add_legend, draw_map
 from bearing_twin.charts.model_maps import MODELS, chosen_by_tolerance, law_limits
+from bearing_twin.charts.table import MapRow
 from bearing_twin.pictures.style import STYLE, stamp
 
 COLUMNS, APART = 3, 10.0  # panels in a row; ratio of the made-up settings that laws stand at
 
 
-def of_models(rows: list[Row], path: Path) -> None:
+def of_models(rows: list[MapRow], path: Path) -> None:
     """One panel a map and method, laws together; a dot where the error is above what is told below the picture.
 
     The orange line is what laws promise, what tolerances from 1e-2 to 1e-8 choose for a beam, and from where on
@@ -52,7 +52,7 @@ def _levels(names) -> str:
 def _panel(axis, rows, name, method):
     facts, curves = MODELS[name], Curves()
     if name == "law":
-        rows = [row._replace(setting=APART ** facts.methods.index(row.method)) for row in rows]
+        rows = [row.but(setting=APART ** facts.methods.index(row.method)) for row in rows]
     if name == "modes":
         curves = Curves(*chosen_by_tolerance())
     drawn = draw_map(axis, rows, curves, lambda row: row.error > facts.dots)

@@ -5,8 +5,8 @@ are CPU seconds per simulated second.
 """
 
 from bearing_twin.charts.bearing_cells import NAIVE, Case, bearing_row, command_of
-from bearing_twin.charts.contest import DONE, Row
 from bearing_twin.charts.contest_picture import Contest
+from bearing_twin.charts.table import DONE, Row
 
 CASES = {
     "settled": Case("bearing_6203", (), 1e-3, 10),

@@ -2,21 +2,27 @@
 
 The contact time of paper 3's spheres is a product of powers of its inputs, so its mean and deviation are products of
 moments of one input each, known to rounding. Random methods run with several seeds: the line is the median error, the
-band the middle half of the seeds.
+band the middle half of the seeds. `setting` is the number of realisations, `load_error` that of the mean.
 """
 
+import functools
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin import __version__
+from bearing_twin.charts.chart import Chart
+from bearing_twin.charts.contest import limited
+from bearing_twin.charts.contest_picture import found_again
 from bearing_twin.charts.sheets import Axis, Band, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.table import DONE, Row
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.chaos import GREATEST_DEGREE, VALIDATION, expand
@@ -67,82 +73,80 @@ MOST_NODES = 4096  # of polynomial chaos
 BESIDE = (0.36, 0.2)  # where the legend stands then, in the panel
 
 
-class SamplerPoint(NamedTuple):
-    """A method at one size: median and quartiles over the seeds of the relative errors, median seconds of one core."""
+@dataclass(frozen=True)
+class SamplerRow(Row):
+    """A method at one size: medians over the seeds, quartiles of the error of the mean, the same of the deviation."""
 
-    problem: str
-    method: str
-    realisations: int
-    seconds: float
-    mean_error: float
-    mean_low: float
-    mean_high: float
-    std_error: float
-    std_low: float
-    std_high: float
+    mean_low: float = math.nan
+    mean_high: float = math.nan
+    std_error: float = math.nan
+    std_low: float = math.nan
+    std_high: float = math.nan
 
-
-POINT = SamplerPoint
+    @property
+    def mean_error(self) -> float:
+        """The error of the mean."""
+        return self.load_error
 
 
-def measure(
-    update: Callable[[float], None] = lambda share: None,
-    names: tuple[str, ...] = tuple(PROBLEMS),
-    ladder: tuple[int, ...] = LADDER,
-    seeds: int | None = None,
-) -> list[SamplerPoint]:
-    """Every sampler at every size of the ladder, polynomial chaos by degrees, and the change of variable for one input.
-
-    `seeds` is the number of seeds at every size, by default SEEDS, or MANY where it is cheap.
-    """
-    points = []
-    for place, name in enumerate(names):
-        study, truth = _posed(PROBLEMS[name])
-        task = task_of(study)
-        points += _by_samplers(
-            name, study, task, truth, ladder, seeds, lambda share, place=place: update((place + share) / len(names))
-        )
-        inputs, repeats = study.joint.dimension, range(seeds or SEEDS)
-        for degree in range(1, GREATEST_DEGREE + 1):
-            nodes = (degree + 1) ** inputs
-            if nodes <= MOST_NODES:
-                points.append(_point(name, CHAOS, nodes, [_expanded(study, task, degree, truth) for _ in repeats]))
-        if inputs == 1:
-            runs = [_exactly(study, task, truth) for _ in repeats]
-            points.append(_point(name, EXACT, runs[0][0], [run[1:] for run in runs]))
-    return points
+def entries(name: str) -> Iterator[tuple[str, float]]:
+    """Every sampler at every size of the ladder, polynomial chaos by degrees, the change of variable for one input."""
+    for sampler in SAMPLERS:
+        yield from ((sampler, float(size)) for size in LADDER if size <= MOST.get(sampler, MOST_EVEN))
+    inputs = len(PROBLEMS[name].powers)
+    for degree in range(1, GREATEST_DEGREE + 1):
+        if (degree + 1) ** inputs <= MOST_NODES:
+            yield CHAOS, float((degree + 1) ** inputs)
+    if inputs == 1:
+        yield EXACT, 0.0
 
 
-def _posed(problem):
-    """The study, and the mean and deviation of its contact time by the moments of each input's power."""
+def judge(name: str, method: str, setting: float, limit: float) -> SamplerRow:
+    """A method at one size, by several seeds; the limit is of one seed. The change of variable finds its own size."""
+    study, task, truth = _posed(name)
+    size, seeds = round(setting), MANY if method in SAMPLERS and setting <= CHEAP else SEEDS
+    runs = []
+    for seed in range(1, seeds + 1):
+        with limited(limit):
+            if method == CHAOS:
+                degree = round(size ** (1.0 / study.joint.dimension)) - 1
+                runs.append(_expanded(study, task, degree, truth))
+            elif method == EXACT:
+                size, *found = _exactly(study, task, truth)
+                runs.append(found)
+            else:
+                runs.append(_sampled(study, task, method, size, seed, truth))
+    seconds, *errors = np.transpose(runs)
+    mean, deviation = (np.quantile(error, (0.5, 0.25, 0.75)).tolist() for error in errors)
+    return SamplerRow(
+        name,
+        method,
+        float(size),
+        load_error=mean[0],
+        seconds=float(np.median(seconds)),
+        evaluations=float(size),
+        status=DONE,
+        mean_low=mean[1],
+        mean_high=mean[2],
+        std_error=deviation[0],
+        std_low=deviation[1],
+        std_high=deviation[2],
+    )
+
+
+@functools.cache
+def _posed(name):
+    """The study, its task, and mean and deviation of the contact time by the moments of each input's power."""
+    problem = PROBLEMS[name]
     only_times = {"scene": "two_spheres", "quantities": ["contact_duration"], "modality": "no"}
     study = parse_study({**only_times, **problem.study}, problem.title)
-    means = mean_inputs(study)
-    scale = float(realise(task_of(study), means).quantities[0, 0] / np.prod(means[0] ** problem.powers))
+    means, task = mean_inputs(study), task_of(study)
+    scale = float(realise(task, means).quantities[0, 0] / np.prod(means[0] ** problem.powers))
     mean, square = scale, scale**2
     for source, power in zip(study.inputs, problem.powers, strict=True):
         found = source if power == 1.0 else derive(source, lambda x, power=power: x**power)
         mean, square = mean * found.mean, square * (found.mean**2 + found.std**2)
-    return study, np.array([mean, np.sqrt(square - mean**2)])
-
-
-def _by_samplers(problem, study, task, truth, ladder, seeds, update):
-    wanted = [(name, size) for name in SAMPLERS for size in ladder if size <= MOST.get(name, MOST_EVEN)]
-    whole, done, points = sum(size for _, size in wanted), 0, []
-    for name, size in wanted:
-        count = seeds or (MANY if size <= CHEAP else SEEDS)
-        runs = [_sampled(study, task, name, size, seed, truth) for seed in range(1, count + 1)]
-        points.append(_point(problem, name, size, runs))
-        done += size
-        update(done / whole)
-    return points
-
-
-def _point(problem, method, size, runs) -> SamplerPoint:
-    """Of runs (seconds, error of the mean, error of the deviation)."""
-    seconds, *errors = np.transpose(runs)
-    found = np.concatenate([np.quantile(error, (0.5, 0.25, 0.75)) for error in errors])
-    return SamplerPoint(problem, method, size, float(np.median(seconds)), *found.tolist())
+    return study, task, np.array([mean, np.sqrt(square - mean**2)])
 
 
 def _sampled(study, task, name, size, seed, truth):
@@ -170,12 +174,7 @@ def _judged(start, found, truth):
     return (seconds, *np.abs(np.array(found) / truth - 1.0))
 
 
-def write_table(points: list[SamplerPoint], path: Path) -> None:
-    """The points as comma-separated values."""
-    write_rows(path, SamplerPoint._fields, points)
-
-
-def draw(points: list[SamplerPoint], path: Path) -> None:
+def draw(points: list[SamplerRow], path: Path) -> None:
     """The chart, one row a problem: error of the mean over realisations and over seconds, then of the deviation."""
     rows = []
     for name in dict.fromkeys(p.problem for p in points):
@@ -194,14 +193,15 @@ def draw(points: list[SamplerPoint], path: Path) -> None:
     draw_sheet(Sheet("How fast mean and deviation of a contact time are known", rows, f"{seeds}; {made}", []), path)
 
 
-def of_problem(points: list[SamplerPoint], problem: str) -> list[SamplerPoint]:
+def of_problem(points: list[SamplerRow], problem: str) -> list[SamplerRow]:
     """The points of one problem."""
     return [p for p in points if p.problem == problem]
 
 
 def _panel(points, statistic, along, title):
     words = {"mean": "mean", "std": "deviation"}[statistic]
-    least = max(min(getattr(p, f"{statistic}_error") for p in points), LEAST)
+    done = [p for p in points if p.status == DONE]
+    least = max(min((getattr(p, f"{statistic}_error") for p in done), default=LEAST), LEAST)
     # room for the legend below curves that end high, beside those that end at rounding
     room, place = (1e-4, "lower left") if least > ROUNDING else (0.3, BESIDE)
     up = Axis(f"relative error of the {words}", "1", log=True, limits=(room * least, 1.0))
@@ -209,14 +209,21 @@ def _panel(points, statistic, along, title):
     parts = []
     for number, method in enumerate(dict.fromkeys(p.method for p in points)):
         parts += _parts([p for p in points if p.method == method], number, statistic, along)
-    reach = [getattr(p, along) for p in points]
+    reach = [_along(p, along) for p in points]
     parts.append(Line(f"{WANTED:g}", [min(reach), max(reach)], [WANTED, WANTED], WANTED_LOOK, False))
     key = f"{points[0].problem}, {words} over {along}"
     return Panel(key, title, across, up, parts, place if along == "realisations" else None)
 
 
 def _parts(mine, place, statistic, along):
-    method, x = mine[0].method, [getattr(p, along) for p in mine]
+    method, good = mine[0].method, [p for p in mine if p.status == DONE]
+    lost = [_along(p, along) for p in mine if p.status != DONE]
+    crosses = [
+        Line(f"{method}, no result", lost, [1.0] * len(lost), {**colour(place), "marker": "x", "linestyle": ""}, False)
+    ]
+    if not good:
+        return crosses
+    mine, x = good, [_along(p, along) for p in good]
     columns = ([getattr(p, f"{statistic}_{one}") for p in mine] for one in ("error", "low", "high"))
     middle, low, high = (np.maximum(column, LEAST) for column in columns)
     look = {**colour(place), "marker": "o", "markersize": 5}
@@ -224,31 +231,32 @@ def _parts(mine, place, statistic, along):
     if method in SAMPLERS:
         shade = {"color": BALL_COLOURS[place], "alpha": 0.18}
         steep = f"{name}, slope {slope(mine, method, statistic):.2f}"
-        return [Band(f"{name}, middle half", x, low, high, shade, False), Line(steep, x, middle, look)]
+        return [*crosses, Band(f"{name}, middle half", x, low, high, shade, False), Line(steep, x, middle, look)]
     if method == EXACT:
         look = {"color": STYLE["ink"], "marker": "*", "markersize": 14, "linestyle": ""}
-    return [Line(name, x, middle, look)]
+    return [*crosses, Line(name, x, middle, look)]
 
 
-def slope(points: list[SamplerPoint], method: str, statistic: str = "mean") -> float:
+def _along(row, along):
+    return row.setting if along == "realisations" else row.seconds
+
+
+def slope(points: list[SamplerRow], method: str, statistic: str = "mean") -> float:
     """Exponent of the median error in the number of realisations, fitted over the ladder; points of one problem."""
-    mine = [p for p in points if p.method == method]
-    sizes = np.log([p.realisations for p in mine])
+    mine = [p for p in points if p.method == method and p.status == DONE]
     errors = np.log([max(getattr(p, f"{statistic}_error"), LEAST) for p in mine])
-    return float(np.polyfit(sizes, errors, 1)[0])
+    return float(np.polyfit(np.log([p.setting for p in mine]), errors, 1)[0]) if len(mine) > 1 else math.nan
 
 
-def needed(
-    points: list[SamplerPoint], method: str, wanted: float = WANTED, statistic: str = "mean"
-) -> SamplerPoint | None:
+def needed(points: list[SamplerRow], method: str, wanted: float = WANTED, statistic: str = "mean") -> SamplerRow | None:
     """The smallest size from which on the median error stays within `wanted`, None if none; points of one problem."""
     mine = [p for p in points if p.method == method]
-    wide = [place for place, p in enumerate(mine) if getattr(p, f"{statistic}_error") > wanted]
+    wide = [place for place, p in enumerate(mine) if not getattr(p, f"{statistic}_error") <= wanted]
     first = wide[-1] + 1 if wide else 0
     return mine[first] if first < len(mine) else None
 
 
-def reading(points: list[SamplerPoint]) -> list[str]:
+def reading(points: list[SamplerRow]) -> list[str]:
     """What the chart says: for each problem realisations for a mean within WANTED, the factor to Sobol, slopes."""
     sentences = [
         sentence
@@ -259,21 +267,33 @@ def reading(points: list[SamplerPoint]) -> list[str]:
         f"Sobol points and latin hypercubes give intervals by their {REPLICATES} replicates. Polynomial chaos "
         f"takes {VALIDATION} further realisations, not counted here, to measure its error."
     )
-    return sentences
+    return sentences + found_again(points, ())
 
 
 def _reading(title, points):
     parts = []
     for method in dict.fromkeys(p.method for p in points):
         found = needed(points, method)
-        most = max(p.realisations for p in points if p.method == method)
-        cost = f"{found.realisations} ({found.seconds:.2g} s)" if found else f"more than {most}"
+        most = max(p.setting for p in points if p.method == method)
+        cost = f"{found.setting:.0f} ({found.seconds:.2g} s)" if found else f"more than {most:.0f}"
         parts.append(f"{method.replace('_', ' ')} {cost}")
     yield f"Realisations for the mean within {WANTED:g}, {title}: {', '.join(parts)}."
     even, plain = needed(points, "sobol"), needed(points, "random")
     if even:
-        most = plain.realisations if plain else max(p.realisations for p in points if p.method == "random")
-        many = f"{'' if plain else 'more than '}{most / even.realisations:.0f}"
+        most = plain.setting if plain else max(p.setting for p in points if p.method == "random")
+        many = f"{'' if plain else 'more than '}{most / even.setting:.0f}"
         yield f"Scrambled Sobol needs {many} times fewer realisations than random sampling."
     slopes = ", ".join(f"{name.replace('_', ' ')} {slope(points, name):.2f}" for name in SAMPLERS)
     yield f"The error of the mean falls with the number of realisations to the power: {slopes}."
+
+
+CONTESTS = {
+    "samplers": Chart(
+        judge=judge,
+        problems={name: problem.title for name, problem in PROBLEMS.items()},
+        entries=entries,
+        kind=SamplerRow,
+        drawn=draw,
+        told=reading,
+    )
+}

@@ -6,9 +6,9 @@ setting. Seconds are CPU seconds of a whole run, reading the scene and all outpu
 
 from typing import NamedTuple
 
-from bearing_twin.charts.contest import DONE, Row
 from bearing_twin.charts.contest_picture import Contest
 from bearing_twin.charts.scene_rows import command_of, scene_row
+from bearing_twin.charts.table import DONE, STOPPED, Row
 
 
 class Field(NamedTuple):
@@ -107,8 +107,8 @@ def _entries(name: str):
 
 
 def _lost(rows: list[Row]) -> list[str]:
-    """What was refused, failed or stopped, and what never comes near."""
-    lost = [row for row in rows if row.status != DONE]
+    """What was refused, or failed."""
+    lost = [row for row in rows if row.status not in (DONE, STOPPED)]
     words = (f"{row.method} at {row.setting:.3g} ({row.status})" for row in lost)
     return [f"Without a result: {', '.join(dict.fromkeys(words))}."] if lost else []
 

@@ -4,7 +4,8 @@ import functools
 
 import numpy as np
 
-from bearing_twin.charts.contest import LONG_ENOUGH, Row, judged, timed
+from bearing_twin.charts.contest import LONG_ENOUGH, judged, timed
+from bearing_twin.charts.table import Row
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run
 
@@ -38,4 +39,4 @@ def scene_row(row: Row, scene: str, overrides: tuple[str, ...], true: tuple[str,
         error = float(np.abs(force - exact).max() / exact.max())
         return {"load_error": error, "seconds": seconds, "evaluations": evaluations}
 
-    return judged(row._replace(command=command_of(scene, overrides)), outcome, limit)
+    return judged(row.but(command=command_of(scene, overrides)), outcome, limit)

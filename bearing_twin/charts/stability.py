@@ -12,10 +12,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
-from bearing_twin.charts.contest import LIMIT, Row, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.contest import LIMIT, Task, Wanted, answers_of, rows_of
 from bearing_twin.charts.limits import Limit, command_of, longest, spread
 from bearing_twin.charts.model_limits import LIMITED, limit_cell
 from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
+from bearing_twin.charts.table import MapRow
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, fastest_rates, stability_limits
 from bearing_twin.numerics.steppers import STEPPER_FACTS
@@ -80,9 +81,9 @@ def case_of(name: str, across: float) -> Case:
     return Case(SCENE, ("geometry.balls=1", *axis.always, *axis.keys(across)), 0.05 * SPAN, 20)
 
 
-def cell(name: str, method: str, setting: float, across: float, limit: float = LIMIT) -> Row:
+def cell(name: str, method: str, setting: float, across: float, limit: float = LIMIT) -> MapRow:
     """One cell of a map."""
-    row = Row(name, method, setting, across, command=command_of(name, method, setting, across))
+    row = MapRow(name, method, setting, across=across, command=command_of(name, method, setting, across))
     return bearing_row(row, case_of(name, across), limit, enough=0.0)
 
 
@@ -122,13 +123,13 @@ def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> t
     return cells, limits
 
 
-def blank(task: Task) -> Row:
+def blank(task: Task) -> MapRow:
     """The row of a cell before it has run."""
     words = task.arguments[:4]
-    return Row(*words, command=command_of(*words))
+    return MapRow(*words[:3], across=words[3], command=command_of(*words))
 
 
-def measure(wanted: Wanted, every: int = 1, steps=STEPS) -> tuple[list[Row], list[Limit]]:
+def measure(wanted: Wanted, every: int = 1, steps=STEPS) -> tuple[list[MapRow], list[Limit]]:
     """All cells and all limits of the maps that are wanted."""
     cells, limits = tasks_of(wanted.problems, every, steps, wanted.limit)
     answers = answers_of([*limits, *cells], wanted.kept, wanted.update, wanted.workers)
@@ -136,7 +137,7 @@ def measure(wanted: Wanted, every: int = 1, steps=STEPS) -> tuple[list[Row], lis
     return rows, [Limit(*one) for one in answers[: len(limits)] if one is not None]
 
 
-def one_cell(words: str, limit: float = LIMIT) -> Row:
+def one_cell(words: str, limit: float = LIMIT) -> MapRow:
     """The cell named as in `Row.command`; raises BearingTwinError with what is legal."""
     parts = words.split()
     if len(parts) != 4:

@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.contest import DONE, Made, Row, Wanted
-from bearing_twin.charts.contest_picture import read_table, write_table
+from bearing_twin.charts.contest import Made, Wanted
 from bearing_twin.charts.limit_picture import of_limits
 from bearing_twin.charts.limits import FAILS, Limit
 from bearing_twin.charts.map_picture import Curves, add_bar, add_legend, draw_map
@@ -16,7 +15,7 @@ from bearing_twin.charts.model_limits import LIMITED
 from bearing_twin.charts.model_maps import MODELS, sentences_of
 from bearing_twin.charts.model_picture import of_models
 from bearing_twin.charts.stability import ADAPTIVE, AXES, FIXED, MAPS, TOLERANCE, measure, one_cell
-from bearing_twin.charts.table import write_rows
+from bearing_twin.charts.table import DONE, MapRow, read_table, write_rows, write_table
 from bearing_twin.pictures.style import STYLE, stamp
 
 WITHIN = 0.2  # of the limit found: how near a prediction has to be
@@ -45,11 +44,11 @@ def make(folder: Path, name: str, wanted: Wanted) -> Made:
     if any(row.problem in MODELS for row in rows):
         pictures.append(folder / f"{name}_models.png")
         of_models(rows, pictures[-1])
-    write_table(rows, tables[0])
+    write_table(rows, tables[0], MapRow)
     return Made(reading(rows, limits), list(map(str, pictures)), list(map(str, tables)), rows)
 
 
-def of_steps(rows: list[Row], limits: list[Limit], path: Path) -> None:
+def of_steps(rows: list[MapRow], limits: list[Limit], path: Path) -> None:
     """Step against stiffness, regularisation and damping, a row a method."""
     figure = Figure(figsize=(17, 5.2 * len(FIXED) + 1.6), layout="constrained")
     FigureCanvasAgg(figure)
@@ -77,7 +76,7 @@ def of_steps(rows: list[Row], limits: list[Limit], path: Path) -> None:
     figure.savefig(path, dpi=100)
 
 
-def of_tolerances(rows: list[Row], path: Path) -> None:
+def of_tolerances(rows: list[MapRow], path: Path) -> None:
     """Tolerance against regularisation, a map an adaptive method; a dot where the tolerance is not kept."""
     figure = Figure(figsize=(17, 6.6), layout="constrained")
     FigureCanvasAgg(figure)
@@ -105,7 +104,7 @@ def read(folder: Path, name: str) -> list[str]:
     """What the maps say, from the tables that were written there before."""
     with (folder / f"{name}.csv").open(encoding="utf-8", newline="") as stream:
         limits = [Limit(line[0], line[1], *map(float, line[2:6])) for line in list(csv.reader(stream))[1:]]
-    return reading(read_table(folder / f"{name}_cells.csv"), limits)
+    return reading(read_table(folder / f"{name}_cells.csv", MapRow), limits)
 
 
 def _bodies(one: Limit) -> str:
@@ -113,7 +112,7 @@ def _bodies(one: Limit) -> str:
     return LIMITED[one.map].bodies if one.map in LIMITED else "one ball"
 
 
-def reading(rows: list[Row], limits: list[Limit]) -> list[str]:
+def reading(rows: list[MapRow], limits: list[Limit]) -> list[str]:
     """What the maps say, from their numbers."""
     sentences = []
     for method, bodies in dict.fromkeys((one.method, _bodies(one)) for one in limits):

@@ -1,15 +1,63 @@
-"""The table beside a picture: its points as comma-separated values."""
+"""The table beside a picture: rows as comma-separated values, and the one row of all charts that compare methods."""
 
 import csv
+import dataclasses
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, Self, get_type_hints
+
+DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
 
 
-def write_points(points: Sequence, path: Path) -> None:
-    """Writes points, all of one dataclass, a row each below the names of its fields; raises OSError as `write_rows`."""
-    write_rows(path, [field.name for field in fields(points[0])], map(astuple, points))
+@dataclass(frozen=True)
+class Row:
+    """One run of a contest: what ran, its relative errors of load and of friction, CPU seconds, evaluations, its end.
+
+    `setting` is the number that a method is tuned by, or that is varied. An error is NaN where there is none of that
+    sort. `command` repeats the run where the software does not refuse it, "" where nothing does. A chart that has more
+    to say has a class of its own, whose further columns stand behind these.
+    """
+
+    problem: str
+    method: str
+    setting: float
+    load_error: float = math.nan
+    friction_error: float = math.nan
+    seconds: float = math.nan
+    evaluations: float = math.nan
+    status: str = FAILED
+    reason: str = ""
+    command: str = ""
+
+    @property
+    def error(self) -> float:
+        """The greater of both errors; infinite where there is no result."""
+        known = [one for one in (self.load_error, self.friction_error) if not math.isnan(one)]
+        return max(known) if known and self.status == DONE else math.inf
+
+    def but(self, **changes) -> Self:
+        """The same with other values for some fields."""
+        return dataclasses.replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class MapRow(Row):
+    """One cell of a map: `across` is its second number."""
+
+    across: float = math.nan
+
+
+def columns_of(kind: type) -> list[str]:
+    """The columns of a dataclass of rows: its fields but those that are not to be printed."""
+    return [field.name for field in dataclasses.fields(kind) if field.repr]
+
+
+def write_table(rows: Sequence, path: Path, kind: type | None = None) -> None:
+    """Writes rows, all of the dataclass `kind` (of the first), fractions with nine digits; raises as `write_rows`."""
+    names = columns_of(kind or type(rows[0]))
+    write_rows(path, names, ([_word(getattr(row, name)) for name in names] for row in rows))
 
 
 def write_rows(path: Path, header: Iterable[str], rows: Iterable[Iterable]) -> None:
@@ -20,21 +68,26 @@ def write_rows(path: Path, header: Iterable[str], rows: Iterable[Iterable]) -> N
         table.writerows(rows)
 
 
-def read_points(path: Path, kind: type) -> list:
-    """The points of a chart from its table, whose columns are the fields of `kind` in order; further ones are left out.
+def read_table(path: Path, kind: type = Row) -> list:
+    """The rows that `write_table` wrote.
 
-    Raises OSError where there is no table, and TypeError or ValueError where it is another's.
+    Raises OSError where there is no table, and ValueError where it is another chart's or a cell is no value.
     """
-    hints = get_type_hints(kind)
+    names = columns_of(kind)
     with path.open(encoding="utf-8", newline="") as stream:
-        header, *rows = csv.reader(stream)
-    if header[0] != next(iter(hints)):
-        raise ValueError(f"its first column is {header[0]}, not {next(iter(hints))}")
-    types = tuple(hints.values())
-    return [kind(*map(_value, types, row)) for row in rows]
+        header, *lines = list(csv.reader(stream)) or [[]]
+    if header != names:
+        odd = next((name for name in (*names, *header) if (name in names) != (name in header)), "the order")
+        raise ValueError(f"{path.name} is no table of this chart: its columns differ in {odd}")
+    hints = get_type_hints(kind)
+    return [kind(**{name: _value(hints[name], word) for name, word in zip(names, line, strict=True)}) for line in lines]
+
+
+def _word(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value
+    return f"{value:.15g}" if value.is_integer() else f"{value:.9g}"
 
 
 def _value(kind: type, word: str) -> Any:
-    if kind is bool:
-        return word == "True"
-    return float(word or "nan") if kind is float else kind(word)
+    return word == "True" if kind is bool else kind(word)

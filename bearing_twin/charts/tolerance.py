@@ -2,23 +2,24 @@
 
 Shipped bearing scenes, shortened, and variants of them, run as `simulate` runs them, against the same scene at a
 tolerance so tight that it counts as true. Errors are those of the chart of steppers: of load over the greatest load, of
-friction over mu N of a contact or mu N R of a ball, at every output.
+friction over mu N of a contact or mu N R of a ball, at every output. `setting` is the tolerance, `reason` what failed.
 """
 
 import functools
+import time
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.contest import DONE, FAILED, STOPPED, Made, Row, Task, Wanted, answers_of, limited
+from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.chart import Chart
+from bearing_twin.charts.contest import judged
 from bearing_twin.charts.scene_rows import command_of
-from bearing_twin.charts.table import read_points, write_points
-from bearing_twin.charts.work_precision import errors
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.charts.table import DONE, Row
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, stamp
@@ -61,39 +62,28 @@ CASES = {  # name: scene, what differs; those after the seventh are variants
 }
 
 
-problems = {name: name for name in CASES}
-"""What may be asked for alone, as in every contest."""
+METHOD = "as chosen"
 
 
 @dataclass(frozen=True)
-class TolerancePoint:
-    """One run: the tolerance asked for, true and estimated errors of load and friction, its status, and its steps.
+class ToleranceRow(Row):
+    """One run: true and estimated errors of load and friction, what it says of itself (`told`), and its steps.
 
     `steps` are those of a run that nobody watches, `watched_steps` those with what was done again, `companion_steps`
-    the companion's. `problem` is empty unless the run failed.
+    the companion's; `seconds` are CPU seconds of the whole run, `evaluations` steps of balls.
     """
 
-    case: str
-    tolerance: float
-    load_error: float = np.nan
-    friction_error: float = np.nan
     load_estimate: float = np.nan
     friction_estimate: float = np.nan
-    status: str = ""
+    told: str = ""
     steps: int = 0
     watched_steps: int = 0
     companion_steps: int = 0
-    problem: str = ""
-
-    @property
-    def error(self) -> float:
-        """The greater of both true errors."""
-        return max(self.load_error, self.friction_error)
 
     @property
     def kept(self) -> bool:
         """Whether the error is what was asked for."""
-        return self.error <= self.tolerance
+        return self.error <= self.setting
 
     @property
     def ratios(self) -> list[float]:
@@ -116,97 +106,63 @@ def _exact(case: str) -> Rows:
     return _run(case, f"wanted.tolerance={EXACT!r}", ALONE)[1]
 
 
-def judge(case: str, tolerance: float, limit: float) -> tuple:
-    """One run beside the truth, as the numbers of a TolerancePoint; the process ends beyond `limit` CPU seconds."""
-    with limited(limit):
-        return astuple(_point(case, tolerance, _exact(case)))
+def judge(case: str, _: str, tolerance: float, limit: float) -> ToleranceRow:
+    """One run beside the truth."""
+    exact = _exact(case)
+    row = ToleranceRow(case, METHOD, tolerance, command=_command(case, METHOD, tolerance))
+    return judged(row, lambda: _outcome(case, tolerance, exact), limit)
 
 
-def _point(case: str, tolerance: float, exact: Rows) -> TolerancePoint:
-    asked = f"wanted.tolerance={tolerance!r}"
-    try:
-        run, found = _run(case, asked)
-        plain, _ = _run(case, asked, ALONE)
-    except BearingTwinError as error:
-        return TolerancePoint(case, tolerance, problem=str(error))
+def _outcome(case: str, tolerance: float, exact: Rows) -> dict:
+    asked, start = f"wanted.tolerance={tolerance!r}", time.thread_time()
+    run, found = _run(case, asked)
+    seconds = time.thread_time() - start
+    plain, _ = _run(case, asked, ALONE)
     wanted, costs = run.report.errors["wanted_errors"], run.report.costs
-    estimates = (wanted[name]["error"] for name in OUTPUTS)
-    return TolerancePoint(
-        case,
-        tolerance,
-        *errors(BearingMotion(run.scene.parameters, run.choice), found, exact),
-        *(np.nan if one is None else one for one in estimates),
-        run.report.status,
-        plain.report.costs["ball_steps"],
-        costs["ball_steps"],
-        costs["companion_ball_steps"],
-    )
+    load, friction = errors(BearingMotion(run.scene.parameters, run.choice), found, exact)
+    load_estimate, friction_estimate = (wanted[name]["error"] for name in OUTPUTS)
+    return {
+        "load_error": load,
+        "friction_error": friction,
+        "seconds": seconds,
+        "evaluations": costs["ball_steps"] + costs["companion_ball_steps"],
+        "load_estimate": np.nan if load_estimate is None else load_estimate,
+        "friction_estimate": np.nan if friction_estimate is None else friction_estimate,
+        "told": run.report.status,
+        "steps": plain.report.costs["ball_steps"],
+        "watched_steps": costs["ball_steps"],
+        "companion_steps": costs["companion_ball_steps"],
+    }
 
 
-def measure(wanted: Wanted, tolerances=TOLERANCES) -> list[TolerancePoint]:
-    """Every case that is wanted at every tolerance."""
-    tasks = [Task("tolerance:judge", (case, one, wanted.limit)) for case in wanted.problems for one in tolerances]
-    answers = answers_of(tasks, wanted.kept, wanted.update, wanted.workers)
-    stopped = f"{STOPPED} after {wanted.limit:g} CPU seconds"
-    return [
-        TolerancePoint(*task.arguments[:2], problem=stopped) if answer is None else TolerancePoint(*answer)
-        for task, answer in zip(tasks, answers, strict=True)
-    ]
-
-
-def make(folder: Path, name: str, wanted: Wanted) -> Made:
-    """Runs the contest, and writes picture and table."""
-    points = measure(wanted)
-    picture, table = folder / f"{name}.png", folder / f"{name}.csv"
-    draw(points, picture)
-    write_table(points, table)
-    return Made(list(reading(points)), [str(picture)], [str(table)], list(map(_row, points)))
-
-
-def read(folder: Path, name: str) -> list[str]:
-    """What the chart says, from the table that was written there before."""
-    return list(reading(read_points(folder / f"{name}.csv", TolerancePoint)))
-
-
-def _row(point: TolerancePoint) -> Row:
-    scene, differs = CASES[point.case]
-    return Row(
-        point.case,
-        "as chosen",
-        point.tolerance,
-        load_error=point.load_error,
-        friction_error=point.friction_error,
-        evaluations=point.watched_steps + point.companion_steps,
-        status=FAILED if point.problem else DONE,
-        reason=point.problem or point.status,
-        command=command_of(scene, (*differs, f"wanted.tolerance={point.tolerance:g}")),
-    )
-
-
-write_table = write_points
+def _command(case: str, _: str, tolerance: float) -> str:
+    scene, differs = CASES[case]
+    return command_of(scene, (*differs, f"wanted.tolerance={tolerance:g}"))
 
 
 def _look(number: int) -> dict:
     return {"color": BALL_COLOURS[number % len(BALL_COLOURS)], "marker": "os^Dv"[number // len(BALL_COLOURS)]}
 
 
-def draw(points: list[TolerancePoint], path: Path) -> None:
+def draw(points: list[ToleranceRow], path: Path) -> None:
     """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs."""
     figure = Figure(figsize=(15, 8.4), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
-    good = [p for p in points if not p.problem]
-    names = list(dict.fromkeys(p.case for p in points))
+    good = [p for p in points if p.status == DONE]
+    names = list(dict.fromkeys(p.problem for p in points))
     for number, case in enumerate(names):
         look = _look(number)
-        for p in (p for p in good if p.case == case):
-            fill = "none" if p.status.startswith("doubtful") else look["color"]
+        for p in (p for p in good if p.problem == case):
+            fill = "none" if p.told.startswith("doubtful") else look["color"]
             shift = 1.0 + 0.03 * (number - 0.5 * len(names))  # side by side
-            left.plot(p.tolerance * shift, p.error, look["marker"], mfc=fill, mec=look["color"], ms=9, mew=1.6)
+            left.plot(p.setting * shift, p.error, look["marker"], mfc=fill, mec=look["color"], ms=9, mew=1.6)
             true = [error for error in (p.load_error, p.friction_error) if error > KNOWABLE]
             right.plot(true, p.ratios, look["marker"], mfc=fill, mec=look["color"], ms=8, mew=1.4, linestyle="none")
+        lost = [p.setting for p in points if p.problem == case and p.status != DONE]
+        left.plot(lost, [1.0] * len(lost), "x", color=look["color"], ms=11, mew=2.5)
         left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=case)
-    ends = np.array([min(p.tolerance for p in points), max(p.tolerance for p in points)])
+    ends = np.array([min(p.setting for p in points), max(p.setting for p in points)])
     left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
     middle = float(np.sqrt(ends.prod()))
     left.text(0.8 * middle, 1.5 * middle, "as asked", ha="right", fontsize=13, color=STYLE["ink"])
@@ -232,21 +188,24 @@ def _share(number: int, total: int) -> str:
     return f"{number} of {total}"
 
 
-def reading(points: list[TolerancePoint]) -> Iterator[str]:
+def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says."""
-    good = [p for p in points if not p.problem]
+    good = [p for p in points if p.status == DONE]
     missed = [p for p in good if not p.kept]
     ratios = np.array([ratio for p in good for ratio in p.ratios])
     yield f"The error is within the tolerance in {_share(len(good) - len(missed), len(points))} runs."
-    unsaid = [p for p in missed if not p.status.startswith("doubtful")]
-    worst = max((p.error / p.tolerance for p in missed), default=0.0)
+    unsaid = [p for p in missed if not p.told.startswith("doubtful")]
+    worst = max((p.error / p.setting for p in missed), default=0.0)
     if missed:
         yield (
             f"Where it is not, the run calls itself doubtful in {_share(len(missed) - len(unsaid), len(missed))}; the "
             f"greatest error is {worst:.2g} times the tolerance."
         )
     if unsaid:
-        yield "Unsaid: " + "; ".join(f"{p.case} at {p.tolerance:g}, {p.error:.2g}" for p in unsaid) + "."
+        yield "Unsaid: " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in unsaid) + "."
+    yield from (f"{p.problem} at {p.setting:g}: {p.reason}" for p in points if p.status != DONE)
+    if not good:
+        return
     near = int(((ratios > 1.0 / NEAR) & (ratios < NEAR)).sum())
     yield (
         f"Estimates are within a factor {NEAR:g} of the true error in {_share(near, len(ratios))}, less than a tenth "
@@ -259,4 +218,16 @@ def reading(points: list[TolerancePoint]) -> Iterator[str]:
         f"{100.0 * max(shares):.2g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
         f"steps of one that nobody watches, {max(costs):.2g} at most."
     )
-    yield from (f"{p.case} at {p.tolerance:g}: {p.problem}" for p in points if p.problem)
+
+
+CONTESTS = {
+    "tolerance": Chart(
+        judge=judge,
+        problems={name: name for name in CASES},
+        entries=lambda name: ((METHOD, tolerance) for tolerance in TOLERANCES),
+        kind=ToleranceRow,
+        command=_command,
+        drawn=draw,
+        told=reading,
+    )
+}

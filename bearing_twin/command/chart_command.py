@@ -13,11 +13,11 @@ HELP = "accuracy against speed of every choice, maps of where methods fail, the 
 EXAMPLES = ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers")
 
 OPTIONS = {  # option: the charts it goes with
-    "problem": made_by("problems", "contest"),
+    "problem": made_by("contest"),
     "only": made_by("sheets"),
     "limit": (*made_by("contest"), ALL),
     "cell": ("stability",),
-    "read": made_by("contest", "problems", "told", "share", "points"),
+    "read": made_by("contest", "told", "points"),
 }
 
 
@@ -83,36 +83,21 @@ def _list() -> Outcome:
 
 def _chart(chart, made, arguments, folder) -> Outcome:
     """One picture with its table, of points that are measured."""
-    from bearing_twin.command.terminal import progress, say, show_text
+    from bearing_twin.charts.table import columns_of, write_table
+    from bearing_twin.command.terminal import say, show_text
 
-    kept = None
-    if made == "problems":
-        names, points = _problems(arguments.problem, chart.PROBLEMS), []
-        kept = _kept(arguments.chart, folder)
-        for name in names:
-            if name not in kept.answers:
-                kept.put(name, [dataclasses.asdict(point) for point in chart.measure((name,), say)])
-            points += [chart.StepperPoint(**point) for point in kept.answers[name]]
-    elif made == "told":
-        points = list(chart.measure(say=say))
-    elif made == "share":
-        with progress(f"chart {arguments.chart}") as update:
-            points = chart.measure(update)
-    else:
-        points = list(chart.measure())
+    points = list(chart.measure(say=say) if made == "told" else chart.measure())
     picture, table = folder / f"{arguments.chart}.png", folder / f"{arguments.chart}.csv"
     chart.draw(points, picture)
-    chart.write_table(points, table)
+    write_table(points, table)
     sentences = list(chart.reading(points))
-    if kept is not None:
-        kept.drop()
 
     def show():
         pictures = [one for one in (picture, picture.with_suffix(".gif")) if one.is_file()]
         show_text("\n".join([*sentences, *(f"picture: {one}" for one in pictures), f"table:   {table}"]))
 
-    plain = [vars(point) if hasattr(point, "__dict__") else point._asdict() for point in points]
-    rows = [{key: value for key, value in row.items() if key != "histories"} for row in plain]
+    names = columns_of(type(points[0]))
+    rows = [{name: getattr(point, name) for name in names} for point in points]
     return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
 
 
@@ -124,7 +109,7 @@ def _contest(chart, arguments, folder) -> Outcome:
     chart = getattr(chart, "CONTESTS", {}).get(arguments.chart, chart)
     limit = arguments.limit or LIMIT
     if arguments.cell is not None:
-        row = chart.one_cell(arguments.cell, limit)._asdict()
+        row = dataclasses.asdict(chart.one_cell(arguments.cell, limit))
         return Outcome(row, [], lambda: show_result(row))
     problems = _problems(arguments.problem, chart.problems)
     kept = _kept(arguments.chart, folder)
@@ -137,7 +122,7 @@ def _contest(chart, arguments, folder) -> Outcome:
         show_text("\n".join([*made.reading, *(f"picture: {one}" for one in made.pictures)]))
         show_text("\n".join(f"table:   {one}" for one in made.tables))
 
-    return Outcome(made._asdict() | {"rows": [row._asdict() for row in made.rows]}, [], show)
+    return Outcome(made._asdict() | {"rows": [dataclasses.asdict(row) for row in made.rows]}, [], show)
 
 
 def sentences_in(folder: Path, name: str) -> list[str]:
@@ -145,12 +130,12 @@ def sentences_in(folder: Path, name: str) -> list[str]:
 
     Raises OSError where there are none, LookupError, TypeError or ValueError where they are not whole.
     """
-    from bearing_twin.charts.table import read_points
+    from bearing_twin.charts.table import read_table
 
     chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
     if CHARTS[name].made == "contest":
         return getattr(chart, "CONTESTS", {}).get(name, chart).read(folder, name)
-    return list(chart.reading(read_points(folder / f"{name}.csv", chart.POINT)))
+    return list(chart.reading(read_table(folder / f"{name}.csv", chart.POINT)))
 
 
 def _read(name, folder) -> Outcome:

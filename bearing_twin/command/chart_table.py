@@ -6,8 +6,9 @@ from typing import NamedTuple
 class Chart(NamedTuple):
     """A row: module in charts/, what it shows, about how many seconds it takes on one free core, how it is made.
 
-    `made`: "points" are measured, drawn and read; "told" tells what it measures, "share" what share is done; "sheets"
-    are several pictures; "contest" has one format, a limit of cost, and can be resumed.
+    `made`: a "contest" compares methods: its table has the one row of `charts.table`, it has a limit of cost, and can
+    be resumed; "sheets" are several pictures. The others are no contests, and their tables have columns of their own:
+    "points" are measured, drawn and read, and "told" tells what it measures.
     """
 
     module: str
@@ -17,12 +18,12 @@ class Chart(NamedTuple):
 
 
 CHARTS = {
-    "steppers": Chart("work_precision", "error in load and friction against cost", 150, "problems"),
+    "steppers": Chart("work_precision", "error in load and friction against cost", 150, "contest"),
     "tolerance": Chart(
         "tolerance", "the error asked for against the error got, and what runs say of it", 20, "contest"
     ),
     "fidelity": Chart(
-        "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 80, "share"
+        "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 80, "contest"
     ),
     "stability": Chart(
         "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 90, "contest"
@@ -40,23 +41,23 @@ CHARTS = {
     "beams": Chart("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 15, "contest"),
     "two_bodies": Chart("scene_contests", "opposing points in closed form, by Newton, as a DAE", 15, "contest"),
     "cost": Chart("cost", "where the time of a run goes, from the contacts to a log", 40, "told"),
-    "laws": Chart("laws", "error and cost of the elastic laws", 4),
-    "friction": Chart("friction", "error and cost of friction over a spot that slides and spins", 8),
+    "laws": Chart("laws", "error and cost of the elastic laws", 4, "contest"),
+    "friction": Chart("friction", "error and cost of friction over a spot that slides and spins", 12, "contest"),
     "bounces": Chart("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 12),
     "dimensions": Chart(
-        "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "share"
+        "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "contest"
     ),
     "cages": Chart(
-        "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 20, "share"
+        "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 20, "contest"
     ),
     "samplers": Chart(
-        "samplers", "error of mean and deviation of a contact time against realisations and cost", 70, "share"
+        "samplers", "error of mean and deviation of a contact time against realisations and cost", 70, "contest"
     ),
     "coverage": Chart(
         "coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples", 90, "told"
     ),
     "discs": Chart(
-        "soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps", 45
+        "soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps", 60, "contest"
     ),
     "paper1": Chart(
         "paper1", "paper 1's bearing in space, contact point and normal of a ball by several laws, their cost", 15

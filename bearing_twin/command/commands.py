@@ -167,6 +167,12 @@ def _samples_arguments(parser):
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
 
 
+def _verify_arguments(parser):
+    _samples_arguments(parser)
+    what = "simulated at most where a log begins late or has gaps; without it, what is long is refused"
+    parser.add_argument("--before", type=float, metavar="SECONDS", help=what)
+
+
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress, show_result
     from bearing_twin.log.mcap_log import read_log
@@ -177,7 +183,7 @@ def _verify(arguments) -> Outcome:
         raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
         log = read_log(arguments.log, topic=arguments.topic)
-        verification = verify(log, update, _before_the_log)
+        verification = verify(log, update, _before_the_log, arguments.before)
     why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
     far = f"the log deviates by up to {verification.greatest:.3g} from a new run, {why}"
     doubts = [far] if verification.greatest else []
@@ -261,7 +267,7 @@ COMMANDS = {
     ),
     "verify": Command(
         "simulate the scene of a log again and compare every number",
-        _samples_arguments,
+        _verify_arguments,
         _verify,
         ("bearing_twin verify run.mcap",),
     ),

@@ -195,6 +195,9 @@ def _remarks(found, unit: str, factor: float):
         yield f"a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
     for statistic in found["unsafe"]:
         yield f"the interval of the {statistic} is unsafe: few samples far out decide; take more samples"
+    for key, one in found.get("sobol", {}).items():
+        if key != "refused" and any(share.get("unsafe") for share in one.values()):
+            yield f"the interval of its share from {key} is unsafe: few rows far out decide; raise sensitivity"
     for one in found["densities"]:
         height = _interval(one["density"], (one["low"], one["high"]), 1.0 / factor)
         yield f"density {height} 1/{unit} at {factor * one['value']:.6g} {unit}"

@@ -24,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST:g})"
     )
+    parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
     parser.add_argument("--gif", metavar="GIF", help="also the picture in motion, for slides; wants the extra `view`")
     parser.add_argument("--mp4", metavar="MP4", help="the same as a film")
 
@@ -39,6 +40,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     sort = _sort(arguments)
     if sort == "log" and (arguments.set or arguments.duration):
         raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
+    if sort != "log" and arguments.topic:
+        raise BearingTwinError(f"a {sort} has one view; give --topic with a log of several bearings")
     document = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
     from bearing_twin.view.page import write_page
 
@@ -103,7 +106,7 @@ def _of_log(arguments) -> dict[str, Any]:
     from bearing_twin.view.logs import document_of_log
 
     with said_if_slow(f"reading {arguments.what}"):
-        return document_of_log(arguments.what)
+        return document_of_log(arguments.what, topic=arguments.topic)
 
 
 def _of_scene(arguments) -> dict[str, Any]:

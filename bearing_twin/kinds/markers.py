@@ -5,6 +5,7 @@ import numpy as np
 CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, SPHERE_LIST, TEXT = 1, 2, 3, 4, 5, 7, 9
 
 STEEL = (0.75, 0.77, 0.80, 1.0)
+BRASS = (0.72, 0.55, 0.20, 1.0)
 BLUE = (0.15, 0.25, 0.45, 1.0)
 ORANGE = (0.90, 0.55, 0.15, 1.0)
 GLASS = (0.35, 0.35, 0.40, 0.2)

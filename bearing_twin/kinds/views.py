@@ -165,7 +165,8 @@ class Look(NamedTuple):
 
     `around` names series of points (..., 3) that are all to be seen, with `radius` around them and `middle` amid them.
     `at_start` holds the middle (3,) and the radius [m] of the scene as it begins, in the frame of its topics, where
-    these are others.
+    these are others. `follows` names the body with which the eye of other programs goes, by its frame on /tf, where one
+    travels along a plane: they do not know beforehand how far.
     """
 
     radius: float
@@ -174,6 +175,7 @@ class Look(NamedTuple):
     middle: tuple[float, float, float] = (0.0, 0.0, 0.0)
     around: tuple[str, ...] = ()
     at_start: tuple = ()
+    follows: str = ""
 
     @property
     def beginning(self) -> tuple[tuple[float, float, float], float]:

@@ -1,6 +1,7 @@
 """What rosbag2 wants to know about a log: quality of service in words, and the contents of `metadata.yaml`."""
 
 import functools
+from textwrap import indent
 from typing import NamedTuple
 
 import yaml
@@ -70,8 +71,8 @@ def as_yaml(value) -> str:
     return yaml.dump(value, Dumper=_PlainDumper, sort_keys=False, default_flow_style=False)
 
 
-def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> dict:
-    """The `rosbag2_bagfile_information` of a log with these files.
+def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> str:
+    """The `rosbag2_bagfile_information` of a log with these files, as YAML.
 
     A file without a name is left out, for the copy inside the file itself (rosbag2 fills in the name on reading).
     """
@@ -84,23 +85,8 @@ def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> dict:
         0,
     )
     named = [span for span in spans if span.path]
-    return {
-        "version": 9,
-        "storage_identifier": "mcap",
-        **_when(whole),
-        "topics_with_message_count": [
-            {
-                "topic_metadata": {
-                    "name": topic.name,
-                    "type": topic.ros_type,
-                    "serialization_format": "cdr",
-                    "offered_qos_profiles": qos_profiles(topic.qos),
-                    "type_description_hash": topic.type_hash,
-                },
-                "message_count": topic.messages,
-            }
-            for topic in topics
-        ],
+    before = {"version": 9, "storage_identifier": "mcap", **_when(whole)}
+    after = {
         "compression_format": "",
         "compression_mode": "",
         "relative_file_paths": [span.path for span in named],
@@ -108,6 +94,21 @@ def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> dict:
         "custom_data": None,
         "ros_distro": "jazzy",
     }
+    rows = "\n" + "".join(map(_row, topics)) if topics else " []\n"
+    return f"{as_yaml(before)}topics_with_message_count:{rows}{as_yaml(after)}"
+
+
+def _row(topic: LoggedTopic) -> str:
+    """A topic in the list of a log's topics; put together, for thousands of them would take a second by the library."""
+    name, rest = indent(as_yaml({"name": topic.name}), "    "), _rest(topic.ros_type, topic.qos, topic.type_hash)
+    return f"- topic_metadata:\n{name}{rest}  message_count: {topic.messages}\n"
+
+
+@functools.cache
+def _rest(ros_type: str, qos: tuple[Qos, ...], type_hash: str) -> str:
+    """What else is told of a topic, alike for many."""
+    told = {"type": ros_type, "serialization_format": "cdr", "offered_qos_profiles": qos_profiles(qos)}
+    return indent(as_yaml(told | {"type_description_hash": type_hash}), "    ")
 
 
 def _when(span: Span) -> dict:

@@ -57,7 +57,7 @@ def rviz(panels: Panels, *others: Panels) -> bytes:
         "Distance": AWAY * panels.radius,
         "Focal Point": dict(zip("XYZ", panels.middle, strict=True)),
         "Focal Shape Size": 0.14 * panels.radius,
-        "Target Frame": panels.frame,
+        "Target Frame": panels.follows or panels.frame,
         "Yaw": 0.6,
         "Pitch": 0.9,
         "Near Clip Distance": 0.001,  # m, the least that RViz takes
@@ -114,8 +114,8 @@ def _foxglove_view(panels: Panels) -> dict:
     # axes of frames are 0.2 m long unless told; Lichtblick is told a factor of that, Foxglove the length [m]
     frames = {"showLabel": False, "axisScale": AXES / 0.2 * panels.radius, "axisSize": AXES * panels.radius}
     return {
-        "followTf": panels.frame,
-        "followMode": "follow-none",
+        "followTf": panels.follows or panels.frame,
+        "followMode": "follow-position" if panels.follows else "follow-none",
         "transforms": {},
         "publish": {},
         "scene": {"meshUpAxis": "z_up", "transforms": frames},
@@ -132,7 +132,14 @@ def _foxglove_view(panels: Panels) -> dict:
             "targetOrientation": [0, 0, 0, 1],
         },
         "topics": {panels.markers: {"visible": True}} if panels.markers else {},
-        "layers": {"grid": {"layerId": "foxglove.Grid", "instanceId": "grid", "size": 6 * panels.radius}},
+        "layers": {
+            "grid": {
+                "layerId": "foxglove.Grid",
+                "instanceId": "grid",
+                "frameId": panels.frame,  # else it goes with what is followed
+                "size": 6 * panels.radius,
+            }
+        },
     }
 
 

@@ -45,7 +45,8 @@ class Plot(NamedTuple):
 class Panels(NamedTuple):
     """What there is to look at: the frame of the scene, topics of the 3-D view (None: there is none), and plots.
 
-    A study has plots alone, and no frame. What is seen has its middle and the radius `radius` [m] in that frame.
+    A study has plots alone, and no frame. What is seen has its middle and the radius `radius` [m] in that frame. Where
+    `follows` is a frame, the middle is its origin, and goes with it.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Panels(NamedTuple):
     middle: tuple[float, float, float]
     radius: float
     plots: tuple[Plot, ...]
+    follows: str = ""
 
 
 def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
@@ -73,9 +75,12 @@ def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
         *(_wrench_plot(table[name], place) for name in bodies if not name.startswith("ball_")),
         *_state_plots(table, place),
     ]
-    seen = kind.view(Facts(scene, "", ""), scene.channels).look.beginning  # of the scene alone, whatever its model
-    frame = f"{frame_prefix}{kind.frame}"
-    return Panels(scene.name, frame, full("markers"), full("robot_description"), *seen, tuple(plots))
+    look = kind.view(Facts(scene, "", ""), scene.channels).look  # of the scene alone, whatever its model
+    middle, radius = look.beginning
+    shown = full("markers"), full("robot_description")
+    seen = ((0.0, 0.0, 0.0), radius) if look.follows else (middle, radius)
+    follows = f"{frame_prefix}{look.follows}" if look.follows else ""
+    return Panels(scene.name, f"{frame_prefix}{kind.frame}", *shown, *seen, tuple(plots), follows)
 
 
 def panels_of_log(log: LogStream) -> Panels:

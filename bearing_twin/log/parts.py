@@ -6,11 +6,12 @@ Each file can be read alone: topics, metadata and the last latched messages are 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from textwrap import indent
 from typing import NamedTuple
 
 import bearing_twin
 from bearing_twin.errors import LogError
-from bearing_twin.log.bag import LoggedTopic, Span, as_yaml, bag_information, qos_text
+from bearing_twin.log.bag import LoggedTopic, Span, bag_information, qos_text
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.thinning import KEPT_KEY
@@ -135,7 +136,7 @@ class Parts:
     def finish(self) -> None:
         """Ends the data of the last file with what rosbag2 wants to know of it."""
         self._writer.flush()
-        information = as_yaml(bag_information(self._rows(self._writer.counts), [self._span(None)]))
+        information = bag_information(self._rows(self._writer.counts), [self._span(None)])
         self._writer.add_metadata(BAG_RECORD, {"serialized_metadata": information})
 
     def close(self) -> None:
@@ -146,10 +147,11 @@ class Parts:
         """Closes and removes a log that never got a message."""
         self._writer.discard()
 
-    def information(self) -> dict:
-        """The `rosbag2_bagfile_information` of all files."""
+    def information(self) -> str:
+        """What stands in the `metadata.yaml` of all files."""
         counts = {number: self._totals[number] + self._writer.counts[number] for number in self._topics}
-        return bag_information(self._rows(counts), [*self._done, self._span(self.path.name)])
+        information = bag_information(self._rows(counts), [*self._done, self._span(self.path.name)])
+        return f"rosbag2_bagfile_information:\n{indent(information, '  ')}"
 
     def _open(self, number: int) -> McapWriter:
         library = f"bearing_twin {bearing_twin.__version__}"

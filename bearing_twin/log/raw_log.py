@@ -15,7 +15,7 @@ from pathlib import Path, PurePath
 import yaml
 
 from bearing_twin.errors import LogError
-from bearing_twin.log.bag import LoggedTopic, Qos, as_yaml
+from bearing_twin.log.bag import LoggedTopic, Qos
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
@@ -225,8 +225,7 @@ class RawLogWriter:
         target = self._folder / "metadata.yaml"
         draft = target.with_suffix(".yaml.tmp")
         try:
-            information = {"rosbag2_bagfile_information": self._writer.information()}
-            draft.write_text(as_yaml(information), encoding="utf-8")
+            draft.write_text(self._writer.information(), encoding="utf-8")
             os.replace(draft, target)
         except OSError as error:
             raise LogError(

@@ -1,16 +1,12 @@
 """The executables of the package: each imports its node and turns what a user can cause into one sentence.
 
-ROS is imported only inside, because it may be missing.
+All is imported inside: ROS may be missing, and a signal that comes meanwhile ends the process quietly.
 """
 
 import importlib
 import os
 import signal
 import sys
-
-from bearing_twin.errors import BearingTwinError, missing_package
-from bearing_twin.pipes import leave, while_read
-from bearing_twin.processors import one_processor
 
 
 def sim_node() -> int:
@@ -44,14 +40,20 @@ def demo() -> int:
 
 
 def _run(name: str) -> int:
+    for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
+        signal.signal(number, lambda *_: os._exit(0))
+    from bearing_twin.pipes import while_read
+
     return while_read(lambda: _said(name))
 
 
 def _said(name: str) -> int:
     """The exit code of a node, with one sentence where it cannot run."""
+    from bearing_twin.errors import BearingTwinError, missing_package
+    from bearing_twin.pipes import leave
+    from bearing_twin.processors import one_processor
+
     one_processor()
-    for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
-        signal.signal(number, lambda *_: os._exit(0))
     try:
         importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
         node = importlib.import_module(f"bearing_twin.nodes.{name}")

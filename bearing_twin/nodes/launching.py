@@ -187,7 +187,8 @@ def _shown(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list
         layout = _written("bearing_twin.foxglove.json", foxglove(scenes()[0]))
         bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
         found.append(_if_installed("foxglove", "foxglove_bridge", parameters=[bridge]))
-        found.append(LogInfo(msg=f"in Foxglove open ws://localhost:{BRIDGE_PORT} and import the layout {layout}"))
+        if isinstance(found[-1], Node):
+            found.append(LogInfo(msg=f"in Foxglove open ws://localhost:{BRIDGE_PORT} and import the layout {layout}"))
     return found
 
 

@@ -69,7 +69,9 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
 
 
 def converted(parameter: NodeParameter, value: Any) -> Any:
-    """The value as the parameter holds it: ROS reads 5 as a whole number where 5.0 is meant, and 6308 too."""
+    """The value as the parameter holds it: ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None."""
+    if value is None and type(parameter.default) is list:
+        return []
     if type(value) is int and type(parameter.default) is float:
         return float(value)
     return str(value) if type(value) is int and parameter.digits else value

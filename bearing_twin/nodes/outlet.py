@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -10,19 +11,25 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import message_class, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
 
+MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
+
 
 class Outlet:
     """Publishes serialised messages as they are, and counts them; publishes /clock where that is wanted.
 
     A topic whose type is not installed is left out with a warning; raises MissingInterfacesError where that is all.
+    Of more than MANY topics ROS does not warn of subscribers with another quality of service.
     """
 
     def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
         self._context = node.context
-        self._publishers, problems = {}, []
+        self._publishers, problems, topics = {}, [], list(topics)
+        # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.
+        events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
         for name, ros_type, qos in topics:
             try:
-                self._publishers[name] = node.create_publisher(message_class(ros_type), name, qos_profile(qos))
+                form = message_class(ros_type), name, qos_profile(qos)
+                self._publishers[name] = node.create_publisher(*form, event_callbacks=events)
             except MissingInterfacesError as error:
                 problems.append(f"{name} is not published: {error}")
         if problems and not self._publishers:

@@ -22,6 +22,7 @@ from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.log_room import Room, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
+from bearing_twin.nodes.outlet import MANY
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
@@ -253,6 +254,15 @@ def _end(node: Node | None) -> Exception | None:
         except Exception as error:
             failure = error
         with contextlib.suppress(Exception):
-            node.destroy_node()
+            _destroy(node)
     rclpy.try_shutdown()
     return failure
+
+
+def _destroy(node: Node) -> None:
+    """Takes the node out of the graph; one of thousands of publishers ends with the process.
+
+    Peers then learn of its end when its lease is over, within 20 s.
+    """
+    if len(list(node.publishers)) <= MANY:  # each that is taken away is told to all peers, with a list of the rest
+        node.destroy_node()

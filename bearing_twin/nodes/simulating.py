@@ -47,7 +47,7 @@ class SimulationLoop:
         self._wanted = wanted
         self._stream = make_stream()
         self._log = open_log(0)
-        self._chunk = max(1, CHUNK_NS // simulation.output_period_ns)
+        self._chunk = max(1, min(CHUNK_NS // simulation.output_period_ns, simulation.chunk_outputs))
         self._total = duration_ns // simulation.output_period_ns + 1 if duration_ns else None
         self._done = self._flushed = False
         self._repeat = repeat_ns
@@ -223,8 +223,8 @@ class SimulationLoop:
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
         # A log takes every topic; without one, nothing is made that nobody listens to.
         wanted = None if self._wanted is None or self._log is not None else self._wanted()
-        told = self._stream.adopt(run.choice, int(block.time_ns[0]))
-        return self._messages([*told, *self._stream.messages(block, wanted)], self._log)
+        told = self._stream.adopt(run.choice, run.looks.since_ns)
+        return self._messages(in_time(told, self._stream.messages(block, wanted)), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
         batch, last = [], None
@@ -237,6 +237,15 @@ class SimulationLoop:
                 self._silent_until = stamp_ns + (0 if self.tells_time else SILENCE_NS)
         # The end of a run is told whatever was told before.
         return [*batch, last] if self._done and last is not None and last not in batch[-1:] else batch
+
+
+def in_time(told: list, messages: list) -> list:
+    """Messages (topic, stamp [ns], bytes) with the one or none `told` before the first that is later."""
+    if not told:
+        return messages
+    stamp_ns = told[0][1]
+    place = next((place for place, one in enumerate(messages) if one[1] > stamp_ns), len(messages))
+    return [*messages[:place], *told, *messages[place:]]
 
 
 def check_speed(speed: float) -> None:

@@ -32,6 +32,7 @@ from bearing_twin.nodes.running import declare, guarded, run
 from bearing_twin.nodes.serving import Feed, PageServer, Refused
 from bearing_twin.nodes.watch_orders import number_of, vector_of
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.units import UNITS, for_people
 from bearing_twin.view.live import Again, LiveRun
 from bearing_twin.view.live_page import live_page
 
@@ -47,6 +48,7 @@ ANSWER = 5.0  # s for a service to answer
 COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
 LONGEST_STATUS = 200  # characters
+MOVING = ("running", "running as fast as possible", "playing")  # what a node says that has a pace
 SAMPLES = "/samples"
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
 
@@ -64,7 +66,7 @@ class WatchNode(Node):
         place = self._watched.rpartition("/")[0]
         self._place = place
         self._run: LiveRun | None = None
-        self._told = threading.Event()
+        self._told, self._refused = threading.Event(), ""
         self._shown, self._asked = threading.Event(), -ASKED_FOR
         self._aside, self._listening = TakenAside(), []
         self._commands = MutuallyExclusiveCallbackGroup()
@@ -136,7 +138,7 @@ class WatchNode(Node):
         elif not wanted and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
-            self._listening = []
+            self._listening, self._refused = [], ""
             self._shown.clear()
         for subscription in self._listening:
             for data, _ in taken(subscription):
@@ -161,8 +163,12 @@ class WatchNode(Node):
             if status.name.partition(":")[0] == self._watched.lstrip("/"):
                 told = {pair.key: pair.value for pair in status.values}
                 pace, wanted = told.get("real_time_factor", ""), told.get("wanted_real_time_factor", "")
-                words = [status.message, f"at {pace[:5]} × real time"] if pace else [status.message]
-                self.feed.send("status", " ".join(" ".join(words).split())[:LONGEST_STATUS])
+                at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
+                self.feed.send("status", " ".join(f"{status.message}{at}".split())[:LONGEST_STATUS])
+                refused, before = told.get("commands_refused", ""), self._refused
+                self._refused = refused
+                if before not in ("", refused) and refused != "0":
+                    self.feed.send("refused", " ".join(told.get("last_refusal", "").split())[:LONGEST_STATUS])
                 if _NUMBER.fullmatch(wanted):
                     self.feed.send("pace", wanted)
 
@@ -203,9 +209,10 @@ class WatchNode(Node):
         return orders[what](command)
 
     def _obey_speed(self, command) -> str:
-        speed = number_of(command, "value")
+        speed = number_of(command, "value", "speed")
         self._send(self._speed, Float64(data=speed))
-        return f"speed {speed:g} rad/s sent"
+        unit, factor = for_people(abs(speed), UNITS["rad/s"])
+        return f"speed {factor * speed:.6g} {unit} sent"
 
     def _obey_load(self, command) -> str:
         message = WrenchStamped()
@@ -216,7 +223,7 @@ class WatchNode(Node):
         return f"load {force.x:g}, {force.y:g}, {force.z:g} N sent"
 
     def _obey_pace(self, command) -> str:
-        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=number_of(command, "value"))
+        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=number_of(command, "value", "pace"))
         request = SetParameters.Request(parameters=[Parameter(name="real_time_factor", value=value)])
         [result] = self._asked_of(self._set, request).results
         if not result.successful:

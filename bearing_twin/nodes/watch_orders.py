@@ -7,11 +7,11 @@ from typing import Any
 from bearing_twin.errors import BearingTwinError
 
 
-def number_of(command: Mapping[str, Any], key: str) -> float:
-    """A finite number in a command; raises BearingTwinError."""
+def number_of(command: Mapping[str, Any], key: str, called: str = "") -> float:
+    """A finite number in a command; raises BearingTwinError that calls it `called`, or else by its key."""
     value = command.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise BearingTwinError(f"{key} must be a number")
+        raise BearingTwinError(f"{called or key} must be a number")
     return float(value)
 
 

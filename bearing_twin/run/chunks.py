@@ -1,6 +1,7 @@
 """How far a simulation computes in one go."""
 
 from bearing_twin.run.scene import Scene
+from bearing_twin.sample import outputs_at_once
 
 CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
 CHUNK_NS = 50_000_000  # ... and so much simulated time, for which commands wait, or `longest_chunk`
@@ -9,7 +10,7 @@ COMMANDED_NS, COMMANDING_NS = 20_000_000, 1_000_000_000  # in one go after a com
 
 def chunk_outputs(scene: Scene, longest_ns: int) -> int:
     """Outputs that are computed in one go, of at most so much simulated time."""
-    return max(1, min(CHUNK_OUTPUTS, longest_ns // scene.output_period_ns))
+    return max(1, min(CHUNK_OUTPUTS, outputs_at_once(scene.channels), longest_ns // scene.output_period_ns))
 
 
 def chunk_end(scene: Scene, first: int, chunk: int, commanded: bool) -> int:

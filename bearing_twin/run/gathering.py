@@ -8,9 +8,9 @@ from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.doubt import judged
-from bearing_twin.sample import Aligned, Block, cut
+from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
-BLOCK_OUTPUTS = 50  # outputs in the blocks that figures are made of
+BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
 
 
 class Gathering:
@@ -23,7 +23,7 @@ class Gathering:
     def __init__(self, figures: Figures, choice: Choice, doubt: Doubt):
         self.choice, self.outputs, self.missing = choice, 0, 0
         self._writers = figures, doubt
-        self._aligned = Aligned(BLOCK_OUTPUTS)
+        self._length, self._aligned = 0, Aligned(0)
         self._last_ns, self._following = 0, None
 
     def add(self, block: Block) -> None:
@@ -33,10 +33,13 @@ class Gathering:
         self._following = block.first_sequence + len(block)
         self.outputs += len(block)
         self._last_ns = int(block.time_ns[-1])
+        if not self._length:
+            self._length = min(BLOCK_OUTPUTS, outputs_at_once(block.channels))
+            self._aligned = Aligned(self._length)
         for piece in self._aligned.add(block):
             for writer in self._writers:
                 if getattr(writer, "in_stretches", True):
-                    for one in cut(piece, BLOCK_OUTPUTS):
+                    for one in cut(piece, self._length):
                         writer.add(one)
                 else:
                     writer.add(piece)

@@ -1,5 +1,6 @@
 """When the model of a running simulation is looked at again, and what came of it."""
 
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -13,11 +14,13 @@ APART_NS = 100_000_000  # from one look to the next, however many commands come
 class Looks:
     """Looks at the model of one run: after a command, and once what was commanded is reached.
 
-    `told` says what was switched last and why, or why not; "" where nothing else was ever chosen.
+    `told` says what was switched last and why, or why not; "" where nothing else was ever chosen. From `since_ns` on
+    the present choice is in use.
     """
 
     def __init__(self, kind: Kind, parameters, choice: Choice, motion):
-        self.told = ""
+        self.told, self.since_ns = "", 0
+        self._left: Counter[str] = Counter()
         self._kind, self._parameters = kind, parameters
         self._last = Rechosen(choice, motion)
         self._from, self._commanded = 0, False
@@ -36,8 +39,15 @@ class Looks:
             return choice, motion
         self._commanded, self._from = False, time_ns + APART_NS
         self._last = found = self._kind.rechosen(self._parameters, choice, motion, load)
+        self.since_ns = time_ns if found.choice != choice else self.since_ns
         self.told, self._notes = found.told or self.told, {**self._notes, **found.records}
+        self._left.update(found.left)
         return found.choice, found.motion
+
+    def costs(self, motion) -> dict[str, int]:
+        """Costs of the run so far, `motion` being in use: also those of motions that it was switched from."""
+        own = motion.costs()
+        return own | {name: count + own.get(name, 0) for name, count in self._left.items()}
 
     def notes(self) -> dict[str, np.ndarray]:
         """Records of switches for the block that is computed now."""

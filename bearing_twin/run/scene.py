@@ -26,7 +26,7 @@ from bearing_twin.parameters import (
 )
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
-from bearing_twin.spelling import MOST_NEAR
+from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, shortened
 
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
@@ -132,7 +132,9 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     kind = _kind_of(mapping, origin)
     for override in overrides:
         _apply(KINDS[kind].parameters, mapping, override)
-    return mapping, " ".join((origin, *(("with",) if overrides else ()), *overrides))
+    named = [shortened(override) for override in overrides[:MOST_NAMED]]
+    more = [f"and {len(overrides) - MOST_NAMED} more"] if len(overrides) > MOST_NAMED else []
+    return mapping, " ".join((origin, *(("with",) if overrides else ()), *named, *more))
 
 
 def _catalogued(source) -> dict | None:

@@ -36,8 +36,7 @@ class Simulation:
     def __init__(self, scene: Scene, halt: Halt | None = None):
         self.scene, self._halt = scene, halt or Halt(SIGNALLED)
         self.kind = KINDS[scene.kind]
-        self.chosen: Choice = choose(scene)  # at the start, to which a reset goes back; `choice` is in use
-        self.choice = self.chosen
+        self.chosen = self.choice = choose(scene)  # `choice` is in use, a reset goes back to what was chosen
         self.channels = scene.channels
         self.output_period_ns = scene.output_period_ns
         self._motion = self._new_motion()
@@ -61,7 +60,7 @@ class Simulation:
     @property
     def switched(self) -> str:
         """What model was last taken in place of another under way and why, or why it was not; "" for none."""
-        return self._looks.told
+        return self.looks.told
 
     @property
     def stepper(self) -> str:
@@ -81,7 +80,7 @@ class Simulation:
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._commanded_until = 0  # number of an output: those before it follow a command closely
         made_of = self.scene.parameters, self.choice
-        self._looks = Looks(self.kind, *made_of, self._motion)
+        self.looks = Looks(self.kind, *made_of, self._motion)
         self._gathering = Gathering(self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of))
         self._compute_seconds = self._solved_seconds
         self._health, self._good = Health(self.kind, self.channels), None
@@ -89,7 +88,7 @@ class Simulation:
     def resume(self, failure: Failure) -> None:
         """Back to the last good state of a run that failed; to the start where there is none.
 
-        Raises SceneError for a state that is not of this scene.
+        Raises SceneError for a state that is not of this scene, or not of the model that it begins with.
         """
         self.reset()
         if failure.state is None:
@@ -97,7 +96,7 @@ class Simulation:
         try:
             self._motion.resume(failure.state)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise SceneError("the state of the failed run does not fit its scene; simulate the scene again") from error
+            raise SceneError("the failed run does not fit its scene and first model; simulate it again") from error
         begun = self._block(failure.sequence, self._motion.first_outputs())
         self._health.check(begun)
         self._pending, self._good = begun.part(1, 1), begun[0]
@@ -155,7 +154,7 @@ class Simulation:
         self._commanded_until = self.sequence + 1 + COMMANDING_NS // self.output_period_ns
         ahead = self._pending is not None and len(self._pending) and self._chunk_first is not None
         given = self._pending.first_sequence - self._chunk_first if ahead else 1
-        self._looks.commanded(given > 0)
+        self.looks.commanded(given > 0)
         if ahead:
             self._motion.take_back()
             self._pending = self._pending.part(0, 0)
@@ -202,15 +201,14 @@ class Simulation:
     def _block(self, first: int, arrays) -> Block:
         if not isinstance(arrays, Columns):
             arrays = Columns(self._layout, side_by_side(self._layout, arrays, len(arrays[0])))
-        numbers = arrays.numbers
-        time_ns = np.arange(first, first + len(numbers), dtype=np.int64) * self.output_period_ns
-        return Block(self.channels, first, time_ns, numbers, self._looks.notes() | self._motion.take_records())
+        time_ns = np.arange(first, first + len(arrays.numbers), dtype=np.int64) * self.output_period_ns
+        return Block(self.channels, first, time_ns, arrays.numbers, self.looks.notes() | self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
         start = time.perf_counter()
         period = 1e-9 * self.output_period_ns
-        here = first * self.output_period_ns
-        self.choice, self._motion = self._looks.again(here, self._load, self.choice, self._motion)
+        here = (first - 1) * self.output_period_ns
+        self.choice, self._motion = self.looks.again(here, self._load, self.choice, self._motion)
         until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
         times = period * np.arange(1, until - first + 1)
         state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
@@ -235,7 +233,7 @@ class Simulation:
         # Outputs computed but not given out took their share of the seconds.
         given = self.sequence + 1
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
-        return self._gathering.report(self.scene.name, share * self._compute_seconds, self._motion.costs())
+        return self._gathering.report(self.scene.name, share * self._compute_seconds, self.looks.costs(self._motion))
 
 
 class Run:

@@ -1,6 +1,7 @@
 """A log against a fresh simulation of the scene that is stored in it."""
 
 import dataclasses
+import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -30,10 +31,14 @@ class Verification:
 
 
 Told = Callable[[float], None]
+LONGEST_BEFORE = 1000.0  # s of simulated time that are not compared
 
 
 def verify(
-    log, progress: Told | None = None, before: Callable[[float], AbstractContextManager[Told]] | None = None
+    log,
+    progress: Told | None = None,
+    before: Callable[[float], AbstractContextManager[Told]] | None = None,
+    longest: float | None = None,
 ) -> Verification:
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
@@ -41,7 +46,8 @@ def verify(
     not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared, and so are
     those outputs alone that a thinned log holds. A log may begin late: what came before its first output is simulated
     without comparing. `before` is asked, with the seconds simulated so, for who is told the share of that;
-    `progress` is told the share of all.
+    `progress` is told the share of all. A log that wants more than `longest` [s] (None: LONGEST_BEFORE)
+    simulated without comparing, before it or between two blocks, raises LogError: a log may say it begins after years.
     """
     if log.scene is None:
         raise LogError(
@@ -54,6 +60,7 @@ def verify(
     deviations, samples = dict.fromkeys(names, 0.0), 0
     duration = log.scene.parameters.run.duration
     for block in log.blocks():
+        _refuse_far(simulation, block.first_sequence, LONGEST_BEFORE if longest is None else longest)
         again = _again(simulation, block, log.kept_rate, before or (lambda seconds: nullcontext(lambda share: None)))
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
@@ -73,6 +80,15 @@ def verify(
         if progress:
             progress(min(1.0, 1e-9 * block.time_ns[-1] / duration))
     return Verification(samples, deviations)
+
+
+def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
+    apart = 1e-9 * (sequence - 1 - simulation.sequence) * simulation.output_period_ns
+    if apart > 0.0 and not apart <= longest:
+        raise LogError(
+            f"{apart:.6g} s of this log, before output {sequence}, would be simulated without comparing; if it is "
+            f"worth that, allow it: --before {math.ceil(apart)}"
+        )
 
 
 def _again(simulation: Simulation, block: Block, kept_rate: float, before) -> Block:

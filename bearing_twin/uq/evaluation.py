@@ -105,11 +105,14 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
             result[name] = {"refused": str(error)}
             continue
         orders = {
-            "first": (indices.first, indices.first_interval),
-            "total": (indices.total, indices.total_interval),
+            "first": (indices.first, indices.first_interval, indices.first_safe),
+            "total": (indices.total, indices.total_interval, indices.total_safe),
         }
         result[name] = {
-            key: {order: _interval(value[place], *interval[place]) for order, (value, interval) in orders.items()}
+            key: {
+                order: _interval(value[place], *interval[place]) | {"unsafe": not safe[place]}
+                for order, (value, interval, safe) in orders.items()
+            }
             for place, key in enumerate(study.joint.keys)
         }
     return result

@@ -11,18 +11,22 @@ from bearing_twin.uq.modality import modality
 OVER = 0.25  # of the peak of the mean: below it only those that last longest are left, and deviation falls to zero
 RESAMPLES = 200
 FEWEST = 50  # histories
+TINY = 1e-300  # of an input that does not vary
 
 
 class SignChange(NamedTuple):
     """Where the correlation with an input changes its sign, nearest to a least deviation, and how much later [s].
 
-    `low` and `high` are the 95 % interval of `later`, by resampling both instants together.
+    `low` and `high` are the 95 % interval of `later`, by resampling both instants together. With b^2 what of the
+    variance is linear in the input and r the rest, the least lies where 2 b b' + r' = 0: r' / (2 b'^2) before b
+    changes its sign, to first order, which is `by_slopes`.
     """
 
     time: float
     later: float
     low: float
     high: float
+    by_slopes: float
 
 
 class Narrowing(NamedTuple):
@@ -52,10 +56,12 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0, inputs: n
     inputs = np.empty((len(histories), 0)) if inputs is None else np.asarray(inputs, float)
     if len(kept) < FEWEST:
         raise StatisticError(f"a narrowing needs {FEWEST} histories at least, there are {len(kept)}")
-    found, again, covariances, resampled = _resampled(times, kept, inputs[np.isfinite(histories).all(axis=1)], seed)
+    of_kept = inputs[np.isfinite(histories).all(axis=1)]
+    found, again, covariances, resampled = _resampled(times, kept, of_kept, seed)
     low, high = np.nanquantile(again, [0.025, 0.975])
     signs = tuple(
-        _sign_change(times, found, again, one, many) for one, many in zip(covariances, resampled, strict=True)
+        _sign_change(times, found, again, one, many, _by_slopes(times, kept.var(axis=0), one / max(spread, TINY)))
+        for one, many, spread in zip(covariances, resampled, of_kept.std(axis=0), strict=True)
     )
     place = int(np.argmin(np.abs(times - found)))
     there = kept[:, place]
@@ -94,14 +100,22 @@ def _resampled(times, kept, inputs, seed):
     return float(found), again, whole, products - shifts.T[:, :, None] * means
 
 
-def _sign_change(times, found, again, covariance, resampled) -> SignChange | None:
+def _by_slopes(times, variance, linear):
+    """`SignChange.by_slopes` at every instant (t,), of the variance and what is linear in the input, as a deviation."""
+    slope, rest = np.gradient(linear, times), np.gradient(variance - linear**2, times)
+    return 0.5 * rest / np.maximum(slope**2, TINY)
+
+
+def _sign_change(times, found, again, covariance, resampled, by_slopes) -> SignChange | None:
     """Of one input, with its covariances (t,) and (r, t)."""
     when = _zero(times, covariance, found)
     later = np.array([_zero(times, one, near) - near for one, near in zip(resampled, again, strict=True)])
     if np.isnan(when) or np.mean(np.isnan(later)) > 0.05:
         return None
     low, high = np.nanquantile(later, [0.025, 0.975])
-    return SignChange(float(when), float(when - found), float(low), float(high))
+    return SignChange(
+        float(when), float(when - found), float(low), float(high), float(np.interp(when, times, by_slopes))
+    )
 
 
 def _zero(times, values, near) -> float:

@@ -35,11 +35,12 @@ def plot_study(result: StudyResult, png_path) -> Path:
     drawn += [partial(_draw_shares, name=name, shares=found) for name, found in shares.items() if found]
     columns = 2 if len(drawn) <= 4 else 3
     rows = -(-len(drawn) // columns)
-    tall = 1.6 + 4.9 * rows
+    head = 1.65 if columns == 2 else 1.4 + 0.3 * rows  # in narrow panels keys stand in more lines
+    tall = head - 0.05 + 4.9 * rows
     figure = Figure(figsize=(16.0, tall), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
-        rows, columns, left=0.06, right=0.98, top=1.0 - 1.65 / tall, bottom=0.95 / tall, hspace=0.5, wspace=0.22
+        rows, columns, left=0.06, right=0.98, top=1.0 - head / tall, bottom=0.95 / tall, hspace=0.5, wspace=0.22
     )
     for place, draw in enumerate(drawn):
         axis = figure.add_subplot(grid[place // columns, place % columns])

@@ -14,18 +14,22 @@ from bearing_twin.uq.inputs import Joint
 from bearing_twin.uq.statistics import interval
 
 FEWEST_ROWS = 16
+FEWEST_EFFECTIVE = {"independent": 40.0, "replicates": 20.0}  # rows over kurtosis of the influence
 
 
 class SobolIndices(NamedTuple):
     """First-order and total indices (d,) with their intervals (d, 2), and the number of complete rows used.
 
-    Values a little below 0 or above 1 are noise of the sample; they are not cut off.
+    Values a little below 0 or above 1 are noise of the sample; they are not cut off. Where `first_safe` or `total_safe`
+    (d,) is False a few rows far out decide, so that the interval holds the truth less often than it says.
     """
 
     first: np.ndarray
     first_interval: np.ndarray
+    first_safe: np.ndarray
     total: np.ndarray
     total_interval: np.ndarray
+    total_safe: np.ndarray
     rows: int
 
 
@@ -66,13 +70,13 @@ def sobol_indices(values, confidence=0.95, replicates=1) -> SobolIndices:
         raise StatisticError("the quantity does not vary: there are no Sobol indices")
     off, moved = kept[:, :2] - kept[:, :2].mean(), kept[:, 2:] - kept[:, [0]]
     squares = np.mean(off**2, axis=1, keepdims=True)
-    variance, found, bounds = squares.mean(), [], []
+    variance, found = squares.mean(), []
+    least = FEWEST_EFFECTIVE["independent" if replicates == 1 else "replicates"]
     for terms in (off[:, [1]] * moved, 0.5 * moved**2):
         index = terms.mean(axis=0) / variance
         influence = np.full((len(values), len(index)), np.nan)
         # The mean, too, is the sample's; what it errs by is of second order.
         influence[whole] = (terms - index * squares) / variance
-        ends = [interval(*one, confidence, replicates)[1:3] for one in zip(index, influence.T, strict=True)]
-        found.append(index)
-        bounds.append(np.array(ends))
-    return SobolIndices(found[0], bounds[0], found[1], bounds[1], len(kept))
+        ends = [interval(*one, confidence, replicates, least) for one in zip(index, influence.T, strict=True)]
+        found += [index, np.array([one[1:3] for one in ends]), np.array([one.safe for one in ends])]
+    return SobolIndices(*found, len(kept))

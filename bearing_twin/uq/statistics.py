@@ -27,7 +27,7 @@ LEAST_BINS, GREATEST_BINS = 512, 2**16
 BINS_PER_BANDWIDTH = 8
 GREATEST_HISTOGRAM = 400
 REFLECTIONS = {"even": (fft.dct, fft.idct, 0), "odd": (fft.dst, fft.idst, 1)}  # transform, back, first wave
-FEWEST_EFFECTIVE, FEWEST_EFFECTIVE_CUBE = 8.0, 30.0  # points over kurtosis of the influence; the latter for skewness
+FEWEST_EFFECTIVE = {"mean": 8.0, "std": 12.0, "skewness": 60.0}  # points over kurtosis of the influence
 HEAVIEST = 50.0  # kurtosis of the influence
 FAR_OUT = 4.0  # points of a replicate beyond a quantile
 WIDER = 1.15
@@ -86,8 +86,7 @@ def estimate(sample, statistic, confidence=0.95, replicates=1) -> Estimate:
         found = np.array([np.quantile(part[np.isfinite(part)], statistic, method="hazen") for part in parts])
         return interval(float(found.mean()), found - found.mean(), confidence, replicates)
     value, influence[np.isfinite(every)] = _moment(kept, statistic, replicates)
-    least = FEWEST_EFFECTIVE_CUBE if statistic == "skewness" else FEWEST_EFFECTIVE
-    return interval(value, influence, confidence, replicates, least)
+    return interval(value, influence, confidence, replicates, FEWEST_EFFECTIVE[statistic])
 
 
 def interval(value, influence, confidence=0.95, replicates=1, least=0.0) -> Estimate:

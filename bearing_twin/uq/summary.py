@@ -172,7 +172,12 @@ def _narrowing(histories, study) -> dict:
     except StatisticError:
         return {}
     signs = {
-        key: {"time_s": one.time, "later_s": one.later, "interval_s": [one.low, one.high]}
+        key: {
+            "time_s": one.time,
+            "later_s": one.later,
+            "interval_s": [one.low, one.high],
+            "by_slopes_s": one.by_slopes,
+        }
         for key, one in zip(study.joint.keys, found.signs, strict=True)
         if one is not None
     }

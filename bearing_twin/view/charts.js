@@ -42,7 +42,7 @@ class Chart {
     const values = (u, splits) => splits.map((one) => (one === null ? "" : digits(one, 6)));
     return {
       width: this.width(), height: spec.height || 168, legend: { show: false }, focus: { alpha: 0.25 },
-      padding: [8, 14, 0, 2],
+      padding: [8, 18, 0, 2],
       cursor: {
         sync: this.group ? { key: this.group.key } : undefined, drag: { x: true, y: false }, focus: { prox: 24 }, points: { size: 6 },
       },

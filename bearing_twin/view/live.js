@@ -49,6 +49,7 @@ function liveStart(view) {
   events.addEventListener("frames", (event) => waiting.add(liveFrames(event.data, series)));
   events.addEventListener("again", () => location.reload());
   events.addEventListener("pace", (event) => bar.paced(event.data));
+  events.addEventListener("refused", (event) => bar.refused(event.data));
   events.addEventListener("status", (event) => (bar.state.textContent = event.data));
   events.onerror = () => (bar.state.textContent = "no connection: is watch still running?");
   events.onopen = () => (bar.state.textContent = "");
@@ -87,14 +88,14 @@ async function liveSend(command, say) {
 }
 
 // Speed, load, pace, pause and reset; and a switch that holds the picture while one looks back.
-function liveBar({ commands, speed: began }) {
+function liveBar({ commands, speed: turning, load: acting }) {
   const say = make("output", { id: "live-answer" }), state = make("span", { id: "live-state" });
   const send = (command) => liveSend(command, say);
   const button = (text, act) => make("button", { type: "button", onclick: act }, text);
   const number = (label, value) => make("input", { type: "number", step: "any", value, "aria-label": label, title: label });
   const group = (words, ...parts) => make("span", { class: "live-group" }, make("span", { class: "live-words" }, words), ...parts);
-  const speed = number("speed of the inner ring [rpm]", Math.round((began * 30) / Math.PI)), pace = number("pace: simulated seconds in a second", 1);
-  const load = ["x", "y", "z"].map((axis) => number(`load on the inner ring along ${axis} [N]`, 0));
+  const speed = number("speed of the inner ring [rpm]", Math.round((turning * 30) / Math.PI)), pace = number("pace: simulated seconds in a second", 1);
+  const load = ["x", "y", "z"].map((axis, k) => number(`load on the inner ring along ${axis} [N]`, Number(acting[k].toPrecision(4))));
   const follow = make("input", { type: "checkbox", id: "live-follow", checked: "" });
   const obeys = (name, part) => (commands.includes(name) ? [part] : []);
   const controls = [
@@ -113,7 +114,8 @@ function liveBar({ commands, speed: began }) {
   let given = false; // a pace that somebody is about to set stays
   pace.addEventListener("input", () => (given = true));
   const paced = (value) => given || (pace.value = value);
-  return { state, paced, held: () => !follow.checked, hold: () => (follow.checked = false) };
+  const refused = (words) => ((say.textContent = words), say.classList.add("refused"));
+  return { state, paced, refused, held: () => !follow.checked, hold: () => (follow.checked = false) };
 }
 
 const liveReady = setInterval(() => {

@@ -2,6 +2,8 @@
 
 from importlib.resources import files
 
+import numpy as np
+
 from bearing_twin.kinds import KINDS
 from bearing_twin.view.live import LiveRun
 from bearing_twin.view.packing import packed
@@ -32,7 +34,11 @@ def live_page(run: LiveRun, node: str) -> bytes:
         "reason": run.choice.reason,
         "status": "live",
         **{key: [] for key in ("warnings", "flags", "figures", "tables", "errors")},
-        "live": {"commands": [one.name for one in KINDS[run.scene.kind].commands()], "speed": _speed(run)},
+        "live": {
+            "commands": [one.name for one in KINDS[run.scene.kind].commands()],
+            "speed": _acting(values, "inner_ring_speed", 1)[0],
+            "load": _acting(values, "ring_load", 3),
+        },
         "view": described_view(run.view),
         "packed": packed(time, values, run.view.series),
     }
@@ -43,10 +49,9 @@ def live_page(run: LiveRun, node: str) -> bytes:
     return "".join((head, style, "</head>", body, script, "</body>", end)).encode()
 
 
-def _speed(run: LiveRun) -> float:
-    """The speed that the scene begins with [rad/s]; 0 where nothing is driven."""
-    drive = getattr(run.scene.parameters, "drive", None)
-    return 0.0 if drive is None else float(drive.speed)
+def _acting(values, series: str, width: int) -> list[float]:
+    """The last row of a series of `width` numbers, to begin the controls with; zeros where the scene has none such."""
+    return np.ravel(values[series][-1]).tolist() if series in values else [0.0] * width
 
 
 def _text(name: str) -> str:

@@ -21,20 +21,21 @@ OF_ROS = ("/clock", "/diagnostics", "/parameter_events", "/rosout", "/tf", "/tf_
 Watch = Callable[[Any], Iterable[Block]]
 
 
-def document_of_log(path, watch: Watch = lambda stream: stream.blocks()) -> dict[str, Any]:
+def document_of_log(path, watch: Watch = lambda stream: stream.blocks(), topic: str | None = None) -> dict[str, Any]:
     """The page of a log (.mcap file or bag folder), of a run or a study; `watch` hands on the blocks of a stream.
 
-    Of a damaged log the page shows what `recover` can save, and says so. Raises LogError where there is nothing.
+    `topic` is that of the samples to show where there are several. Of a damaged log the page shows what `recover` can
+    save, and says so. Raises LogError where there is nothing.
     """
     try:
-        return _document(path, watch, ())
+        return _document(path, watch, (), topic)
     except LogError as error:
         if not isinstance(error.__cause__, DamagedLog):
             raise
-        return _of_damaged(path, watch, error.__cause__)
+        return _of_damaged(path, watch, error.__cause__, topic)
 
 
-def _of_damaged(path, watch: Watch, damage: DamagedLog) -> dict[str, Any]:
+def _of_damaged(path, watch: Watch, damage: DamagedLog, topic: str | None) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="bearing_twin_view_") as folder:
         saved = Path(folder) / "recovered.mcap"
         found = recover(path, saved)
@@ -42,11 +43,13 @@ def _of_damaged(path, watch: Watch, damage: DamagedLog) -> dict[str, Any]:
             f"The log is damaged at byte {damage.offset}: {damage.what}. Shown are the {found.samples} outputs "
             f"that can be saved; `bearing_twin recover {Path(path).name} NEW_LOG` writes them to a new log."
         )
-        return _document(saved, watch, (note,), Path(path))
+        return _document(saved, watch, (note,), topic, Path(path))
 
 
-def _document(path, watch: Watch, notes: tuple[str, ...], original: Path | None = None) -> dict[str, Any]:
-    stream = read_log(path, allow_gaps=True)
+def _document(
+    path, watch: Watch, notes: tuple[str, ...], topic: str | None, original: Path | None = None
+) -> dict[str, Any]:
+    stream = read_log(path, allow_gaps=True, topic=topic)
     if STUDY_RECORD in stream.metadata:
         return document_of_study(read_study(path))
     left_out = _left_out(path, stream)

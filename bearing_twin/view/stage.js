@@ -5,13 +5,15 @@ const STILL = 4; // pixels that a click may move
 const FINEST = 0.75, COARSEST = 0.3; // pixels of a moving picture against those of a still one, along an edge
 const SLOW_FRAME = 1.0 / 18.0, QUICK_FRAME = 1.0 / 40.0; // s between images: fewer pixels beyond the one, more below the other
 
-// Whether no graphics processor draws: smooth edges and fine pixels would then cost most of the frames.
-function drawnBySoftware() {
+// What draws pictures in space: null where this browser draws none; `slow` where no graphics processor does, so that
+// smooth edges and fine pixels would cost most of the frames.
+function graphics() {
   const context = document.createElement("canvas").getContext("webgl2");
-  const facts = context?.getExtension("WEBGL_debug_renderer_info");
+  if (!context) return null;
+  const facts = context.getExtension("WEBGL_debug_renderer_info");
   const name = facts ? String(context.getParameter(facts.UNMASKED_RENDERER_WEBGL)) : "";
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  return { slow: /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name) };
 }
 
 // What is looked at, wide enough for all points of the series that are to be seen.
@@ -30,9 +32,8 @@ function seen(look, store) {
 }
 
 class Stage {
-  constructor(parent, view, store, chosen) {
-    Object.assign(this, { parent, view, store, place: 0.0, selected: -1, chosen, coarse: FINEST });
-    this.slow = drawnBySoftware();
+  constructor(parent, view, store, slow, chosen) {
+    Object.assign(this, { parent, view, store, place: 0.0, selected: -1, slow, chosen, coarse: FINEST });
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.slow });
     this.renderer.outputColorSpace = "srgb-linear"; // colours are drawn as they are written
     this.sharpen(false);

@@ -3,6 +3,8 @@
 
 const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000];
 
+const NOTHING_IN_SPACE = "This browser draws nothing in space: it has no WebGL 2, or it is switched off. Curves, contacts and figures are all here.";
+
 class Page {
   constructor(found, store) {
     Object.assign(this, { found, store, view: found.view, charts: [], selected: -1 });
@@ -16,12 +18,13 @@ class Page {
 
   showRun() {
     const { view, store, found } = this;
-    document.body.classList.toggle("flat", !view.solids.length && !view.marks.length);
+    const drawn = view.solids.length || view.marks.length, drawing = drawn ? graphics() : null;
+    document.body.classList.toggle("flat", !drawn);
     document.body.classList.toggle("still", store.count < 2);
-    if (view.solids.length || view.marks.length) {
-      this.stage = new Stage($("space"), view, store, (body) => this.select(body));
+    if (drawing) {
+      this.stage = new Stage($("space"), view, store, drawing.slow, (body) => this.select(body));
       this.tools();
-    }
+    } else if (drawn) $("space").prepend(make("p", { class: "note empty" }, NOTHING_IN_SPACE));
     if (view.details) this.details = new Details($("details"), view, store, (body) => this.select(body));
     const curves = this.panes.add("Curves", "curves");
     if (found.notes.length) curves.append(sentences("Of this page", found.notes, "doubt"));
@@ -76,7 +79,7 @@ class Page {
       row.append(make("span", {}, words), make("span", { class: "scale" }, [scaleTo && `0 to ${scaleTo}`, scale].filter(Boolean).join(", ")));
       return row;
     }));
-    if (this.view.enlarged) {
+    if (this.stage && this.view.enlarged) {
       const words = make("span", {}, this.view.enlarged.words), scale = make("span", { class: "scale" }, `×${this.stage.factor}`);
       $("legend").append(make("div", { class: "filmed" }, words, scale));
     }

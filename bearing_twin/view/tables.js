@@ -60,7 +60,7 @@ function shareBars(found) {
       if (low !== null && high !== null) {
         bar.append(make("div", { class: "whisker", style: `left: ${percent(low)}; right: calc(100% - ${percent(high)})` }));
       }
-      bars.append(make("div", { class: "lane" }, bar, make("span", { class: "number" }, `${digits(100.0 * value, 3)} %`)));
+      bars.append(make("div", { class: "lane" }, bar, make("span", { class: "number" }, `${(Math.round(1000.0 * value) / 10.0 || 0.0).toFixed(1)} %`)));
     });
     box.append(make("div", { class: "row" }, make("div", { class: "words" }, row.words), bars));
   }

@@ -1,8 +1,9 @@
 """The bodies that meet all balls, inner ring and cage: their state, what moves them, and their part of a step.
 
 They are the border of the linear system. A state holds six places (the ring's centre x, y, z [m] and tilt about x and
-y [rad], the cage's angle [rad]), their velocities, and two integrals that only listen [J]: the work of the loads on
-the ring, and what its support loses. All is in `bearing_link`.
+y [rad], the cage's angle [rad]), their velocities, and integrals that only listen [J]: the work of the loads on
+the ring, and what its support loses. All is in `bearing_link`. A cage whose centre moves has it in the places of the
+tilt, which such a ring does not have, and a third integral, the drive's work through its land (`land`, `moving_cage`).
 
 Ring: M dv/dt = load + weight - sum of what the balls do - D v - K (q - rest), and about its axes, with the speed W of
 the drive, I_t d2(theta_x) + I_p W d(theta_y) = M_x, I_t d2(theta_y) - I_p W d(theta_x) = M_y (small tilts).
@@ -20,6 +21,7 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.equations import Bearing
+from bearing_twin.kinds.bearing.land import add_land
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER,
@@ -48,7 +50,8 @@ CAGE_SPEED = PLACES + CAGE
 class Partners(NamedTuple):
     """What meets all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
-    `ring` is empty where the ring is held: kernels then know the cage alone. `free` is 1 where a place follows its
+    `ring` is empty where the ring is held: kernels then know the cage alone. `land` is empty where the cage stays
+    centred, else what guides it (`land.Land`). `free` is 1 where a place follows its
     loads, else 0. `load` grows by `load_rate` a second; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead of
     it. `scales` (2 PLACES,) are the errors a step may make.
     """
@@ -57,6 +60,7 @@ class Partners(NamedTuple):
     active: bool
     even: bool
     varying: bool
+    land: tuple
     free: np.ndarray
     mass: np.ndarray
     stiffness: np.ndarray
@@ -74,13 +78,14 @@ class Partners(NamedTuple):
 class Border(NamedTuple):
     """Ring and cage in a step of so many balls: `numbers` (NUMBERS,) as `border_rows` names them.
 
-    `ring`, `active`, `even` and `varying` are those of the `Partners`.
+    `ring`, `active`, `even`, `varying` and `land` are those of the `Partners`.
     """
 
     ring: tuple
     active: bool
     even: bool
     varying: bool
+    land: tuple
     count: int
     numbers: np.ndarray
 
@@ -101,15 +106,16 @@ def new_border(partners, count, state):
             numbers[at.INVERSE_SCALES + i] = 1.0 / partners.scales[i]
     numbers[at.POLAR_INERTIA], numbers[at.UNBALANCE] = partners.polar_inertia, partners.unbalance
     numbers[at.PHASE] = partners.phase
-    return Border(partners.ring, partners.active, partners.even, partners.varying, count, numbers)
+    return Border(partners.ring, partners.active, partners.even, partners.varying, partners.land, count, numbers)
 
 
 @inlined
-def bearing_at(ring, bearing, numbers, first):
-    """The bearing with its ring where a state in `numbers` from `first` on has it; `ring` is the bearing's."""
+def bearing_at(ring, bearing, border, first):
+    """The bearing with its ring where the border's state from `first` on has it; `ring` is the bearing's."""
     if len(ring) == 0:
         return bearing
-    speeds = first + PLACES
+    numbers, speeds = border.numbers, first + PLACES
+    tilting = 1.0 if len(border.land) == 0 else 0.0
     return Bearing(
         bearing.balls,
         bearing.ball_radius,
@@ -127,9 +133,9 @@ def bearing_at(ring, bearing, numbers, first):
         bearing.raceway_friction,
         bearing.spot,
         RingMotion(
-            (numbers[first + 3], numbers[first + 4]),
+            (tilting * numbers[first + 3], tilting * numbers[first + 4]),
             (numbers[speeds], numbers[speeds + 1], numbers[speeds + 2]),
-            (numbers[speeds + 3], numbers[speeds + 4]),
+            (tilting * numbers[speeds + 3], tilting * numbers[speeds + 4]),
         ),
         bearing.pockets,
     )
@@ -228,6 +234,8 @@ def border_rates(bearing, drive, border, time, blocks):
         numbers[at.INVERSE + i] = numbers[at.FREE + i] / mass
     if len(border.ring) > 0:
         _load_ring(drive, time, numbers)
+        if len(border.land) > 0:  # here, because even a call that does nothing takes time
+            add_land(border.land, drive.speed + drive.acceleration * time, numbers)
     for i in range(first, PLACES):
         numbers[at.RATES + PLACES + i] *= numbers[at.INVERSE + i]
 

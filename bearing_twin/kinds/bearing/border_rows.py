@@ -2,7 +2,7 @@
 
 One array, because Numba hands every array of a named tuple from kernel to kernel as seven numbers: with an array for
 each of these, handing them over took half the time of a step. Stretches of WIDTH numbers hold a state or its like, the
-last two of them zero, so that loops over WIDTH become vector instructions.
+last of them zero, so that loops over WIDTH become vector instructions.
 """
 
 import numpy as np
@@ -21,8 +21,11 @@ FREE, MASS, STIFFNESS, DAMPING, REST, WEIGHT, LOAD, LOAD_RATE = STAGES + WIDTH *
 POLAR_INERTIA, UNBALANCE, PHASE, ERROR = LOAD_RATE + PLACES + np.arange(4)
 
 # The inverse of each place's inertia; the Jacobian of the border's accelerations by its own places and velocities, row
-# after row; and what the elimination of the balls leaves of the linear system, column after column.
+# after row; what the elimination of the balls leaves of the linear system, column after column; and how what is lost at
+# the land of a cage, and the drive's work there, answer to places and velocities.
 INVERSE = ERROR + 1
 OWN = INVERSE + PLACES
 CORNER = OWN + PLACES * 2 * PLACES
-NUMBERS = CORNER + PLACES * PLACES
+LAND_LOSS = CORNER + PLACES * PLACES
+LAND_POWER = LAND_LOSS + 2 * PLACES
+NUMBERS = LAND_POWER + 2 * PLACES

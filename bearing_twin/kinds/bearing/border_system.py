@@ -10,6 +10,7 @@ from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, border_load, leave_out_spares
 from bearing_twin.kinds.bearing.border_solve import mixed, of_cage, six
 from bearing_twin.kinds.bearing.cage import pocket_answers
+from bearing_twin.kinds.bearing.land import follow_land, land_answers
 from bearing_twin.kinds.bearing.layout import (
     AXIAL_VELOCITY,
     AXIS_DISTANCE,
@@ -44,6 +45,7 @@ from bearing_twin.kinds.bearing.layout import (
     put,
     sum_of,
 )
+from bearing_twin.kinds.bearing.moving_cage_answers import moving_pocket_answers
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 
@@ -113,12 +115,14 @@ def border_jacobian(pockets, bearing, drive, border, time, blocks):
     numbers, stride = border.numbers, 2 * PLACES
     for block in range(len(blocks)):
         lanes = blocks[block]
-        if len(pockets) > 0:
-            pocket_answers(pockets, bearing, lanes)
+        pocket_answers(pockets, bearing, lanes)
+        moving_pocket_answers(pockets, bearing, lanes)
         if border.even:
             _make_even(bearing, border, lanes)
     leave_out_spares(border.count, blocks, BORDER_BY_BALL, BALL_TILE - BORDER_BY_BALL)
     _own_jacobian(drive, numbers, time)
+    if len(border.land) > 0:
+        land_answers(border.land, drive.speed + drive.acceleration * time, numbers)
     first = 0 if len(border.ring) > 0 else CAGE
     for block in range(len(blocks)):
         lanes = blocks[block]
@@ -194,6 +198,8 @@ def follow_places(g, drive, time, border):
             work += border_load(numbers, drive, time, i) * change
             lost += 2.0 * numbers[at.DAMPING + i] * numbers[at.BEGIN + PLACES + i] * change
     numbers[at.SOLUTION + WORK_DONE], numbers[at.SOLUTION + LOST] = g * work, g * lost
+    if len(border.land) > 0:
+        follow_land(border.land, g, numbers)
 
 
 @inlined

@@ -5,7 +5,8 @@ pitch circle of radius R; beyond half the pocket clearance c_p the pocket pushes
 p = |s| - c_p / 2 (Kelvin and Voigt). With a = p / (p + ONSET) the viscous part sets in over the roughness of the wall;
 all at once, it would be a jump that no step can pass over. Friction acts on the ball's surface where it meets the
 pocket, a ball radius ahead or behind, smoothed as on the raceways. What the ball loses of angular momentum about the
-axis the cage gains. The cage stays centred: forces along the radius and the axis are taken by what guides it.
+axis the cage gains. The cage stays centred (`moving_cage` lets its centre move): forces along the radius and the axis
+are taken by what guides it.
 """
 
 import math
@@ -118,8 +119,8 @@ def bump_in_lane(pockets, bearing, lanes, k):
 
 @kernel
 def add_pockets(pockets, bearing, lanes):
-    """Adds to the rates what pockets do, and says what they do to the cage; nothing where `pockets` is empty."""
-    if len(pockets) > 0:
+    """Adds to the rates what pockets do, and says what they do to the cage; nothing without `Pockets`."""
+    if len(pockets) > 1:
         inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
         for k in range(LANES):
             found = bump_in_lane(pockets, bearing, lanes, k)
@@ -176,7 +177,13 @@ def _put_answer(inverse_mass, inverse_inertia, lanes, first, stride, own, k, cha
 
 @kernel
 def pocket_answers(pockets, bearing, lanes):
-    """Adds to the Jacobians of balls and border how the pockets answer."""
+    """Adds to the Jacobians of balls and border how the pockets answer; nothing without `Pockets`."""
+    if len(pockets) > 1:
+        _add_answers(pockets, bearing, lanes)
+
+
+@kernel
+def _add_answers(pockets, bearing, lanes):
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     own, reacting, stride = entry(VELOCITY, 0), BORDER_BY_BALL + CAGE * MOTION, 2 * PLACES
     corner = BORDER_BY_BORDER + CAGE * stride

@@ -20,9 +20,12 @@ FOUND = {  # how a ball set was found: what that means
     "frequencies": "number and diameter from the frequency coefficients FTF, BSF and BPFO that a maker publishes "
     "(Timken, housed unit catalogue, table A-9), on a pitch circle in the middle; published ratings, which had no part "
     "in it, check the set: it meets them",
+    "factors": "number and diameter from the factor f0 of ISO 76, which tells diameter over pitch circle, and the "
+    "static rating that NSK and JTEKT publish (6305: SKF); their dynamic ratings and both ratings of four more makers, "
+    "which had no part in it, check the set: it meets them",
     "ratings": "estimated: the number and the ball size sold (steps of 1/64 inch, and some of whole millimetres) whose "
-    "ratings by ISO 281 and ISO 76 are nearest to those published; the doubts reach to other sets that come near; "
-    "nothing checks these sets, for the ratings have chosen them",
+    "ratings by ISO 281 and ISO 76 are nearest to those published by FBJ and NKE; the doubts reach to other sets that "
+    "come near; the ratings by SKF, which had no part in it, check the set: it meets them within 4 %",
     "literature": "the example of Harris, Rolling Bearing Analysis; it rates 6 % below those published for 7218 today",
     RULE: "estimated by a rule from the boundary dimensions",
     "given": "as its file says",

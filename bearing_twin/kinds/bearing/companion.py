@@ -28,16 +28,15 @@ from bearing_twin.kinds.bearing.integrate import Chunk, integrated
 from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_alone, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
+from bearing_twin.kinds.bearing.pointers import POINTERS, SLIDING, pointers
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.steps import STEPS
-from bearing_twin.kinds.bearing.windows import ALL, LEAST_STEPS, PLACE, WINDOW, Window, bend, overlap, window_at, within
+from bearing_twin.kinds.bearing.windows import ALL, PLACE, WINDOW, Window, overlap, window_at, within
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import ROSENBROCK
 
 METHOD = "rodas4"  # of the companion, whatever the run's
 TIGHTER = 0.3  # of the run's tolerance: what the companion errs by itself is as great a share, and is added
-POINTERS = 3  # error of force, error of torque, friction over load
 MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.12  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
@@ -67,6 +66,7 @@ class Companion:
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
         self.met = 0
+        self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
 
     def memory(self) -> dict:
         """What it knows of the run, as plain data; see `remember`."""
@@ -95,11 +95,12 @@ class Companion:
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
-        return self.followed, self.drift.memory(), self.met
+        return self.followed, self.drift.memory(), self.met, self.best.copy()
 
     def inherit(self, kept: tuple) -> None:
         """Back to what `inherited` gave, to look at a part once more."""
-        self.followed, drift, self.met = kept
+        self.followed, drift, self.met, best = kept
+        self.best = best.copy()
         self.drift.remember(drift)
 
     def windows(self, part: Part) -> list[Window]:
@@ -109,7 +110,8 @@ class Companion:
         met, whole, planned = meetings(part), part.partners.active, 0.0
         for place, grid in enumerate(grids):
             mine: list[Window] = []
-            for flat in np.argsort(-grid, axis=None, kind="stable"):
+            worth = np.flatnonzero(grid > RAISED * self.best[place].min())  # few, which are soon sorted
+            for flat in worth[np.argsort(-grid.flat[worth], kind="stable")]:
                 row, cell = (int(one) for one in np.unravel_index(flat, grid.shape))
                 if len(mine) == MOST or not self._worth(place, grid[row, cell], part, mine, planned):
                     break
@@ -119,12 +121,24 @@ class Companion:
                     if not any(within(window, other) for other in found):
                         found.append(window)
                         planned += self._see(window, row, grids, steps)
+        self.spare = self._spare(grids) if len(part.pointer) else 1.0
         self.parts += 1
         if self.parts & (self.parts - 1) == 0 and not any(one.ball == ALL for one in found):
             calm = int(steps.sum(axis=1).argmin())
             window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps[calm]), met)
             found += [] if any(within(window, other) for other in found) else [window]
         return found
+
+    def see_again(self, part: Part, windows: list[Window]) -> None:
+        """Keeps what the pointers say in windows of a part that was done again."""
+        grids, steps = self._pointers(part)
+        for window in windows:
+            self._see(window, window.ball, grids, steps)
+
+    def _spare(self, grids: tuple[np.ndarray, ...]) -> float:
+        """How many times greater errors of force and torque would still be less than in windows looked at."""
+        seen = zip(self.best[:SLIDING], grids[:SLIDING], strict=True)
+        return min(float(best.min()) / max(float(grid.max()), 1e-300) for best, grid in seen)
 
     def _see(self, window: Window, row: int, grids: tuple[np.ndarray, ...], steps: np.ndarray) -> float:
         """Keeps what the pointers say in a window that is looked at; the steps that the run took in it."""
@@ -142,21 +156,8 @@ class Companion:
         return points > RAISED * best.min()
 
     def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        """What points to errors, of force [N], torque over N, friction over N, and steps; each (balls or 1, cells)."""
-        load = part.out["normal_load"].sum(axis=2).T
         self.greatest_load = max(self.greatest_load, float(part.out["normal_load"].max()))
-        if len(part.pointer):
-            force, torque, steps = (part.pointer[:, :, place] for place in (OF_FORCE, OF_TORQUE, STEPS_IN))
-        else:
-            force, torque = (bend(array) for array in (part.out["raceway_force"], part.out["raceway_torque"]))
-            steps = np.full(force.shape, float(LEAST_STEPS))
-        torque = torque / np.maximum(load, LEAST_LOAD * self.greatest_load)
-        limit = np.maximum(part.out["normal_load"], LEAST_LOAD * self.greatest_load)
-        sliding = (np.linalg.norm(part.out["friction_force"], axis=-1) / limit).max(axis=-1).T
-        grids = force, torque, sliding
-        if part.partners.active:
-            grids, steps = tuple(one.max(axis=0)[None] for one in grids), steps.max(axis=0)[None]
-        return grids, steps
+        return pointers(part, LEAST_LOAD * self.greatest_load)
 
     def look(self, part: Part, windows: list[Window], scales: np.ndarray, tolerance: float) -> np.ndarray:
         """Rows of WINDOW for these windows of a run with these scales and this tolerance; infinite for what breaks off.

@@ -14,17 +14,15 @@ from bearing_twin.kinds.bearing.drilling import SIDES, drilling_of
 from bearing_twin.kinds.bearing.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
-from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.summing import STRETCH
-from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW
+from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, unseen
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
-UNSEEN = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
-CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
 LEAST_TURN = 1e-6  # rad between two outputs: a ball that turns less stands, and its load changes for other reasons
 WHOSE = {ALL: "all balls together", APART: "a copy that starts apart by what the run is off, before balls meet"}
 TILTING = "ring_moment_nm", "misalignment_rad"
@@ -114,14 +112,8 @@ class BearingDoubt:
 
     def _seen(self, name: str) -> float:
         """The greatest error of the method in a quantity: what single balls had, and a bound for coupled ones."""
-        seen = float(max(self.worst[0, PLACE[name]], self._unseen * self.worst[1, PLACE[name]]))
+        seen = float(max(self.worst[0, PLACE[name]], unseen(self.parameters) * self.worst[1, PLACE[name]]))
         return seen + self._seen("orbit_angle") * self.steepest if name == "load" else seen
-
-    @property
-    def _unseen(self) -> float:
-        cage = self.parameters.cage.kind
-        shared = dimension_of(self.parameters) == FREE_RING or cage == EVEN
-        return CARRIED if shared and cage != POCKETS else UNSEEN
 
     def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of the method by figure; one that no window saw is missing."""
@@ -274,8 +266,8 @@ class BearingDoubt:
             notes[METHOD] = "the run holds no window of a companion, so the error of its integration is not known"
         elif self.worst[1].any():
             notes[METHOD] = (
-                f"balls touch, or meet a moving ring or a cage: {self._unseen:g} times what windows show stands for "
-                "what they inherit"
+                f"balls touch, or meet a moving ring or a cage: {unseen(self.parameters):g} times what windows show "
+                "stands for what they inherit"
             )
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"

@@ -128,7 +128,7 @@ class PairContact(NamedTuple):
 
     `normal` points from the ball's centre to the other's, `arm` from its centre to the contact; on the other ball the
     force is the opposite, the torque the same. Friction acts at a point, so there is no drilling. `energy` is the
-    ball's half, `dissipation` that of both.
+    ball's half, `dissipation` and `storing`, the power that goes into elastic energy [W], are those of both.
     """
 
     approach: float
@@ -142,6 +142,7 @@ class PairContact(NamedTuple):
     force: tuple[float, float, float]
     torque: tuple[float, float, float]
     dissipation: float
+    storing: float
 
 
 @inlined
@@ -320,6 +321,7 @@ def ball_on_ball(bearing, may_touch, between, velocity, spin):
         force=add(scaled(-normal_load, normal), friction),
         torque=cross(arm, friction),
         dissipation=resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate,
+        storing=spring.load * approach_rate,
     )
 
 
@@ -337,7 +339,7 @@ def pair_contact(bearing, state, k, side):
     spin = add(ball_vector(state, k, SPIN), about_z(cosine, sine, ball_vector(state, j, SPIN)))
     if dot(between, between) >= 4.0 * bearing.ball_radius * bearing.ball_radius:
         nothing = (0.0, 0.0, 0.0)
-        return PairContact(0.0, 0.0, 0.0, 0.0, nothing, nothing, nothing, nothing, nothing, nothing, 0.0)
+        return PairContact(0.0, 0.0, 0.0, 0.0, nothing, nothing, nothing, nothing, nothing, nothing, 0.0, 0.0)
     return ball_on_ball(bearing, True, between, velocity, spin)
 
 

@@ -55,7 +55,7 @@ def lane_room(state, near, slopes):
         turned_from=np.zeros_like(y),
         turned_rates=np.zeros_like(y),
         lanes=new_blocks(len(state), LANE_ROWS),
-        pairs=new_pairs(near, np.arange(len(state))),
+        pairs=new_pairs(near, np.arange(len(state)), 1.0),
     )
 
 

@@ -1,6 +1,6 @@
 """The figures of a bearing run: what each is, and of which part of the bearing; one without its part does not exist."""
 
-from bearing_twin.kinds.bearing.rings import free_coordinates
+from bearing_twin.kinds.bearing.rings import BALLS, free_coordinates, moving_centre
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
@@ -37,6 +37,9 @@ MEANINGS = {
     },
     "cage_slip": f"1 - speed of the cage / that of balls that roll at contact angle 0, {LATE}; none without a cage",
     "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run; none without a cage",
+    "cage_eccentricity_m": f"distance of the cage's centre from the axis, {LATE}; none where it stays centred",
+    "cage_whirl_rad_s": f"of the cage's centre round the axis, about +z, {LATE}; none where it stays centred",
+    "greatest_land_force_n": "of the land on the cage, greatest over the run; none without guidance by a land",
     "friction_torque_nm": f"magnitude of the raceways' torque about the ball's centre, {LATE}, one value a ball",
 }
 """What each key of the figures is, in their order."""
@@ -45,6 +48,8 @@ FIGURES_OF = {
     "displacement": ("ring_displacement_m", "ring_displacement_range_m"),
     "tilt": ("misalignment_rad",),
     "cage": ("cage_slip", "greatest_pocket_force_n"),
+    "centre": ("cage_eccentricity_m", "cage_whirl_rad_s"),
+    "land": ("greatest_land_force_n",),
 }
 
 
@@ -53,11 +58,13 @@ def missing(parameters, still: bool) -> frozenset[str]:
 
     A ring that is held has its place and tilt from the scene; equilibria lose nothing, and their cage is no body.
     """
-    free = free_coordinates(parameters)
+    free, moving = free_coordinates(parameters), moving_centre(parameters)
     there = {
         "losses": not still,
         "displacement": any(free[:3]),
         "tilt": any(free[3:]),
         "cage": parameters.cage.kind != "none" and not still,
+        "centre": moving and not still,
+        "land": moving and not still and parameters.cage.guidance != BALLS,
     }
     return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)

@@ -25,7 +25,7 @@ from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, columns_of, mean_torque
+from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, centre_figures, columns_of, mean_torque
 from bearing_twin.kinds.bearing.windows import WINDOW, is_watched
 from bearing_twin.kinds.energy import ENERGY_GAIN, STORED
 from bearing_twin.report import Choice
@@ -273,6 +273,7 @@ class BearingFigures:
             **pairs,
             "cage_slip": float(late["cage_slip"] / late["count"]),
             "greatest_pocket_force_n": float(self._sums.greatest.pocket_force[0]),
+            **centre_figures(late["centre"] / late["count"], self._sums.greatest),
             "friction_torque_nm": self._torques(late),
         }
         absent = missing(self.parameters, self.still)

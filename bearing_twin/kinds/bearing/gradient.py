@@ -261,10 +261,14 @@ def _apart(contact, slopes, place, direction):
 
 @inlined
 def pair_gradient(bearing, may_touch, between, velocity, spin, turn):
-    """`ball_on_ball` and its derivatives; `turn` says how its three arguments change with the angle."""
+    """`ball_on_ball` and its derivatives; `turn` says how its three arguments change with the angle.
+
+    The loss is that with what the contact stores.
+    """
     contact = ball_on_ball(bearing, may_touch, between, velocity, spin)
     root = math.sqrt(max(contact.approach, SHALLOWEST))
     slopes = _slopes(bearing, bearing.friction_coefficient, bearing.pair_coefficient, HERTZIAN, root, 0.0, 0.0, contact)
+    slopes = _Slopes(*slopes[:3], 0.0, *slopes[4:10], contact.normal_load)
     relative = add(velocity, cross(spin, contact.arm))
     place = _Place(offset=between, ring_speed=0.0, raceway_velocity=(0.0, 0.0, 0.0), spin=spin, relative=relative)
     force_v, torque_v, loss_v, lever = _driven(contact, slopes)

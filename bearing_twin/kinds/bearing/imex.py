@@ -117,7 +117,7 @@ def _step(bearing, drive, pairs, time, h, blocks):
 def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orientation, results):
     """Equal steps between two instants, none longer than `greatest_step` [s]; see the module."""
     balls, counts = bearing.balls, results.counts
-    blocks, pairs = new_blocks(balls, IMEX_ROWS), new_pairs(near, np.arange(balls))
+    blocks, pairs = new_blocks(balls, IMEX_ROWS), new_pairs(near, np.arange(balls), 0.0)
     into_blocks(state, blocks, AXIS_DISTANCE)
     into_blocks(orientation, blocks, ORIENTATION)
     into_blocks(results.carried, blocks, CARRIED_INNER)

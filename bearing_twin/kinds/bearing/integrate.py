@@ -9,7 +9,9 @@ from bearing_twin.kinds.bearing.border import Partners
 from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.imex import imex_chunk
+from bearing_twin.kinds.bearing.layout import BORDER, COLUMNS
 from bearing_twin.kinds.bearing.linear_system import new_coupling
+from bearing_twin.kinds.bearing.pairs import add_stored
 from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.steps import FAILURES
@@ -36,16 +38,48 @@ class Chunk(NamedTuple):
     scales: np.ndarray
 
 
+class Instants:
+    """Room for states (count, N, COLUMNS), orientations (count, N, 4) and borders (count, BORDER) of a part.
+
+    Parts take turns: memory that is new to a process costs more than the numbers written into it.
+    """
+
+    def __init__(self):
+        self._room: list[np.ndarray] = []
+
+    def empty(self, count: int, balls: int) -> tuple[np.ndarray, ...]:
+        """That of the next part, all NaN; the arrays handed out before are overwritten."""
+        if not self._room or len(self._room[0]) < count:
+            self._room = [np.empty((count, *shape)) for shape in ((balls, COLUMNS), (balls, 4), (BORDER,))]
+        arrays = tuple(one[:count] for one in self._room)
+        for one in arrays:
+            one.fill(np.nan)
+        return arrays
+
+
 def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
     """Moves (state, orientation, steps) on in place and fills `results` (`steps.Results`); returns the status."""
+    if stepper == "imex":  # its losses are of first order, those of damping, which are less than the work of loads
+        return imex_chunk(
+            chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration, chunk.step, *moving[:2], results
+        )
+    if not chunk.near.any():
+        return _with_losses(stepper, chunk, moving, results)
+    add_stored(chunk.bearing, chunk.near, 1.0, moving[0])
+    status = _with_losses(stepper, chunk, moving, results)
+    for state in (moving[0], *results.states):
+        add_stored(chunk.bearing, chunk.near, -1.0, state)
+    return status
+
+
+def _with_losses(stepper: str, chunk: Chunk, moving, results) -> int:
+    """`integrated` where the integral of losses takes in what contacts of balls store."""
     what = chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration
     if stepper in ROSENBROCK:
         task = ChunkTask(ROSENBROCK[stepper], chunk.bearing, chunk.drive, chunk.times, chunk.duration, chunk.scales)
         return _by_rosenbrock(task, chunk.partners, chunk.near, moving, results)
     if stepper in EXPLICIT:
         return explicit_chunk(EXPLICIT[stepper], *what, chunk.step, chunk.scales, *moving, results)
-    if stepper == "imex":
-        return imex_chunk(*what, chunk.step, *moving[:2], results)
     from scipy import integrate  # late: these methods are for charts and tests
 
     return scipy_chunk(getattr(integrate, SCIPY[stepper]), *what, REFERENCE_SHARE * chunk.scales, *moving[:2], results)

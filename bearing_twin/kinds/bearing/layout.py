@@ -34,18 +34,21 @@ COLUMNS = 12
 MOTION_SPAN, STATE_SPAN = MOTION * LANES, COLUMNS * LANES  # numbers in a stretch of rows
 
 # Bodies that meet all balls, the inner ring and the cage: places (the ring's centre, its tilt about x and y, the cage's
-# angle), the velocities of these, and two integrals that only listen: work of what acts on the ring, and what is lost.
+# angle), the velocities of these, and integrals that only listen: work of what acts on the ring, what is lost, and the
+# work of the drive through the land that guides a cage.
 PLACES = 6
 RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE = np.arange(PLACES)
-WORK_DONE, LOST = 12, 13
-BORDER = 14
+CAGE_X, CAGE_Y = TILT_X, TILT_Y  # a cage whose centre moves has its places there, and the ring does not tilt
+WORK_DONE, LOST, LAND_WORK = 12, 13, 14
+BORDER = 15
 
 # What the rates need besides the motion: speed of the ring, load coefficients, what a law carries (see `carried`),
-# motion of ring and cage, and the cage's angle to the ball's pocket; what a ball does to ring and cage; the rates; and
-# what friction over the spots works with.
-RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, BORDER_MOTION, POCKET, BORDER_PUSH, _RATES = _rows(
-    COLUMNS, 1, 1, 1, 4, 4, 2 * PLACES, 1, PLACES
+# motion of ring and cage, the cage's angle to the ball's pocket, place and velocity of its centre; what a ball does to
+# ring and cage; the rates; and what friction over the spots works with.
+RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, BORDER_MOTION, POCKET = _rows(
+    COLUMNS, 1, 1, 1, 4, 4, 2 * PLACES
 )
+CENTRE, BORDER_PUSH, _RATES = _rows(POCKET + 1, 4, PLACES)
 LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(_RATES, COLUMNS, 16)
 CARRIED_COLUMNS = 8
 # The motion in a spot's frame, its semi-axes, and three means over it, each in two rows, inner contacts and outer ones:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, moving_centre
 
 
 class LeftOut(NamedTuple):
@@ -25,6 +25,14 @@ ROWS = {
     "cage": LeftOut(
         lambda parameters: parameters.cage.kind == "none",
         "no cage: its friction and its pushes on the balls are not computed; cage.kind: pockets has them",
+    ),
+    "cage_guidance": LeftOut(
+        lambda parameters: parameters.cage.kind != "none" and not moving_centre(parameters),
+        "the cage stays centred: what guides it, and its friction there, are not computed; cage.guidance has them",
+    ),
+    "cage_tilt": LeftOut(
+        moving_centre,
+        "the cage moves in its plane alone: its tilt, and what it does along the axis, are not computed",
     ),
     "shear": LeftOut(
         lambda parameters: dimension_of(parameters) != QUASI_STATIC,

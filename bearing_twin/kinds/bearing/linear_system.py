@@ -77,7 +77,7 @@ def new_coupling(near, balls, partners, state):
     `state` (BORDER,) is that of the `partners`, ring and cage.
     """
     closed = 1 if near[balls[-1]] and len(balls) == len(near) else 0
-    pairs, blocks = new_pairs(near, balls), closed + (1 if partners.active else 0)
+    pairs, blocks = new_pairs(near, balls, 1.0), closed + (1 if partners.active else 0)
     chain = chain_solve.new_chain(len(balls) - closed, blocks, pairs.touching)
     return Coupling(pairs, chain, new_border(partners, len(balls), state))
 

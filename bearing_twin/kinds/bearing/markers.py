@@ -5,12 +5,15 @@ are relative, the longest as long as a ball is thick, and a line of text says ho
 with many points each: one point costs a thirtieth of one marker.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.loads import ring_attitude
 from bearing_twin.kinds.markers import (
     BLUE,
+    BRASS,
     CYLINDER,
     ELLIPSE_SCALE,
     GLASS,
@@ -31,6 +34,8 @@ LONGEST_ARROW = 1.0  # ball diameters
 OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn
 LETTERS = 0.25  # height of a line of text in ball diameters: the line is no wider than the bearing
 
+CORNERS = 6  # of the circle that stands for a cage, from ball to ball
+
 _SPOKES = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))
 
 
@@ -45,7 +50,7 @@ def markers(parameters, sample, details) -> list[tuple[np.ndarray, list[dict]]]:
     texts = np.array([_scale_text(one).encode() for one in greatest.tolist()])
     lengths = np.char.str_len(texts)
     sizes = np.stack([ellipses.sum(axis=(1, 2)), arrows.sum(axis=(1, 2)), lengths], axis=1)
-    balls, rings = list(_balls(parameters, sample)), list(_rings(parameters, sample))
+    balls, rings = list(_balls(parameters, sample)), [*_rings(parameters, sample), *_cage(parameters, sample)]
     outlined, pushed = _outlines(sample, details), _arrows(parameters, sample, details, greatest)
     diameter, found = parameters.geometry.ball_diameter, []
     for size in np.unique(sizes, axis=0):
@@ -123,6 +128,25 @@ def _rings(parameters, sample):
     yield marker("rings", 0, CYLINDER, (inner, inner, wide), ORANGE, centre, leaning)
     yield marker("rings", 1, CYLINDER, (outer, outer, OUTER_WIDTH * wide), GLASS)
     yield marker("spokes", 0, LINE_LIST, width, BLUE, centre, turned) | {"points": spokes}
+
+
+def _cage(parameters, sample):
+    """A circle through the middle of the pockets, and a web between each two of them, where the cage is."""
+    if parameters.cage.kind == "none":
+        return
+    radius, half = 0.5 * parameters.geometry.pitch_diameter, 0.3 * parameters.geometry.ball_diameter
+    balls, points = parameters.geometry.balls, []
+    corners = np.linspace(0.0, 2.0 * np.pi, CORNERS * balls + 1)
+    circle = np.stack([radius * np.cos(corners), radius * np.sin(corners), np.zeros_like(corners)], axis=-1).tolist()
+    for one, other in pairwise(circle):
+        points += [one, other]
+    for k in range(balls):
+        x, y, _ = circle[CORNERS * k + CORNERS // 2]
+        points += [(x, y, -half), (x, y, half)]
+    angle, offset = sample["cage_angle"], sample["cage_offset"]
+    centre = np.concatenate([offset, np.zeros_like(offset[..., :1])], axis=-1)
+    turned = ring_attitude(np.zeros_like(offset), angle)
+    yield marker("cage", 0, LINE_LIST, (0.1 * half, 0.0, 0.0), BRASS, centre, turned) | {"points": points}
 
 
 def _outlines(sample, details) -> np.ndarray:

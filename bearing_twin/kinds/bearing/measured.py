@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
-from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
+from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.paths import share_path
 
@@ -23,7 +23,8 @@ LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: 
 FINEST = 1e-9  # no setting is finer
 SPREAD = 0.05  # of costs, measured again
 ROOM = 1.1  # ball diameters from centre to centre: less, and neighbours soon meet
-RATES = (1000.0, 100.0)  # outputs a second, of the columns of costs of dimensions
+RATES = {"seconds": 1000.0, "cost_at_100_hz": 100.0}  # outputs a second, by the columns of costs of dimensions
+DIMENSIONS = QUASI_STATIC, PRESCRIBED
 
 
 class Rung(NamedTuple):
@@ -110,9 +111,9 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
     """(motion, stepper): its rungs from loose to tight, of adaptive steppers that the bearing's own loops run."""
     found: dict[tuple[str, str], list[Rung]] = {}
     for row in _read("steppers.csv"):
-        if row["stepper"] in ROSENBROCK and not row["failure"]:
-            rung = (float(row[key]) for key in ("setting", "load_error", "friction_error", "cpu_per_simulated_second"))
-            found.setdefault((row["problem"], row["stepper"]), []).append(Rung(*rung))
+        if row["method"] in ROSENBROCK and row["status"] == "done":
+            rung = (float(row[key]) for key in ("setting", "load_error", "friction_error", "seconds"))
+            found.setdefault((row["problem"], row["method"]), []).append(Rung(*rung))
     return {key: tuple(sorted(rungs, reverse=True)) for key, rungs in found.items()}
 
 
@@ -169,12 +170,14 @@ def dimension_costs(parameters, share: float) -> dict[str, float]:
     """
     across, nearest, found = any(parameters.drive.offset[:2]), math.inf, {}
     for row in _read("dimensions.csv"):
-        away = abs(math.log(float(row["centrifugal_share"]) / max(share, 1e-3)))
-        if ("across" in row["load"]) != across or away > nearest + 1e-6:
+        away = abs(math.log(float(row["setting"]) / max(share, 1e-3)))
+        if row["method"] not in DIMENSIONS or row["status"] != "done":
+            continue
+        if ("across" in row["problem"]) != across or away > nearest + 1e-6:
             continue
         nearest = away
-        high, low = (float(row[f"cost_at_{rate:.0f}_hz"]) for rate in RATES)
-        slope = (high - low) / (RATES[0] - RATES[1])
-        base = max(0.0, low - slope * RATES[1])
-        found[row["dimension"]] = base + slope * parameters.run.output_rate
+        high, low = (float(row[key]) for key in RATES)
+        slope = (high - low) / (RATES["seconds"] - RATES["cost_at_100_hz"])
+        base = max(0.0, low - slope * RATES["cost_at_100_hz"])
+        found[row["method"]] = base + slope * parameters.run.output_rate
     return found

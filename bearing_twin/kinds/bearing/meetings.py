@@ -100,8 +100,8 @@ class Drift:
 
     def go_on(self, part: Part, followed: set[int]) -> None:
         """Goes on to the end of a part."""
-        load = part.out["normal_load"]
-        driven, free = (load > 0.0).all(axis=2), (load == 0.0).all(axis=2)
+        inner, outer = np.moveaxis(part.out["normal_load"], -1, 0)
+        driven, free = np.minimum(inner, outer) > 0.0, np.maximum(inner, outer) == 0.0
         late = part.elapsed + part.times[:, None] > self.until
         between = np.diff(part.times, prepend=0.0)[:, None]
         self.angle = self.angle + self.speed * (between * (late & ~driven)).sum(axis=0)

@@ -9,8 +9,8 @@ from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.error_scales import error_scales
-from bearing_twin.kinds.bearing.integrate import Chunk, check, integrated
-from bearing_twin.kinds.bearing.layout import BORDER, CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
+from bearing_twin.kinds.bearing.integrate import Chunk, Instants, check, integrated
+from bearing_twin.kinds.bearing.layout import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.overload import explained
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -48,7 +48,7 @@ class BearingMotion:
         self.parameters = parameters
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
-        self.loading = Loading(parameters)
+        self.loading, self._instants = Loading(parameters), Instants()
         partners = partners_of(parameters)
         self.longest_chunk = None if partners.active else LONGEST_ALONE
         if self.bearing.ring:
@@ -255,8 +255,7 @@ class BearingMotion:
             if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
                 self.steps = np.minimum(self.steps, FIRST_STEP)
             self._load, self._load_rate = load + duration * rate, rate
-        shapes = self.state.shape, self.orientation.shape, (BORDER,)
-        filled = tuple(np.full((len(times), *shape), np.nan) for shape in shapes)
+        filled = self._instants.empty(len(times), self.bearing.balls)
         moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]
         near, after = np.zeros((2, self.bearing.balls), np.bool_)

@@ -6,9 +6,13 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, outside_load
 from bearing_twin.kinds.bearing.cage import bump
 from bearing_twin.kinds.bearing.equations import ball_vector
+from bearing_twin.kinds.bearing.land import carried_by_ring, touch_at
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     CAGE,
+    CAGE_X,
+    CAGE_Y,
+    LAND_WORK,
     LOST,
     ORBIT_ANGLE,
     PLACES,
@@ -17,19 +21,52 @@ from bearing_twin.kinds.bearing.layout import (
     VELOCITY,
     WORK_DONE,
 )
+from bearing_twin.kinds.bearing.moving_cage import seen, wall
 
 
 @inlined
 def _pocket_forces(pockets, bearing, state, border, row, first):
     """Writes what each pocket does to its ball along the orbit; returns the energy in all pockets."""
     energy = 0.0
-    if len(pockets) > 0:
+    if len(pockets) > 1:
         for k in range(bearing.balls):
             ahead = state[k, ORBIT_ANGLE] - border[CAGE] - 2.0 * math.pi * k / bearing.balls
             velocity, spin = ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN)
             found = bump(pockets, bearing, state[k, AXIS_DISTANCE], ahead, velocity, spin, border[CAGE_SPEED])
             row[first + k] = found.along
             energy += found.energy
+    return energy
+
+
+@kernel
+def _write_moving(pockets, bearing, land, speed, state, border, row, first, shared):
+    """Writes what walls and land do to a cage whose centre moves, to balls and rings; returns the energy in them.
+
+    From column `first` on stand pockets, place and velocity of the centre, and what the land does to the cage.
+    """
+    energy = 0.0
+    if len(pockets) == 1:
+        after, centre, moving = first + bearing.balls, PLACES + CAGE_X, (border[CAGE_X], border[CAGE_Y])
+        for k in range(bearing.balls):
+            cosine, sine = math.cos(state[k, ORBIT_ANGLE]), math.sin(state[k, ORBIT_ANGLE])
+            found = wall(
+                pockets.walls, bearing, state[k, AXIS_DISTANCE],
+                state[k, ORBIT_ANGLE] - border[CAGE] - 2.0 * math.pi * k / bearing.balls,
+                seen(border[CAGE_X], border[CAGE_Y], cosine, sine),
+                seen(border[centre], border[centre + 1], cosine, sine),
+                ball_vector(state, k, VELOCITY), ball_vector(state, k, SPIN), border[CAGE_SPEED],
+            )  # fmt: skip
+            row[first + k] = found.force[1]
+            energy += found.energy
+        held = touch_at(land, border, 0, speed)
+        inner = carried_by_ring(land)
+        for i in range(2):
+            row[after + i], row[after + 2 + i], row[after + 4 + i] = moving[i], border[centre + i], held.force[i]
+            row[shared + i] -= inner * held.force[i]
+            row[shared + 6 + i] -= (1.0 - inner) * held.force[i]
+        row[shared + 5] += inner * held.ring_torque
+        row[shared + 11] += (1.0 - inner) * held.ring_torque
+        energy += held.energy
     return energy
 
 
@@ -70,15 +107,20 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
             row[shared + 1] += 0.5 * partners.free[i] * partners.stiffness[i] * off * off
             row[shared + 2] -= partners.free[i] * partners.weight[i] * border[i]
         row[places.ring + 15] = border[WORK_DONE]
-        row[shared + 3] += border[WORK_DONE]
+        row[shared + 3] += border[WORK_DONE] + border[LAND_WORK]
         row[shared + 4] += border[LOST]
-        row[shared + 5] += abs(border[WORK_DONE])
+        row[shared + 5] += abs(border[WORK_DONE]) + abs(border[LAND_WORK])
         if partners.free[CAGE] > 0.0:
             cage, pocket = places.ring + 16, places.ring + 19
-            speed = rolling * (drive.speed + drive.acceleration * time)
+            turning = drive.speed + drive.acceleration * time
+            speed = rolling * turning
             row[cage], row[cage + 1] = border[CAGE], border[CAGE_SPEED]
             row[cage + 2] = 1.0 - border[CAGE_SPEED] / speed if speed != 0.0 else 0.0
             if partners.even:
                 _hold_even(bearing, partners, states[sample], border, row, pocket, places.force)
             else:
-                row[shared + 1] += _pocket_forces(bearing.pockets, bearing, states[sample], border, row, pocket)
+                state, pockets = states[sample], bearing.pockets
+                row[shared + 1] += _pocket_forces(pockets, bearing, state, border, row, pocket)
+                row[shared + 1] += _write_moving(
+                    pockets, bearing, partners.land, turning, state, border, row, pocket, places.shared
+                )

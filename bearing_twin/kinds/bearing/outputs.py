@@ -8,11 +8,13 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.kinds.bearing.layout import CAGE_X, CAGE_Y, PLACES
 from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.sample import Channel, Columns, Sample, layout_of
 
+IN_PLANE = ("in_plane",)  # axes: x and y
 OWN = len(OWN_WIDTHS)  # channels with a ball's own numbers
 
 
@@ -60,7 +62,10 @@ def _channels(n: int) -> tuple[Channel, ...]:
         Channel("cage_speed", "rad/s", (), "of the cage about +z; 0 without one"),
         Channel("cage_slip", "1", (), "1 - cage speed / that of balls that roll at contact angle 0; 0 without a cage"),
         Channel("pocket_force", "N", (n,), "of the cage on each ball along its orbit"),
-        Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls"),
+        Channel("cage_offset", "m", (2,), "of the cage's centre off the axis; 0 where it stays centred", IN_PLANE),
+        Channel("cage_velocity", "m/s", (2,), "of the cage's centre; 0 where it stays centred", IN_PLANE),
+        Channel("land_force", "N", (2,), "on the cage by the land that guides it; 0 without one", IN_PLANE),
+        Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls, and by a cage on its land"),
         Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre"),
         Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),
         Channel("outer_ring_torque", "N m", (3,), "on the outer ring by the balls, about its centre"),
@@ -101,6 +106,8 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
     """The body and the contact that a number of a channel belongs to, such as "ball 3" and "outer race"."""
     if channel.name.startswith(("inner_ring", "outer_ring")):
         return channel.name[:10].replace("_", " "), ""
+    if channel.axes == IN_PLANE:
+        return "cage", ""
     if not channel.shape:
         return "", ""
     return f"ball {index[0]}", ("inner race", "outer race")[index[1]] if channel.shape[1:2] == (2,) else ""
@@ -137,6 +144,15 @@ def outputs_alone(bearing, drive, times, states, orientations, borders) -> dict[
     return {name: rows[name].reshape(count, balls, *shape) for name, shape in zip(layout.places, shapes, strict=True)}
 
 
+def _tilting(partners, borders: np.ndarray) -> np.ndarray:
+    """`borders` as the ring has them: a cage whose centre moves has it in the places of a tilt, which is 0 then."""
+    if not partners.land:
+        return borders
+    borders = borders.copy()
+    borders[:, [CAGE_X, CAGE_Y, PLACES + CAGE_X, PLACES + CAGE_Y]] = 0.0
+    return borders
+
+
 def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
     """Fills the matrix `out` from row `first` with states (count, N, columns) and orientations (count, N, 4).
 
@@ -144,7 +160,7 @@ def write_outputs(parameters, bearing, partners, drive, times, states, orientati
     (count, BORDER) are those of the `partners`, ring and cage. Every column of a row is written.
     """
     places = _places(parameters.geometry.balls)
-    write_rows(bearing, drive, times, states, orientations, borders, places, out, first)
+    write_rows(bearing, drive, times, states, orientations, _tilting(partners, borders), places, out, first)
     if partners.active:
         pitch = parameters.geometry.ball_diameter / parameters.geometry.pitch_diameter
         write_border(bearing, partners, drive, 0.5 * (1.0 - pitch), times, states, borders, places, out, first)

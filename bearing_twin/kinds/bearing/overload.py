@@ -3,7 +3,7 @@
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.border import outside_load
 from bearing_twin.kinds.bearing.integrate import Chunk
-from bearing_twin.kinds.bearing.layout import CAGE
+from bearing_twin.kinds.bearing.layout import CAGE, TILT_X
 from bearing_twin.kinds.bearing.quasi_static.operating import check_load
 
 OVERLOAD = "overload"  # the reason of such an error
@@ -29,4 +29,5 @@ def _load(chunk: Chunk, into: float) -> list[float]:
     """What acts on the free coordinates of the ring [N, N m] (5,) `into` [s] the chunk."""
     partners = chunk.partners
     weights = (partners.free * partners.weight)[:CAGE].tolist()
+    weights[TILT_X:CAGE] = 0.0, 0.0  # there a cage whose centre moves has its weight
     return [outside_load(partners, chunk.drive, into, i) + weight for i, weight in enumerate(weights)]

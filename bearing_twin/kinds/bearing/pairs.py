@@ -3,6 +3,10 @@
 `Pairs` stands beside the blocks of lanes that hold the balls, ball after ball; the rows of its array are in `layout`.
 A ball and the next ahead have frames of their own: what acts on the ball ahead is turned into its frame. The next
 behind gets the whole loss of a contact.
+
+Where damping would pull, the load is zero, and what elastic energy is left is lost: a loss that no error of the motion
+tells of. So within a chunk the integral of losses takes in what contacts of balls store as well, which makes it the
+work of their loads; `add_stored` puts that energy in before, and takes it out of what a chunk gives.
 """
 
 import math
@@ -11,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import ball_on_ball
+from bearing_twin.kinds.bearing.equations import ball_on_ball, pair_contact
 from bearing_twin.kinds.bearing.gradient import pair_gradient
 from bearing_twin.kinds.bearing.layout import (
     AHEAD,
@@ -52,15 +56,19 @@ SECOND_HALF = 3 * MOTION  # from the rows of velocity to those of spin in a matr
 
 
 class Pairs(NamedTuple):
-    """So many balls (`count`), each beside the next, any of which may touch: `blocks` (blocks, PAIR_ROWS * LANES)."""
+    """So many balls (`count`), each beside the next, any of which may touch: `blocks` (blocks, PAIR_ROWS * LANES).
+
+    `storing` is 1 where the integral of losses takes in what contacts store, 0 where it does not.
+    """
 
     count: int
     touching: bool
+    storing: float
     blocks: np.ndarray
 
 
 @kernel
-def new_pairs(near, balls):
+def new_pairs(near, balls, storing):
     """The balls numbered in `balls`, one after the other; `near[k]` (N,) says whether ball k may touch the next."""
     count = len(balls)
     blocks = new_blocks(count, PAIR_ROWS)
@@ -71,7 +79,7 @@ def new_pairs(near, balls):
             put(lanes, MAY_TOUCH, k, 1.0)
         if next_one < balls[place]:
             put(lanes, ROUND, k, 2.0 * math.pi)
-    return Pairs(count, np.any(near), blocks)
+    return Pairs(count, np.any(near), storing, blocks)
 
 
 @kernel
@@ -132,7 +140,7 @@ def _own_position(lanes, k):
 
 
 @kernel
-def _pushes(bearing, lanes):
+def _pushes(bearing, storing, lanes):
     """Fills OWN_PUSH and AHEAD_PUSH with what balls do to each other's rates."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
@@ -147,7 +155,7 @@ def _pushes(bearing, lanes):
         acceleration, turning = scaled(inverse_mass, contact.force), scaled(inverse_inertia, contact.torque)
         put_vector(lanes, OWN_PUSH, k, acceleration)
         put_vector(lanes, OWN_PUSH + 3, k, turning)
-        put(lanes, OWN_PUSH + LOSS, k, contact.dissipation)
+        put(lanes, OWN_PUSH + LOSS, k, contact.dissipation + storing * contact.storing)
         put_vector(lanes, AHEAD_PUSH, k, about_z(cosine, -sine, scaled(-1.0, acceleration)))
         put_vector(lanes, AHEAD_PUSH + 3, k, about_z(cosine, -sine, turning))
 
@@ -160,8 +168,16 @@ def add_pairs(bearing, pairs, motions, rates, row):
     """
     look_ahead(pairs, motions, AXIS_DISTANCE)
     for block in range(len(pairs.blocks)):
-        _pushes(bearing, pairs.blocks[block])
+        _pushes(bearing, pairs.storing, pairs.blocks[block])
     add_pushes(pairs, rates, row + VELOCITY)
+
+
+@kernel
+def add_stored(bearing, near, share, state):
+    """Adds a share of what each contact of balls stores [J] to the losses of the ball behind; `state` (N, COLUMNS)."""
+    for k in range(bearing.balls):
+        if near[k]:
+            state[k, DISSIPATED] += share * 2.0 * pair_contact(bearing, state, k, 1).energy
 
 
 @inlined

@@ -5,10 +5,12 @@ import math
 import numpy as np
 
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, Partners
+from bearing_twin.kinds.bearing.land import NO_LAND, Land
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER,
     CAGE,
+    CAGE_X,
     COLUMNS,
     HEIGHT,
     ORBIT_ANGLE,
@@ -26,7 +28,16 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     support_of,
     weights_of,
 )
-from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, dimension_of, free_coordinates
+from bearing_twin.kinds.bearing.rings import (
+    BALLS,
+    EVEN,
+    FREE_RING,
+    INNER_LAND,
+    dimension_of,
+    free_coordinates,
+    land_radius,
+    moving_centre,
+)
 from bearing_twin.kinds.bearing.start import cage_inertia
 
 NEVER = math.inf
@@ -74,7 +85,21 @@ def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
     pitch = 0.5 * parameters.geometry.pitch_diameter
     # Little stops a shaft that rings, so that errors of its motion add up for longer than a ball's.
     place, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
-    return np.array([*(place,) * 3, *(place / pitch,) * 3, *(speed,) * 3, *(speed / pitch,) * 3])
+    about = 1.0 if moving_centre(parameters) else pitch
+    return np.array(
+        [*(place,) * 3, *(place / about,) * 2, place / pitch, *(speed,) * 3, *(speed / about,) * 2, speed / pitch]
+    )
+
+
+def land_of(parameters: BearingScene) -> Land | tuple:
+    """What guides the cage, empty where it stays centred."""
+    cage = parameters.cage
+    if not moving_centre(parameters):
+        return ()
+    side, radius = -1.0 if cage.guidance == INNER_LAND else 1.0, land_radius(parameters)
+    clearance = NO_LAND if cage.guidance == BALLS else cage.land_clearance
+    law = cage.stiffness, cage.relaxation_time, cage.friction, parameters.contact.friction_regularisation
+    return Land(side, radius, clearance, *law)
 
 
 def partners_of(parameters: BearingScene) -> Partners:
@@ -82,22 +107,27 @@ def partners_of(parameters: BearingScene) -> Partners:
     ring, cage, support = parameters.rings.inner, parameters.cage, parameters.rings.inner.support
     moving, caged = dimension_of(parameters) == FREE_RING, cage.kind != "none"
     free = np.array([*(free_coordinates(parameters) if moving else (False,) * 5), caged], float)
-    about = ring.inertia[0] or 1.0
+    centred = not moving_centre(parameters)
+    if not centred:
+        free[CAGE_X:CAGE] = 1.0
+    about = (ring.inertia[0] or 1.0) if centred else cage.mass
+    weight = np.asarray(parameters.gravity, float)
     inertia = cage_inertia(parameters) if caged else 1.0
     return Partners(
         ring=(1.0,) if moving else (),
         active=moving or caged,
         even=cage.kind == EVEN,
         varying=moving and ring.unbalance != 0.0,
+        land=land_of(parameters),
         free=free,
         mass=np.array([*(ring.mass or 1.0,) * 3, about, about, inertia]),
-        stiffness=np.array([*support.stiffness, *(support.tilt_stiffness,) * 2, 0.0]),
-        damping=np.array([*support.damping, *(support.tilt_damping,) * 2, 0.0]),
+        stiffness=np.array([*support.stiffness, *(support.tilt_stiffness * centred,) * 2, 0.0]),
+        damping=np.array([*support.damping, *(support.tilt_damping * centred,) * 2, 0.0]),
         rest=np.array([*parameters.drive.offset, *parameters.drive.tilt, 0.0]),
-        weight=np.array([*(ring.mass * np.asarray(parameters.gravity)), 0.0, 0.0, 0.0]),
+        weight=np.array([*(ring.mass * weight), *(cage.mass * weight[:2] * (not centred)), 0.0]),
         load=np.zeros(PLACES),
         load_rate=np.zeros(PLACES),
-        polar_inertia=ring.inertia[1],
+        polar_inertia=ring.inertia[1] * centred,
         unbalance=ring.unbalance if moving else 0.0,
         phase=0.0,
         scales=np.zeros(2 * PLACES),
@@ -105,9 +135,12 @@ def partners_of(parameters: BearingScene) -> Partners:
 
 
 def _support(parameters: BearingScene, partners: Partners) -> Support:
-    """The loads at the start, with the ring's weight."""
+    """The loads at the start, with the weight of the ring and of a cage that rests on it."""
     found, (load, _) = support_of(parameters), Loading(parameters).at(0.0)
-    loads = np.where(found.free, load + partners.weight[:CAGE], 0.0)
+    weight, carried = partners.weight[:CAGE].copy(), partners.weight[CAGE_X:CAGE]
+    if partners.land and partners.land.side < 0.0:
+        weight[:2] += carried
+    loads = np.where(found.free, load + weight, 0.0)
     return Support(found.free, tuple(loads.tolist()), found.held)
 
 
@@ -141,6 +174,8 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     found = _settled(solver, _support(parameters, partners), partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates
+    if partners.land:
+        border[CAGE_X:CAGE] = _resting(parameters, partners, border)
     state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
     state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, found.places[:, 1]
     if parameters.initial.motion == "rolling":
@@ -151,6 +186,16 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
         state[:, SPIN], state[:, SPIN + 2] = contacts.pitch, orbit - contacts.roll
         border[CAGE_SPEED] = together if partners.free[CAGE] else 0.0
     return state, border
+
+
+def _resting(parameters: BearingScene, partners: Partners, border: np.ndarray) -> np.ndarray:
+    """Where a cage rests in its land under its weight [m] (2,); the land's centre without weight, or without a land."""
+    land, weight = partners.land, partners.weight[CAGE_X:CAGE]
+    middle = border[:2] if land.side < 0.0 else np.zeros(2)
+    size = float(np.hypot(*weight))
+    if size == 0.0 or land.clearance == NO_LAND:
+        return middle
+    return middle + (land.clearance + size / land.stiffness) * weight / size
 
 
 def caged_start(state: np.ndarray, partners: Partners) -> tuple[np.ndarray, np.ndarray]:

@@ -12,8 +12,9 @@ from bearing_twin import __version__
 from bearing_twin.errors import LogError
 from bearing_twin.kinds.bearing.history import LoadHistory
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
+from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of, moving_centre
 from bearing_twin.kinds.contract import Facts
+from bearing_twin.pictures.marks import axes_mark, readable_on
 from bearing_twin.pictures.style import (
     BALL_COLOURS,
     GREATEST_LINES,
@@ -32,10 +33,12 @@ from bearing_twin.sample import Block, Sample
 
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
-FEW = 40  # outputs that are marked one by one
+MOVED = "inner_ring_offset", "cage_offset"
+WORDS = "Inner ring's centre, from where it started", "Cage's centre, off the axis"
 GREATEST_NUMBERED = 40
 RING = 0.55  # radial thickness of a drawn ring, in ball radii
 ARROW = 2.0  # length of the longest load arrow, in ball radii
+FEW = 40  # outputs that are marked one by one
 
 
 class BearingPicture:
@@ -43,14 +46,15 @@ class BearingPicture:
 
     def __init__(self, facts: Facts):
         self._facts, self._history = facts, LoadHistory()
-        moves = facts.scene and dimension_of(facts.scene.parameters) == FREE_RING
-        self._ring = LoadHistory("inner_ring_offset") if moves else None
+        parameters = facts.scene.parameters if facts.scene else None
+        self._moved = [LoadHistory("inner_ring_offset")] if parameters and dimension_of(parameters) == FREE_RING else []
+        self._moved += [LoadHistory("cage_offset")] if parameters and moving_centre(parameters) else []
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
         self._history.add_block(block)
-        if self._ring:
-            self._ring.add_block(block)
+        for moved in self._moved:
+            moved.add_block(block)
 
     def write(self, path, worth=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
@@ -61,14 +65,16 @@ class BearingPicture:
         FigureCanvasAgg(figure)
         edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
-        left = grid[0].subgridspec(3 if self._ring else 2, 1, hspace=0.24 if self._ring else 0.16)
+        left = grid[0].subgridspec(2 + len(self._moved), 1, hspace=(0.16, 0.24, 0.34)[len(self._moved)])
         right = grid[1].subgridspec(3, 1, height_ratios=(4.0, 0.95, 0.7), hspace=0.2)
         loads = [figure.add_subplot(left[row]) for row in (0, 1)]
         _draw_loads(figure, loads, history)
-        if self._ring:
-            loads[1].tick_params(labelbottom=False)
-            loads[1].set_xlabel("")
-            _draw_displacement(figure.add_subplot(left[2]), self._ring)
+        above = loads[1]
+        for row, (moved, name, words) in enumerate(zip(self._moved, MOVED, WORDS, strict=False)):
+            above.tick_params(labelbottom=False)
+            above.set_xlabel("")
+            above = figure.add_subplot(left[2 + row])
+            _draw_displacement(above, moved, name, words)
         _draw_bearing(figure.add_subplot(right[0]), history.last, scene)
         _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
         return finish(figure, _title(history, scene), _footer(self._facts, history), path, worth=worth)
@@ -96,15 +102,15 @@ def _draw_loads(figure, axes, history):
     axes[1].set_xlabel(f"time [{unit}]")
 
 
-def _draw_displacement(axis, history):
-    """How far the centre of a ring with mass is from where it started, along each axis."""
+def _draw_displacement(axis, history, name, words):
+    """How far the centre of a ring with mass is from where it started, or of a cage from the axis, along each axis."""
     time, low, high = _shown(history) or history.envelope()
-    (scale, unit), start = scaled(time[-1], "s"), history.first["inner_ring_offset"]
+    (scale, unit), start = scaled(time[-1], "s"), history.first[name] * (name == MOVED[0])
     frame(axis)
-    for i, name in enumerate("xyz"):
+    for i, along in enumerate("xyz"[: len(start)]):
         path = 1e6 * (np.stack([low[:, i], high[:, i]], axis=1).ravel() - start[i])
-        axis.plot(np.repeat(time * scale, 2), path, linewidth=1.6, label=name, color=BALL_COLOURS[i])
-    heading(axis, "Inner ring's centre, from where it started")
+        axis.plot(np.repeat(time * scale, 2), path, linewidth=1.6, label=along, color=BALL_COLOURS[i])
+    heading(axis, words)
     axis.set(xlabel=f"time [{unit}]", ylabel="displacement [µm]")
     axis.margins(x=0.0)
     axis.legend(ncols=3, frameon=False, fontsize=10, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
@@ -222,7 +228,7 @@ def _draw_bearing(axis, sample: Sample, scene) -> None:
         axis.add_artist(Circle(centre, radius, lw=1.6, zorder=3, **look))
         if len(position) <= GREATEST_NUMBERED:
             size = np.clip(0.9 * radius / reach * 260, 6, 15)
-            ink = colour if loose else _readable_on(colour)
+            ink = colour if loose else readable_on(colour)
             axis.text(*centre, f"{ball}", ha="center", va="center", fontsize=size, color=ink, weight="bold", zorder=4)
         for raceway in (0, 1):
             _arrow(axis, centre, radius, load[ball, raceway] / greatest, raceway, pitch)
@@ -263,7 +269,7 @@ def _words(axis, sample, scene, greatest, reach):
     loose = (sample["normal_load"] <= 0.0).sum(axis=0)
     words = [f"{count} off the {ring} ring" for count, ring in zip(loose, ("inner", "outer"), strict=True) if count]
     axis.text(-left, 0.97 * reach, "\n".join(words), ha="right", va="top", linespacing=1.5, **ink)
-    _axes_mark(axis, left, reach)
+    axes_mark(axis, left, reach)
     gravity = np.asarray(scene.parameters.gravity if scene else (0.0, 0.0, 0.0))[:2]
     if np.linalg.norm(gravity) > 0.0:
         start = np.array([1.12 * reach, -0.62 * reach])
@@ -273,27 +279,7 @@ def _words(axis, sample, scene, greatest, reach):
         axis.text(start[0] + 0.05 * reach, start[1], "g", **look)
 
 
-def _axes_mark(axis, left, reach):
-    origin = np.array([left + 0.08 * reach, -0.9 * reach])
-    for direction, name in (((1.0, 0.0), "x"), ((0.0, 1.0), "y")):
-        end = origin + 0.2 * reach * np.array(direction)
-        axis.add_artist(FancyArrowPatch(origin, end, arrowstyle="-|>", mutation_scale=11, color=STYLE["soft"], lw=1.2))
-        axis.text(
-            *(origin + 0.26 * reach * np.array(direction)),
-            name,
-            ha="center",
-            va="center",
-            fontsize=11,
-            color=STYLE["soft"],
-        )
-
-
 def _ball_colour(ball, balls, share):
     if balls <= GREATEST_LINES:
         return BALL_COLOURS[ball % len(BALL_COLOURS)]
     return matplotlib.colors.to_hex(matplotlib.colormaps[LOAD_MAP](share))
-
-
-def _readable_on(colour):
-    red, green, blue = matplotlib.colors.to_rgb(colour)
-    return "white" if 0.299 * red + 0.587 * green + 0.114 * blue < 0.6 else STYLE["ink"]

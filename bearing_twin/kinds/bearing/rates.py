@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import in_lanes
 from bearing_twin.kinds.bearing.cage import add_pockets
-from bearing_twin.kinds.bearing.equations import give_coefficients, raceway_rates, rates_of_raceways
+from bearing_twin.kinds.bearing.equations import give_coefficients, rates_of_raceways
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
@@ -21,28 +21,27 @@ from bearing_twin.kinds.bearing.layout import (
     new_blocks,
     put,
 )
+from bearing_twin.kinds.bearing.moving_cage import add_moving_pockets
 from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
 from bearing_twin.kinds.bearing.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.spot import add_spots
 
 
-@kernel
-def lane_rates(bearing, lanes):
-    """`raceway_rates` by whatever law and friction, and what the pockets of a cage do."""
-    give_coefficients(bearing, lanes)
-    raceway_rates(bearing, lanes)
-    add_spots(bearing.spot, bearing, lanes)
-    add_pockets(bearing.pockets, bearing, lanes)
-
-
 @inlined
 def rates_in_lanes(bearing, lanes):
-    """`lane_rates`, put into its caller."""
+    """`raceway_rates` by whatever law and friction, and what the pockets of a cage do; put into its caller."""
     if not in_lanes(bearing.inner.law):
         give_coefficients(bearing, lanes)
     rates_of_raceways(bearing, lanes)
     add_spots(bearing.spot, bearing, lanes)
     add_pockets(bearing.pockets, bearing, lanes)
+    add_moving_pockets(bearing.pockets, bearing, lanes)
+
+
+@kernel
+def lane_rates(bearing, lanes):
+    """`rates_in_lanes`, called by its callers."""
+    rates_in_lanes(bearing, lanes)
 
 
 @inlined
@@ -78,6 +77,6 @@ def bearing_rates(bearing, drive, near, time, state, rates):
     values = new_blocks(len(state), COLUMNS)
     found = np.zeros_like(values)
     into_blocks(state, values, AXIS_DISTANCE)
-    pairs = new_pairs(near, np.arange(len(state)))
+    pairs = new_pairs(near, np.arange(len(state)), 1.0)
     block_rates(bearing, drive, pairs, time, values, found, new_blocks(len(state), LANE_ROWS))
     from_blocks(found, AXIS_DISTANCE, rates)

@@ -82,7 +82,8 @@ def rechosen(parameters: BearingScene, choice: Choice, motion, load: tuple) -> R
             other.take_rows(motion)
         else:
             records |= motion.take_records()
-        return Rechosen(chosen, other, _waiting(other), switch.sentence(), records)
+        kept = isinstance(motion, BearingMotion) and isinstance(other, BearingMotion)
+        return Rechosen(chosen, other, _waiting(other), switch.sentence(), records, {} if kept else motion.costs())
     return Rechosen(choice, motion, _waiting(motion), switch.sentence(), records)
 
 

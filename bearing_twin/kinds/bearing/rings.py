@@ -16,6 +16,8 @@ FREE = {  # rings.inner.free: which of the coordinates follow the loads
     "displacement": (True, True, True, False, False),
     "all": (True, True, True, True, True),
 }
+CENTRED, BALLS, INNER_LAND, OUTER_LAND = "centred", "balls", "inner", "outer"
+SHOULDER = 0.3  # of a ball: where the land of a ring stands, inside or outside the pitch circle
 QUASI_STATIC, PRESCRIBED, FREE_RING = "quasi_static", "prescribed", "free"
 EVEN, POCKETS = "even", "pockets"
 
@@ -69,7 +71,7 @@ class Rings:
 
 @dataclass(frozen=True)
 class Cage:
-    """What keeps the balls apart; its angle is the only place it has."""
+    """What keeps the balls apart: its angle moves, and with `guidance` its centre."""
 
     kind: str = choice(
         "none",
@@ -77,11 +79,20 @@ class Cage:
         "even = balls stay evenly spaced, at one orbit speed that follows from their balance; pockets = contacts",
     )
     inertia: float = quantity(0.0, "kg m^2", "about its axis; 0 = mass on the pitch circle", at_least=0.0)
-    mass: float = quantity(5.0e-3, "kg", "of the cage, where no inertia is given", at_least=0.0)
+    mass: float = quantity(5.0e-3, "kg", "of the cage; gives its inertia where none is given", at_least=0.0)
     pocket_clearance: float = quantity(2.0e-4, "m", "free travel of a ball along the pitch circle", at_least=0.0)
-    stiffness: float = quantity(1.0e6, "N/m", "of ball and pocket", above=0.0)
-    relaxation_time: float = quantity(3.0e-5, "s", "viscous over elastic part of ball and pocket", at_least=0.0)
-    friction: float = quantity(0.05, "1", "coefficient between ball and pocket", at_least=0.0, at_most=10.0)
+    stiffness: float = quantity(1.0e6, "N/m", "of the cage where it touches balls or a land", above=0.0)
+    relaxation_time: float = quantity(3.0e-5, "s", "viscous over elastic part of the same", at_least=0.0)
+    friction: float = quantity(0.05, "1", "coefficient of the same", at_least=0.0, at_most=10.0)
+    guidance: str = choice(
+        CENTRED,
+        (CENTRED, BALLS, INNER_LAND, OUTER_LAND),
+        "of pockets: centred = the cage's centre stays; else it moves, borne by balls alone, or by a ring's land, too",
+    )
+    land_clearance: float = quantity(1.0e-4, "m", "radial, between cage and the land that guides it", above=0.0)
+    land_radius: float = quantity(
+        0.0, "m", "of that land; 0 = pitch radius less (inner) or plus (outer) 0.3 ball diameters", at_least=0.0
+    )
 
 
 @dataclass(frozen=True)
@@ -94,6 +105,18 @@ class Model:
         "quasi_static = every output is an equilibrium at the balls' places; prescribed = balls move, the ring is held "
         "by the drive; free = balls move, and the ring with its mass",
     )
+
+
+def moving_centre(parameters) -> bool:
+    """Whether the cage's centre moves."""
+    return parameters.cage.guidance != CENTRED and dimension_of(parameters) == FREE_RING
+
+
+def land_radius(parameters) -> float:
+    """Radius [m] of the land that guides the cage."""
+    geometry, cage = parameters.geometry, parameters.cage
+    side = -1.0 if cage.guidance == INNER_LAND else 1.0
+    return cage.land_radius or 0.5 * geometry.pitch_diameter + side * SHOULDER * geometry.ball_diameter
 
 
 def free_coordinates(parameters) -> tuple[bool, ...]:
@@ -160,7 +183,7 @@ def ring_problems(parameters) -> list[str]:
             "rings.inner.change.load, table, unbalance and support act on a ring with mass; use model.dimension: free "
             "with rings.inner.mass"
         )
-    return problems + _unmet(parameters, dimension)
+    return problems + _unmet(parameters, dimension) + _guidance_problems(parameters, dimension, free)
 
 
 def _supported(support) -> bool:
@@ -207,5 +230,29 @@ def _unmet(parameters, dimension) -> list[str]:
             problems.append(
                 f"cage.pocket_clearance = {cage.pocket_clearance:g} m reaches into the next pocket; at most "
                 f"{0.5 * room:.4g} m"
+            )
+    return problems
+
+
+def _guidance_problems(parameters, dimension, free) -> list[str]:
+    """What a cage whose centre moves does not go with."""
+    cage, half = parameters.cage, 0.5 * parameters.geometry.pitch_diameter
+    if cage.guidance == CENTRED:
+        return []
+    if cage.kind != POCKETS:
+        return [f"cage.guidance = {cage.guidance} guides a cage of kind pockets; set cage.kind: pockets"]
+    problems, named = [], f"cage.guidance = {cage.guidance}"
+    if dimension == PRESCRIBED:
+        problems.append(f"{named} is built for a ring with mass; set model.dimension: free with rings.inner.mass")
+    if any(free[3:]) or any(parameters.drive.tilt):
+        problems.append(f"{named} is not built for a ring that tilts; use rings.inner.free: displacement")
+    if cage.mass == 0.0:
+        problems.append(f"{named} moves the cage's mass; give cage.mass above 0 kg")
+    if cage.guidance in (INNER_LAND, OUTER_LAND) and cage.land_radius:
+        inside = cage.guidance == INNER_LAND
+        if (cage.land_radius >= half) if inside else (cage.land_radius <= half):
+            problems.append(
+                f"cage.land_radius = {cage.land_radius:g} m: the land of the {cage.guidance} ring lies "
+                f"{'inside' if inside else 'outside'} the pitch circle, whose radius is {half:.4g} m"
             )
     return problems

@@ -161,7 +161,7 @@ def _bearing_now(ring, coupling, bearing):
     """The bearing with its ring where the last accepted step left it; `ring` is the bearing's."""
     if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
         if coupling.border.active:
-            return bearing_at(ring, bearing, coupling.border.numbers, at.BEGIN)
+            return bearing_at(ring, bearing, coupling.border, at.BEGIN)
     return bearing
 
 

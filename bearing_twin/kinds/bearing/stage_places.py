@@ -6,6 +6,7 @@ from bearing_twin.kinds.bearing.border_solve import of_cage, six
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
+    CENTRE,
     COLUMNS,
     DRIVE_WORK,
     END,
@@ -50,10 +51,25 @@ def mixed_stages(weights, lanes, column, k):
 
 @inlined
 def border_state(border, first):
-    """Places and velocities of a border whose state begins at `first`, and whether its cage is even."""
+    """Places and velocities of a border whose state begins at `first`, whether its cage is even, its land."""
     if len(border) > 0:
-        return six(border.numbers, first), six(border.numbers, first + PLACES), border.even
+        return six(border.numbers, first), six(border.numbers, first + PLACES), border.even, border.land
     return ()
+
+
+@inlined
+def _put_centre(lanes, k, places, speeds):
+    """Writes place and velocity of a cage's centre; returns those of the border with no tilt in their place."""
+    put(lanes, CENTRE, k, places[3])
+    put(lanes, CENTRE + 1, k, places[4])
+    put(lanes, CENTRE + 2, k, speeds[3])
+    put(lanes, CENTRE + 3, k, speeds[4])
+    return _flat(places), _flat(speeds)
+
+
+@inlined
+def _flat(numbers):
+    return (numbers[0], numbers[1], numbers[2], 0.0, 0.0, numbers[5])
 
 
 @inlined
@@ -65,9 +81,11 @@ def _place(border, drive, alpha, source, lanes, k):
     position, velocity = get_vector(lanes, source + AXIS_DISTANCE, k), get_vector(lanes, source + VELOCITY, k)
     angle, speed = position[1], velocity[1]
     if len(border) > 0:
-        places, speeds, even = border
+        places, speeds, even, land = border
         angle = of_cage(places) + get(lanes, POCKET, k) if even else angle
         speed = of_cage(speeds) * position[0] if even else speed
+        if len(land) > 0:
+            places, speeds = _put_centre(lanes, k, places, speeds)
         put_six(lanes, BORDER_MOTION, k, places)
         put_six(lanes, BORDER_MOTION + PLACES, k, speeds)
     put_vector(lanes, AXIS_DISTANCE, k, (position[0], angle, position[2]))

@@ -22,9 +22,10 @@ from bearing_twin.kinds.bearing.layout import (
     SPIN,
     TANGENTIAL_VELOCITY,
 )
+from bearing_twin.kinds.bearing.moving_cage import MovingPockets
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
 from bearing_twin.kinds.bearing.ring_seat import RingMotion
-from bearing_twin.kinds.bearing.rings import FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of, moving_centre
 from bearing_twin.numerics.least_squares import least_squares
 from bearing_twin.numerics.rotation import about_z
 
@@ -32,6 +33,7 @@ REACH = 0.02  # of the ball radius: rest is looked for so far around the middle 
 NUDGE = 1e-10  # m: over which the force's gradient is taken
 EXACT = 1e-16  # m, of a rest
 MOST_STEPS = 60
+PLACED = 100  # balls placed in one go, within 50 ms: between them Python hears of a signal
 
 
 def bearing_of(parameters: BearingScene, law: str) -> Bearing:
@@ -92,12 +94,13 @@ def cage_inertia(parameters: BearingScene) -> float:
     return cage.inertia or cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2
 
 
-def _pockets(parameters: BearingScene) -> Pockets | tuple:
+def _pockets(parameters: BearingScene) -> Pockets | MovingPockets | tuple:
     cage = parameters.cage
     if cage.kind != POCKETS or dimension_of(parameters) == QUASI_STATIC:
         return ()
     radius = 0.5 * parameters.geometry.pitch_diameter
-    return Pockets(radius, 0.5 * cage.pocket_clearance, cage.stiffness, cage.relaxation_time, cage.friction)
+    walls = Pockets(radius, 0.5 * cage.pocket_clearance, cage.stiffness, cage.relaxation_time, cage.friction)
+    return MovingPockets(walls) if moving_centre(parameters) else walls
 
 
 def too_narrow(geometry: Geometry) -> bool:
@@ -227,9 +230,9 @@ def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
 
 
 @kernel
-def _place_balls(bearing, inner_speed, rolls, state):
-    """Fills the state of all balls; whether each found its rest."""
-    for k in range(bearing.balls):
+def _place_balls(bearing, inner_speed, rolls, first, last, state):
+    """Fills the state of balls `first` to `last`, that left out; whether each found its rest."""
+    for k in range(first, last):
         angle = 2.0 * math.pi * k / bearing.balls
         distance, height = _rest(bearing, 0.0, angle)
         for _ in range(3 if rolls else 0):
@@ -252,8 +255,10 @@ def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray
     Raises SceneError when a ball has no rest between the raceways.
     """
     state = np.zeros((bearing.balls, COLUMNS))
-    if not _place_balls(bearing, float(inner_speed), motion == "rolling", state):
-        raise SceneError(
-            "the balls find no rest between the raceways; check radial_clearance, drive.offset and the speed"
-        )
+    for first in range(0, bearing.balls, PLACED):
+        some = first, min(bearing.balls, first + PLACED)
+        if not _place_balls(bearing, float(inner_speed), motion == "rolling", *some, state):
+            raise SceneError(
+                "the balls find no rest between the raceways; check radial_clearance, drive.offset and the speed"
+            )
     return state

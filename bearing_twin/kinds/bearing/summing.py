@@ -16,6 +16,7 @@ AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
 _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
     "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING,
+    "cage_offset", "cage_velocity", "land_force",
 )  # fmt: skip
 MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0
 
@@ -24,7 +25,8 @@ class Greatest(NamedTuple):
     """What is kept of single contacts (2 N,), of a ball's inner one and outer one in turn, over all outputs.
 
     The greatest load and AT_GREATEST (4, 2 N) there; outputs without a load. `off_even` (1,) [rad] is how far a gap
-    between neighbours came off even spacing, `pocket_force` (1,) [N] the greatest of a cage on a ball.
+    between neighbours came off even spacing, `pocket_force` (1,) [N] the greatest of a cage on a ball,
+    `land_force` (1,) [N] that of a land on the cage.
     """
 
     load: np.ndarray
@@ -32,13 +34,15 @@ class Greatest(NamedTuple):
     without: np.ndarray
     off_even: np.ndarray
     pocket_force: np.ndarray
+    land_force: np.ndarray
 
 
 class Stretches(NamedTuple):
     """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
 
     So are `turned` (2,), the work [J] of turning the inner ring and its angle [rad].
-    Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side.
+    Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side. `centre` (3,): of
+    the cage's centre, distance from the axis [m], its square, and x dy/dt - y dx/dt [m^2/s].
     """
 
     time: np.ndarray
@@ -51,6 +55,7 @@ class Stretches(NamedTuple):
     roll_rate: np.ndarray
     speed: np.ndarray
     cage_slip: np.ndarray
+    centre: np.ndarray
     ring: np.ndarray
     ring_least: np.ndarray
     ring_greatest: np.ndarray
@@ -64,12 +69,12 @@ def new_greatest(balls: int) -> Greatest:
     """Nothing seen yet."""
     contacts = 2 * balls
     there, without = np.zeros((len(AT_GREATEST), contacts)), np.zeros(contacts, np.int64)
-    return Greatest(np.zeros(contacts), there, without, np.zeros(1), np.zeros(1))
+    return Greatest(np.zeros(contacts), there, without, np.zeros(1), np.zeros(1), np.zeros(1))
 
 
 def new_stretches(count: int, balls: int) -> Stretches:
     """Sums over `count` stretches without an output."""
-    widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls}
+    widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls, "centre": 3}
     found = {name: np.zeros((count, widths[name]) if name in widths else count) for name in Stretches._fields}
     ring = {name: np.zeros((count, RING_WIDTH)) for name in ("ring", "ring_least", "ring_greatest")}
     return Stretches(**(found | ring))
@@ -78,6 +83,20 @@ def new_stretches(count: int, balls: int) -> Stretches:
 def columns_of(layout: Layout) -> np.ndarray:
     """The first column of each channel that is read in a row of all channels."""
     return np.array([layout.places[name][0].start if name in layout.places else MISSING for name in _READ])
+
+
+@kernel
+def _add_centre(columns, first, row, greatest, centre):
+    """Adds what the cage's centre does in an output; `columns` of offset, velocity and force from number `first` on."""
+    if columns[first] != MISSING:
+        offset, velocity, force = columns[first], columns[first + 1], columns[first + 2]
+        x, y = row[offset], row[offset + 1]
+        square = x * x + y * y
+        centre[0] += math.sqrt(square)
+        centre[1] += square
+        centre[2] += x * row[velocity + 1] - y * row[velocity]
+        pull = math.sqrt(row[force] * row[force] + row[force + 1] * row[force + 1])
+        greatest.land_force[0] = max(greatest.land_force[0], pull)
 
 
 @kernel
@@ -126,6 +145,7 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
             sums.turned[stretch, 0] -= row[columns[10]]
         sums.speed[stretch] += row[speed_at]
         sums.cage_slip[stretch] += row[slip_at] if slip_at != MISSING else 0.0
+        _add_centre(columns, ring_at + len(ring_widths), row, greatest, sums.centre[stretch])
         place = 0
         for k in range(len(ring_widths)):
             column = columns[ring_at + k]
@@ -192,6 +212,16 @@ class Sums:
         """Times [s] (n,), orbit angles [rad] (n, N) and `turned` (n, 2) at the ends of all stretches."""
         rows = slice(self.stretches)
         return self._kept.time[rows], self._kept.orbit_angle[rows], self._kept.turned[rows]
+
+
+def centre_figures(centre: np.ndarray, greatest: Greatest) -> dict[str, float]:
+    """Eccentricity [m], whirl [rad/s] of the cage's centre from means of `Stretches.centre`; the land's force [N]."""
+    distance, square, turned = centre.tolist()
+    return {
+        "cage_eccentricity_m": distance,
+        "cage_whirl_rad_s": turned / square if square > 0.0 else 0.0,
+        "greatest_land_force_n": float(greatest.land_force[0]),
+    }
 
 
 def mean_torque(late: dict, before: dict, known: bool) -> float:

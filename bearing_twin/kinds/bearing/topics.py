@@ -10,6 +10,7 @@ from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_atti
 from bearing_twin.kinds.bearing.markers import markers, solids
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.rings import moving_centre
 from bearing_twin.kinds.bearing.row import BEARING
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.topics import FLOAT, MARKER_ARRAY, POSE, TWIST, WRENCH, body_topics, contacts_topic
@@ -56,7 +57,10 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
 def _cage_topics(parameters: BearingScene) -> tuple[Topic, ...]:
     if parameters.cage.kind == "none":
         return ()
-    text = "of a cage, where there is one: angle [rad], speed [rad/s]; effort: torque of the balls on it [N m]"
+    text = (
+        "of a cage, where there is one: angle [rad], speed [rad/s]; effort: torque of the balls on it [N m]; and x, y "
+        "of a centre that moves [m, m/s]; effort: force of the land on it [N]"
+    )
     return (Topic("cage/state", "sensor_msgs/msg/JointState", PUBLISH, cage, text, FRAME, together=True),)
 
 
@@ -120,17 +124,21 @@ def cage(output: Output) -> dict:
 
     The angle is 0 where ball 0 is in the middle of its pocket. The torque is that of the forces along the orbits; what
     friction of the pockets adds, at most cage.friction times ball diameter over pitch diameter of it, is left out.
-    Equilibria know none: it is 0 there.
+    Equilibria know none: it is 0 there. Of a centre that moves: x and y [m], velocity [m/s], force of the land [N].
     """
-    sample = output.sample
+    sample, moving = output.sample, moving_centre(output.parameters)
     x, y, _ = np.moveaxis(sample["position"], -1, 0)
     torque = -(sample["pocket_force"] * np.hypot(x, y)).sum(axis=-1)
     return {
-        "name": ["cage_joint"],
-        "position": sample["cage_angle"][..., None],
-        "velocity": sample["cage_speed"][..., None],
-        "effort": torque[..., None],
+        "name": ["cage_joint", *(("cage_x_joint", "cage_y_joint") if moving else ())],
+        "position": _with_centre(sample["cage_angle"], sample["cage_offset"], moving),
+        "velocity": _with_centre(sample["cage_speed"], sample["cage_velocity"], moving),
+        "effort": _with_centre(torque, sample["land_force"], moving),
     }
+
+
+def _with_centre(turning, centre, moving: bool) -> np.ndarray:
+    return np.concatenate([turning[..., None], centre], axis=-1) if moving else turning[..., None]
 
 
 def marker_fields(output: Output) -> list[tuple[np.ndarray, dict]]:

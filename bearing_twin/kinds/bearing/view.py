@@ -11,7 +11,7 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, dimension_of
+from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, dimension_of, moving_centre
 from bearing_twin.kinds.views import (
     BLUE,
     BRASS,
@@ -59,6 +59,7 @@ def view(facts, channels) -> View:
         Channel("slip_speed", "m/s", (n, 2), "of the ball's surface on the raceway at the contact's middle"),
         Channel("ring_turn", "1", (2,), "cosine and sine of the inner ring's angle"),
         Channel("cage_turn", "1", (2,), "cosine and sine of the cage's angle"),
+        Channel("cage_place", "m", (3,), "of the cage's centre off the axis"),
         Channel("ring_load", "N", (3,), "on the inner ring, borne by the balls"),
         Channel("friction_torque", "N m", (), "of the balls on the inner ring about the axis"),
         Channel("orbit_speed", "rad/s", (), "of the balls around the axis, mean"),
@@ -72,7 +73,7 @@ def view(facts, channels) -> View:
         look=Look(0.5 * geometry.pitch_diameter + (0.5 + WALL) * ball, (-0.1, -0.52, 0.85)),
         enlarged=Enlarged(
             "displacements and clearance",
-            ("deviation", "inner_ring_offset"),
+            ("deviation", "inner_ring_offset", *(("cage_place",) if moving_centre(parameters) else ())),
             REACH * 0.5 * ball,
             0.25 * abs(geometry.radial_clearance),
         ),
@@ -112,6 +113,7 @@ def _rows(parameters, sample, free) -> dict[str, np.ndarray]:
         "slip_speed": np.where(sample["normal_load"] > 0.0, np.linalg.norm(sample["slip"], axis=-1), 0.0),
         "ring_turn": _turn(sample["inner_ring_angle"]),
         "cage_turn": _turn(sample["cage_angle"]),
+        "cage_place": np.pad(sample["cage_offset"], [*((0, 0),) * (sample["cage_offset"].ndim - 1), (0, 1)]),
         "ring_load": sample["inner_ring_load"] if free else -sample["inner_ring_force"],
         "friction_torque": sample["inner_ring_torque"][..., 2],
         "orbit_speed": (turned / axis_distance**2).mean(axis=-1),
@@ -153,7 +155,8 @@ def _solids(parameters, geometry):
     if parameters.cage.kind in (EVEN, POCKETS):
         outlines = _webs(parameters.geometry.balls, pitch, ball, parameters.cage.pocket_clearance)
         shape = {"extruded": {"outlines": outlines, "low": -0.42 * ball, "high": 0.06 * ball}}
-        yield Solid("cage", "cage", shape, BRASS, turn="cage_turn")
+        place = "cage_place" if moving_centre(parameters) else ""
+        yield Solid("cage", "cage", shape, BRASS, deviation=place, turn="cage_turn")
 
 
 def _profile(pitch: float, ball: float, side: float, conformity: float) -> list[list[tuple[float, float]]]:

@@ -1,8 +1,9 @@
 """A bearing in motion that is watched by a companion, and integrated again where that finds it off too far.
 
 Each part of a chunk is verified at the windows the companion looks at. Where an output that is wanted is off by more
-than SAFE of the tolerance, the part is done again with a tighter setting, which holds from then on: what was too rough
-once is never tried again. The windows that failed are looked at again, whatever points to them then. Where errors of
+than SAFE of the tolerance, the part is done again with a tighter setting, and the windows that failed are looked at
+again, whatever points to them then. The setting gets rougher again after some parts whose windows are off by much less,
+or where all points to smaller errors than those had; what was too rough once is never tried again. Where errors of
 earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter setting finds the same, the
 motion itself is that sensitive: the error is told, and the setting goes back.
 """
@@ -22,7 +23,7 @@ from bearing_twin.kinds.bearing.pointing import POINTED
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import APART, PLACE, WINDOW, is_watched
+from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, is_watched, unseen
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.report import Choice
 
@@ -33,6 +34,9 @@ AIM = 0.25  # share of the tolerance that a tighter setting aims at
 LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
 REDONE = 3  # times at most that a part is done again
 RETAKEN = 2  # times at most that a chunk is: where balls carried an error on from earlier parts of it
+CALM, PATIENT = 0.1, 4  # share of the tolerance; parts whose windows are off by less make the setting rougher again ...
+RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at least ...
+SPARED = 0.5  # ... up to this share of what was too rough
 HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 BEGUN = ("drive", "elapsed", "_acceleration", "_load", "_load_rate")  # what a part changes besides arrays in place
@@ -59,7 +63,7 @@ class WatchedMotion(BearingMotion):
         self._set(1.0)
         self._rows: list[np.ndarray] = []
         self._found: np.ndarray | None = None
-        self._grown, self._sensitive = 0.0, False
+        self._grown, self._sensitive, self._roughest, self._calm = 0.0, False, 1.0, 0
         super().reset()
 
     def _set(self, setting: float) -> None:
@@ -76,11 +80,11 @@ class WatchedMotion(BearingMotion):
 
     def _keep(self) -> None:
         super()._keep()
-        self._known = self.companion.memory(), self.setting
+        self._known = self.companion.memory(), self.setting, self._roughest, self._calm
 
     def take_back(self) -> None:
         """Back to before the last `advance`, with what was known then."""
-        memory, setting = self._known
+        memory, setting, self._roughest, self._calm = self._known
         self.companion.remember(memory)
         self._set(setting)
         self._rows = []
@@ -89,6 +93,7 @@ class WatchedMotion(BearingMotion):
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
         known = {"companion": self.companion.memory(), "setting": self.setting, "sensitive": self._sensitive}
+        known |= {"roughest": self._roughest, "calm_parts": self._calm}
         return super().snapshot() | known
 
     def resume(self, kept: dict) -> None:
@@ -97,7 +102,8 @@ class WatchedMotion(BearingMotion):
         if "companion" in kept:
             self.companion.remember(kept["companion"])
             self._set(float(kept["setting"]))
-            self._sensitive = bool(kept.get("sensitive", False))
+            self._sensitive, self._calm = bool(kept.get("sensitive", False)), int(kept.get("calm_parts", 0))
+            self._roughest = float(kept.get("roughest", 1.0))
             self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:
@@ -143,10 +149,12 @@ class WatchedMotion(BearingMotion):
 
     def _retake(self, rows, setting: float) -> None:
         """Back to before a chunk, with another setting; what was spent on it counts."""
-        spent, followed = self.counts.copy(), self.companion.steps
+        spent, watching = self.counts.copy(), (self.companion.steps, self.companion.looked)
         self.take_back()
-        self.counts[:], self.companion.steps, self._rows = spent, followed, rows.copy()
+        self.counts[:], self._rows = spent, rows.copy()
+        self.companion.steps, self.companion.looked = watching
         self._set(setting)
+        self._roughest, self._calm = setting, 0
 
     def _part(self, times, duration, out, first) -> None:
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
@@ -171,12 +179,26 @@ class WatchedMotion(BearingMotion):
                 self._set(max(self.setting, min(before, FUTILE)))
                 break
             before, cut = self.setting, min(LEAST_CUT, max(MOST_CUT, AIM / worst))
+            self._roughest, self._calm = min(self._roughest, SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
-        if self._found is not None and len(self._found):
-            self._rows.append(self._found)
-            carried = (self._found[:, PLACE["begin"]] < begun) | (self._found[:, PLACE["ball"]] == APART)
-            self._grown = max(self._grown, self._off(self._found[carried]))
-        self._found = None
+        rows, self._found = self._found, None
+        if rows is not None and len(rows):
+            self._rows.append(rows)
+            carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)
+            self._grown = max(self._grown, self._off(rows[carried]))
+        self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
+
+    def _relax(self, rows: np.ndarray | None) -> None:
+        """Takes longer steps again after PATIENT parts with such windows, or with none that was worth a look."""
+        spare = self.companion.spare
+        if rows is not None and len(rows):
+            whole = rows[:, PLACE["ball"]] == ALL
+            worst = max(self._off(rows[~whole]), unseen(self.parameters) * self._off(rows[whole]))
+            spare = CALM / max(worst, 1e-300)
+        self._calm = self._calm + 1 if spare > NOTABLE else 0
+        if self._calm > PATIENT and self.setting < self._roughest and not self._sensitive:
+            self._set(min(self._roughest, min(spare, RELAXED) * self.setting))
+            self._calm = 0
 
     def _begin_again(self, arrays, others, inherited, setting: float) -> None:
         """Back to the beginning of a part, with another setting."""
@@ -222,6 +244,7 @@ class WatchedMotion(BearingMotion):
             # Done again, other balls may have met.
             met = meetings(part)
             self._windows = [as_met(one, met) for one in self._windows]
+            self.companion.see_again(part, self._windows)
         pointed = self.stepper not in FIXED_STEP and len(part.pointer)
         scales = self.scales if pointed else self._asked[0]
         self._found = self.companion.look(part, self._windows, scales, self.tolerance)

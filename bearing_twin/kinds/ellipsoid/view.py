@@ -17,7 +17,8 @@ TAKEN = (
 
 def view(facts, channels) -> View:
     """The scene's axes, z up from the plane."""
-    axes, high = facts.scene.parameters.body.semi_axes, max(facts.scene.parameters.start.height, 0.0)
+    axes, start = facts.scene.parameters.body.semi_axes, facts.scene.parameters.start
+    high = max(start.height, 0.0)
     solids = (
         Solid("plane", "plane", {"ground": {}}, GLASS, opacity=0.5),
         Solid("body", "ellipsoid", {"ellipsoid": axes}, position="position", orientation="orientation", marked=True),
@@ -25,11 +26,17 @@ def view(facts, channels) -> View:
     upward = (0.0, 0.0, 1.0)
     amid = 0.5 * high + max(axes)  # from the plane to the top of the body
     seen = (0.0, 0.0, amid), amid + 0.15 * max(axes)
-    look = Look(1.15 * max(axes), (0.35, -1.0, 0.3), upward, around=("position",), at_start=seen)
+    follows = "body" if travels(axes, start) else ""
+    look = Look(1.15 * max(axes), (0.35, -1.0, 0.3), upward, around=("position",), at_start=seen, follows=follows)
     height = curves("Height of the centre", "m", ("position", "above the plane", 2))
     return contact_view(
         channels, solids, max(axes), look, height, lambda sample: np.full(sample["position"].shape, upward)
     )
+
+
+def travels(axes, start) -> bool:
+    """Whether a body with these semi-axes [m] that starts like this moves along a level plane that it falls on."""
+    return min(axes) != max(axes) or any(start.velocity[:2]) or any(start.angular_velocity)
 
 
 def contact_view(

@@ -39,6 +39,7 @@ def view(facts, channels) -> View:
         tuple(upward.tolist()),
         around=("position",) if second.shape != "groove" else ("second_position",),
         at_start=(tuple(amid.tolist()), far),
+        follows="first" if second.shape == "plane" else "",
     )
     motion = curves(
         "Position of the first body's centre", "m", *(("position", name, k) for k, name in enumerate("xyz"))

@@ -1,0 +1,120 @@
+"""The one table of all charts that compare methods: its columns, its reader, and what stands in `docs`."""
+
+import csv
+import importlib
+import json
+import math
+import shutil
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from bearing_twin.charts.chart import Chart
+from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.table import (
+    DONE,
+    FAILED,
+    REFUSED,
+    STOPPED,
+    MapRow,
+    Row,
+    columns_of,
+    read_table,
+    write_table,
+)
+from bearing_twin.command.chart_table import CHARTS, made_by
+from bearing_twin.command.cli import main
+
+
+@pytest.mark.parametrize("name", [name for name, chart in CHARTS.items() if chart.made in ("points", "told")])
+def test_a_chart_of_points_is_read_again_from_its_table(name, tmp_path, capsys):
+    """What `docs` holds, read, written and read once more; the table of another chart is none."""
+    module = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
+    table = Path(__file__).parents[1] / "docs" / f"{name}.csv"
+    if not table.is_file():
+        assert main(["chart", name, "--read", "--out", str(tmp_path)]) == 2
+        return
+    points = read_table(table, module.POINT)
+    write_table(points, tmp_path / f"{name}.csv")
+    assert main(["chart", name, "--read", "--out", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["reading"] == list(module.reading(points))
+    other = "laws" if name != "laws" else "bounces"
+    shutil.copy(table.with_name(f"{other}.csv"), tmp_path / f"{name}.csv")
+    assert main(["chart", name, "--read", "--out", str(tmp_path)]) == 2
+
+
+@pytest.mark.parametrize("name", made_by("contest"))
+def test_every_contest_has_one_format_and_is_read_again(name, tmp_path, capsys):
+    """Ten columns of every table in `docs`, further ones behind; a table of another chart is refused in a sentence."""
+    tables = [f"{name}_cells.csv"] if name == "stability" else [f"{name}.csv"]
+    docs = Path(__file__).parents[1] / "docs"
+    for table in tables:
+        with (docs / table).open(encoding="utf-8", newline="") as stream:
+            header, *rows = csv.reader(stream)
+        assert header[:10] == columns_of(Row)
+        assert rows
+        assert {row[7] for row in rows} <= {DONE, FAILED, REFUSED, STOPPED}
+    assert main(["chart", name, "--read", "--out", str(docs), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["reading"]
+    shutil.copy(docs / "cost.csv", tmp_path / f"{name}.csv")
+    assert main(["chart", name, "--read", "--out", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert "make them without --read" in told
+    assert name == "stability" or "is no table of this chart" in told
+
+
+@pytest.mark.parametrize("every", [False, True])
+@pytest.mark.parametrize("name", [name for name in made_by("contest") if name != "stability"])
+def test_who_is_stopped_is_drawn_and_told(name, every, tmp_path):
+    """The first contestant of the table in `docs`, or all of them."""
+    chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}").CONTESTS[name]
+    rows = read_table(Path(__file__).parents[1] / "docs" / f"{name}.csv", chart.kind)
+    setting = math.nan if name in ("laws", "friction", "fidelity") else rows[0].setting
+    lost = chart.kind(*(rows[0].problem, rows[0].method), setting, seconds=0.5, status=STOPPED, reason="stopped early")
+    others = [row for row in rows if (row.problem, row.method) != (lost.problem, lost.method) and row.status != STOPPED]
+    rows = [lost, *([] if every else others)]
+    chart.draw(rows, tmp_path / "x.png")
+    assert (tmp_path / "x.png").stat().st_size > 5000
+    said = chart.reading(rows)
+    assert said[-1] == f"Without a result: {lost.method} of {lost.problem} (stopped early)."
+
+
+def test_a_table_gives_back_what_was_written(tmp_path):
+    rows = [
+        MapRow("p", "m", 2097152.0, 1.0 / 3.0, status=DONE, reason="a, b", command='x --cell "y"', across=1e-300),
+        MapRow("p", "m", 1e-9, evaluations=7),
+    ]
+    write_table(rows, tmp_path / "x.csv")
+    again = read_table(tmp_path / "x.csv", MapRow)
+    assert str(again[0]) == str(rows[0].but(load_error=0.333333333))
+    assert str(again[1]) == str(rows[1].but(evaluations=7.0))
+    assert (again[0].error, again[1].error) == (0.333333333, math.inf)
+    with pytest.raises(ValueError, match="its columns differ in across"):
+        read_table(tmp_path / "x.csv", Row)
+
+
+def test_a_chart_goes_on_with_finer_settings_and_keeps_its_order(monkeypatch):
+    monkeypatch.setattr(halved, "__module__", "made_up.halving")
+    monkeypatch.setitem(sys.modules, "made_up.halving", SimpleNamespace(halved=halved))
+    made = Chart(
+        judge=halved, problems={"p": "", "q": ""}, entries=lambda name: (("a", 1.0), ("b", 0.25)), further=_next
+    )
+    shares = []
+    rows = made.measure(Wanted(("p", "q"), shares.append, 0, 0.0, Kept(None)))
+    assert [(row.problem, row.method, row.setting) for row in rows] == [
+        (problem, *one) for problem in "pq" for one in (("a", 1.0), ("a", 0.5), ("a", 0.25), ("b", 0.25))
+    ]
+    assert shares == sorted(shares)
+    assert shares[-1] < 1.0  # nobody knows how many rounds there will be
+
+
+def halved(problem, method, setting, limit):
+    """A run whose error is its setting."""
+    return [Row(problem, method, setting, load_error=setting, status=DONE)]
+
+
+def _next(rows):
+    least = {(row.problem, row.method): row.setting for row in rows}
+    return [(*one, 0.5 * setting) for one, setting in least.items() if setting > 0.25]
