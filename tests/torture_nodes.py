@@ -27,6 +27,7 @@ QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", 
 ENDLESS = QUICK | {"samples": 12_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
 WITH_HISTORIES = ENDLESS | {"overrides": ["sweep=", "modality=no", "batch=1000000"], "samples": 500_000}
 BY_WORKERS = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20000.0"]}
+KEEPS_ALL = {"goal_service_qos_profile": ASKED, "result_service_qos_profile": ASKED}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 12.0  # s
 SOAK = 1800.0  # s
@@ -65,10 +66,9 @@ def spun(executor, done, seconds: float) -> bool:
 
 
 @contextlib.contextmanager
-def asking(folder: Path, **parameters) -> Iterator[tuple]:
-    """(executor, client, process) of a uq_node."""
+def asking(folder: Path, quality: dict = KEEPS_ALL, **parameters) -> Iterator[tuple]:
+    """(executor, client, process) of a uq_node and of a client with quality of service as given."""
     with ros_executor() as executor, running("uq_node", executor, parameters, folder / "uq_node.txt") as node:
-        quality = {"goal_service_qos_profile": ASKED, "result_service_qos_profile": ASKED}
         client = ActionClient(plain_node(executor, "asker"), RunStudy, "/bearing/run_study", **quality)
         if not spun(executor, client.server_is_ready, 120.0):
             raise RuntimeError((folder / "uq_node.txt").read_text())
@@ -143,32 +143,37 @@ def goals(share: float, folder: Path) -> Found:
     """A thousand goals at once, twice: each is answered, or counted by the node; then of a client as by default."""
     many = part_of(1000, share, 30)
     with asking(folder, log_folder="") as (executor, client, node):
-        watcher, seen = plain_node(executor, "watcher"), []
-        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        began = time.monotonic()
-        sent = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(many)]
-        spun(executor, lambda: all(one.done() for one in sent), 120.0)
-        took = time.monotonic() - began
-        answered = [one.result() for one in sent if one.done()]
+        heard, took, told = _burst(executor, client, many)
+        answered = [one.result() for one in heard if one.done()]
         accepted = [one for one in answered if one.accepted]
         results = [one.get_result_async() for one in accepted]
         spun(executor, lambda: all(one.done() for one in results), 60.0)
-        ended = sum(one.done() for one in results)
-        client.destroy()
-        other = ActionClient(plain_node(executor, "other"), RunStudy, "/bearing/run_study")
-        spun(executor, other.server_is_ready, 60.0)
-        heard = [other.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(many)]
-        wanted = 1 + 2 * many
-        spun(executor, lambda: _account(seen) == wanted, 120.0)
-        account = _account(seen)
+        lost = many - len(answered) + len(accepted) - sum(one.done() for one in results)
+        doubted, silent = int(told.get("answers_in_doubt", 0)), int(node.poll() is not None)
+    # A node of its own: of goals that two clients sent nobody knows which never came.
+    with asking(folder, {}, log_folder="") as (executor, client, node):
+        heard, _, told = _burst(executor, client, many)
         spun(executor, lambda: all(one.done() for one in heard), 1.0)
-        spun(executor, lambda: False, 1.5)  # for one more look at /diagnostics
-        told, deaf = int(_said(seen).get("answers_in_doubt", 0)), sum(not one.done() for one in heard)
-        silent = int(node.poll() is not None) + max(0, deaf - told)
-    lost = many - len(answered) + len(accepted) - ended
+        never, unaccounted = int(told.get("goals_never_come", 0)), abs(1 + many - _account(told))
+        missed, later = sum(not one.done() for one in heard) - never, int(told.get("answers_in_doubt", 0))
+        silent += int(node.poll() is not None) + max(0, missed - later)
     said = f"{len(accepted)} accepted, {took:.1f} s for all; a client that keeps 10 answers, as by default, heard "
-    said += f"{many - deaf} of {many}; of all answers {told} were told to be in doubt"
-    return Found(2 * many, 2 * many - lost - abs(wanted - account), lost + abs(wanted - account), silent, said)
+    said += f"{many - missed - never} of {many}, {never} never came; {doubted + later} answers of all were in doubt"
+    return Found(2 * many, 2 * many - lost - unaccounted, lost + unaccounted, silent, said)
+
+
+def _burst(executor, client, many: int) -> tuple[list, float, dict[str, str]]:
+    """(what is heard of goals sent at once, seconds until all is heard or counted, the node's last word on them)."""
+    seen = []
+    watcher = plain_node(executor, "watcher")
+    watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+    spun(executor, lambda: bool(_said(seen)), 60.0)
+    began = time.monotonic()
+    heard = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(many)]
+    spun(executor, lambda: all(one.done() for one in heard) or _account(_said(seen)) == 1 + many, 120.0)
+    took = time.monotonic() - began
+    spun(executor, lambda: _account(_said(seen)) == 1 + many, 120.0)
+    return heard, took, _said(seen)
 
 
 def _said(seen: list) -> dict[str, str]:
@@ -177,9 +182,8 @@ def _said(seen: list) -> dict[str, str]:
     return {pair.key: pair.value for pair in told[-1].values} if told else {}
 
 
-def _account(seen: list) -> int:
-    """The goals that uq_node has answered, or counted as never come."""
-    told = _said(seen)
+def _account(told: dict[str, str]) -> int:
+    """The goals that uq_node says it has answered, or counted as never come."""
     counts = ("succeeded", "aborted", "cancelled", "refused", "goals_never_come")
     return sum(int(told[key]) for key in counts if told.get(key, "").isdigit())
 
