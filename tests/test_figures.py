@@ -51,8 +51,10 @@ OF_THE_RUN, OF_THE_LOG = {"compile_s"}, {"missing_outputs"}
 
 
 def shortened(name):
-    """Overrides that keep a scene short."""
-    return [f"run.duration={SHORTER[name]}"] if name in SHORTER else []
+    """Overrides that keep a scene short, and its log: figures come from outputs, not from what is published."""
+    short = [f"run.duration={SHORTER[name]}"] if name in SHORTER else []
+    run = load_scene(name, short).parameters.run
+    return [*short, f"run.publish_rate={run.publish_rate / 10.0!r}"] if run.publish_rate == run.output_rate else short
 
 
 @cache
