@@ -209,3 +209,11 @@ def test_messages_become_data_and_back(toy):
     assert plain(filled(ros.DiagnosticStatus, {"level": 255}))["level"] == 255
     with pytest.raises(MessageError, match="level = 256 must be between 0 and 255"):
         filled(ros.DiagnosticStatus, {"level": 256})
+
+
+@pytest.mark.parametrize(("load", "times"), [(0.3, 1.0), (4.0, 2.0), (50.0, 3.0)])
+def test_a_list_is_waited_for_longer_on_a_busy_machine(load, times, monkeypatch):
+    discovery = pytest.importorskip("bearing_twin.nodes.discovery", reason="ROS is not set up")
+    monkeypatch.setattr(os, "getloadavg", lambda: (load, 0.0, 0.0))
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    assert discovery.quiet_time() == times * discovery.QUIET
