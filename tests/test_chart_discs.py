@@ -1,9 +1,13 @@
 """The chart of soft discs: what it measures, on few meshes, and that its files hold it."""
 
+import pytest
+
 from bearing_twin.charts import soft_discs
 from bearing_twin.charts.contest import Kept, Wanted
 from bearing_twin.charts.soft_discs import ANOTHER, CONTESTS, INTEGRATION, PROBLEMS
 from bearing_twin.charts.table import read_table
+
+pytestmark = pytest.mark.usefixtures("quick_pictures")
 
 
 def test_errors_fall_and_files_hold_them(tmp_path, monkeypatch):

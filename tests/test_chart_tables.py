@@ -27,6 +27,8 @@ from bearing_twin.charts.table import (
 from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.command.cli import main
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 
 @pytest.mark.parametrize("name", [name for name, chart in CHARTS.items() if chart.made in ("points", "told")])
 def test_a_chart_of_points_is_read_again_from_its_table(name, tmp_path, capsys):

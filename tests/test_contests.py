@@ -29,6 +29,8 @@ from bearing_twin.command.chart_table import CHARTS
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 WANTED = Wanted((), lambda share: None, 0, 0.0, Kept(None))
 
 
