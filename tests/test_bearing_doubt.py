@@ -355,6 +355,7 @@ def test_one_ball_is_looked_at_for_all_where_it_is_like_them_and_that_is_cheaper
     assert one_for_all(windows[:1], (grid,), steps) == windows[:1]  # nothing to share
     short = [Window(0, -1, 6), Window(1, 3, 6)]
     assert one_for_all(short, (grid,), steps) == short  # as many steps as one ball takes in all
+    assert one_for_all(windows, (grid,), steps * [[1.0], [1.0], [0.25]]) == windows  # one moves otherwise
     unlike = np.diag([1.0, 1.0, 3.0]) @ grid
     assert one_for_all(windows, (grid, unlike), steps) == [Window(2, -1, 12)]
     assert one_for_all(windows, (unlike, np.diag([3.0, 1.0, 1.0]) @ grid), steps) == windows  # none shows both

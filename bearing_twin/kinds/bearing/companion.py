@@ -3,7 +3,7 @@
 The difference is the error that the run makes within a window, once the window is several steps long (shorter ones
 measure their own ends). Windows are few: they end where the steps' own error estimates (`pointing`) do most to a ball's
 force or torque, or a contact slides most, as far as that exceeds what was looked at before in the run; and one more
-after 1, 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
+after 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
 ones, which meet, a moving ring or a cage, all together. What error the start of a window has from before, no window
 sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
 until neither holds, or it has taken its share of steps: what is found is then a lower bound. Where balls meet, a copy
@@ -123,7 +123,7 @@ class Companion:
                         planned += self._see(window, row, grids, steps)
         self.spare = self._spare(grids) if len(part.pointer) else 1.0
         self.parts += 1
-        if self.parts & (self.parts - 1) == 0 and not any(one.ball == ALL for one in found):
+        if (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
             calm = int(steps.sum(axis=1).argmin())
             window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps[calm]), met)
             found += [] if any(within(window, other) for other in found) else [window]

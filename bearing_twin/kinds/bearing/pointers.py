@@ -10,6 +10,7 @@ from bearing_twin.kinds.bearing.windows import ALL, LEAST_STEPS, Window
 
 POINTERS, SLIDING = 3, 2  # error of force, error of torque, friction over load; place of the last, which is no error
 ALIKE = 0.8  # of what points most: a ball with as much may be looked at in place of those that others point to
+EVEN = 0.3  # of the steps that any takes: balls that take so many each move alike
 
 
 def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
@@ -59,4 +60,6 @@ def one_for_all(windows: list[Window], grids: tuple[np.ndarray, ...], steps: np.
     ball, taken = int(np.argmax(like)), 0.0
     for one in windows:
         taken += float(steps[one.ball, one.begin + 1 : one.begin + 1 + one.length].sum())
-    return [Window(ball, -1, steps.shape[1])] if like[ball] >= ALIKE and steps[ball].sum() < taken else windows
+    each = steps.sum(axis=1)
+    alike = like[ball] >= ALIKE and each.min() >= EVEN * each.max()
+    return [Window(ball, -1, steps.shape[1])] if alike and each[ball] < taken else windows
