@@ -18,7 +18,7 @@ def rows():
     """Two loads, one of them across, at two speeds, over a shorter time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dimensions, "SETTLED", 0.3)
-        patch.setattr(dimensions, "REPEATS", 1)
+        patch.setattr(dimensions, "ENOUGH", 0.0)
         names = ("100 N thrust", "100 N thrust, 60 N across")
         return [row for name in names for share in SHARES for row in judge(name, BOTH, share, 0.0)]
 

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.usefixtures("quick_pictures")
 
 
 def test_errors_fall_and_files_hold_them(tmp_path, monkeypatch):
-    few = {"LADDER": (6, 12), "FURTHER": (), "SHARES": (1.0, 0.5), "SECOND": (18, 2), "REPEATS": 1}
+    few = {"LADDER": (6, 12), "FURTHER": (), "SHARES": (1.0, 0.5), "SECOND": (18, 2), "ENOUGH": 0.0}
     for name, value in (few | {"REFERENCE": ("mesh.divisions=18", "mesh.order=3")}).items():
         monkeypatch.setattr(soft_discs, name, value)
     chart = CONTESTS["discs"]

@@ -235,7 +235,10 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics):
     assert "nothing was recorded" in said.splitlines()[-1]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGINT, *(pytest.param(one, marks=pytest.mark.environment) for one in (signal.SIGTERM, signal.SIGHUP))],
+)
 def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number):
     path = tmp_path / "recording.mcap"
     with ros_executor() as executor:

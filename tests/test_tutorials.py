@@ -9,6 +9,8 @@ from pages import ROOT, TUTORIALS, blocks, without_code, words_of
 
 from bearing_twin.command import cli
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 ON_THE_MACHINE = (
     "make ",
     "source ",

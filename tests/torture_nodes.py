@@ -324,7 +324,8 @@ def soak(share: float, folder: Path) -> Found:
         dead = sum(node.poll() is not None for node in nodes.values())
     slopes = {}
     for name, found in seen.items():
-        times, sizes = np.array([one for one in found if one[0] > WARM_UP * seconds]).T
+        late = [one for one in found if one[0] > WARM_UP * seconds]
+        times, sizes = np.array(late or found).T
         # The median of all slopes between two looks: one step, as of a buffer that grew once, is no slope.
         slopes[name] = theilslopes(sizes, times / 3600.0)[0]
     far = max((1e-9 * sample.time_ns for sample in read_log(logs[0])), default=0.0)
