@@ -363,6 +363,15 @@ def test_one_ball_is_looked_at_for_all_where_it_is_like_them_and_that_is_cheaper
     assert one_for_all(windows, (np.zeros((3, 12)),), steps) == [Window(0, -1, 12)]
 
 
+@pytest.mark.parametrize(("outputs_wanted", "off"), [("loads", 1e-6), ("history", 1e-2)])
+def test_friction_has_nothing_done_again_where_loads_alone_are_wanted(outputs_wanted, off):
+    motion, _ = watched("bearing_6203", f"wanted.outputs={outputs_wanted}", "wanted.tolerance=1e-3")
+    motion.companion.greatest_load = 50.0
+    row = np.zeros((1, len(WINDOW.columns)))
+    row[0, PLACE["load"]], row[0, PLACE["friction"]] = 50.0 * 1e-6, 1e-2
+    assert motion._off(row) == pytest.approx(off / 1e-3)
+
+
 def followed(*rows):
     """The growth of errors of friction in rows (end [s], begin [s], ball, error) at a tolerance of 1e-4."""
     growth = Growth(1e-4)
