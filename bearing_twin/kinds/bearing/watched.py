@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.motion import MOVING, BearingMotion
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, BearingScene
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
 from bearing_twin.kinds.bearing.pointing import POINTED
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
@@ -226,8 +226,10 @@ class WatchedMotion(BearingMotion):
         greatest = self.companion.greatest_load
         if greatest <= 0.0:
             return 0.0
-        off = max(rows[:, PLACE["load"]].max(initial=0.0) / greatest, rows[:, PLACE["friction"]].max(initial=0.0))
-        return off / self.parameters.wanted.tolerance
+        wanted, off = self.parameters.wanted, rows[:, PLACE["load"]].max(initial=0.0) / greatest
+        if wanted.outputs != LOADS:
+            off = max(off, rows[:, PLACE["friction"]].max(initial=0.0))
+        return off / wanted.tolerance
 
     def _pointer(self, instants: int) -> np.ndarray:
         """Room for what `pointing` notes, where the method does."""
