@@ -8,7 +8,7 @@ ones, which meet, a moving ring or a cage, all together. What error the start of
 sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
 until neither holds, or it has taken its share of steps: what is found is then a lower bound. Where balls meet, a copy
 of the run that starts apart by what it is off there shows what becomes of that. Where balls bump into a cage, a window
-of all balls is followed in the parts 1, 2, 4, 8 ... until it is seen that bumps carry errors on (`diverged`).
+of all balls is followed now and then (`_probes`) until it is seen that bumps carry errors on (`diverged`).
 """
 
 import numpy as np
@@ -72,6 +72,7 @@ class Companion:
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
         self.met = 0
+        self.probing = False  # whether it looks for that in this part
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
 
@@ -131,7 +132,8 @@ class Companion:
                         planned += self._see(window, row, grids, steps)
         self.spare = self._spare(grids) if len(part.pointer) else 1.0
         self.parts += 1
-        if self._follows_bumps:
+        self.probing = self._probes(part)
+        if self.probing:
             found = [window_at(ALL, 0, steps[0]), *found]
         elif self.parts & (self.parts - 1) == 0 and not any(one.ball == ALL for one in found):
             calm = int(steps.sum(axis=1).argmin())
@@ -189,7 +191,7 @@ class Companion:
                 rows.append(self._row(part, window, begin, each, tolerance, found, None if whole else place))
                 self.drift.see(part, window, found, 0 if whole else place, 1.0 / (1.0 - TIGHTER))
                 left = left_over(part, window, found, place, self._allowed)
-                if left > INHERITED or loose(part, window) or self._follows_bumps:
+                if left > INHERITED or loose(part, window) or self.probing:
                     off.append((left, window, begin, self._off(rows[-1])))
         met = meetings(part)
         rows += self._follow(part, off, scales, tolerance, met)
@@ -202,15 +204,20 @@ class Companion:
     def _allowed(self) -> np.ndarray:
         return self.parameters.wanted.tolerance * self.unit
 
-    @property
-    def _follows_bumps(self) -> bool:
-        """Whether it is to be seen what becomes of errors where balls bump; parts 1, 2, 4, 8 ... until it is."""
-        return bumps(self.parameters) and not self.diverged and self.parts & (self.parts - 1) == 0
+    def _probes(self, part: Part) -> bool:
+        """Whether it is to be seen, until it is, what becomes of errors where balls bump.
+
+        In the parts 1, 2, 4, 8 ... and where steps allow to follow half of a part.
+        """
+        if not bumps(self.parameters) or self.diverged:
+            return False
+        far = affordable(part, Window(ALL, -1, len(part.times)), PROBING * part.taken - self.steps)
+        return self.parts & (self.parts - 1) == 0 or 2 * far.length >= len(part.times)
 
     def _order(self, off: tuple) -> tuple:
         """Worst first; where bumps are to be seen, those that most of a part is left for."""
         left, window, begin, _ = off
-        return (begin,) if self._follows_bumps else (-left, window)
+        return (begin,) if self.probing else (-left, window)
 
     def _off(self, row: list[float]) -> float:
         return off_by(np.array(row), self.greatest_load or 1.0) / self.parameters.wanted.tolerance
@@ -232,7 +239,7 @@ class Companion:
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or len(self.followed) == AT_A_TIME
             share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
             more = 0.0
-            if window.ball == ALL and self._follows_bumps:
+            if window.ball == ALL and self.probing:
                 share, window = PROBING, affordable(part, window, PROBING * part.taken - self.steps)
             elif (window.ball == ALL and not part.partners.active) or left == UNKNOWN:
                 more, share = likely_steps(part, window), min(share, BOUNCING)

@@ -1,4 +1,4 @@
-"""Steps that end where a ball meets the wall of its pocket, or leaves it.
+"""Steps that end where a ball meets the wall of its pocket, or leaves it, and where a cage does so with its land.
 
 The force of a wall has a bend there. A step across it misses its tolerance by a factor of thousands, and so do several
 shorter ones, as the estimate does not tell where the bend lies. But it can be told from the motion at the start: free
@@ -25,6 +25,8 @@ from bearing_twin.kinds.bearing.layout import (
     PLACES,
     POCKET,
     RADIAL_VELOCITY,
+    RING_X,
+    RING_Y,
     SPIN,
     START,
     STEP,
@@ -38,7 +40,7 @@ from bearing_twin.kinds.bearing.moving_cage import seen, wall
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import cosine_sine
 
-NEVER = 1e30  # s
+NEVER, NOWHERE = 1e30, 1e-30  # s, m
 BEHIND = 0.5  # of the approach that makes a ball err by all its scale where the wall's stiffness is not known of
 FIRST = 0.2  # of ONSET: what a ball may go into a wall in the first step there
 
@@ -97,6 +99,56 @@ def _until_left(walls, mass, margin, approach, rate):
     return 2.0 * far / (math.sqrt(rate * rate + 4.0 * push * far) - rate)
 
 
+@inlined
+def _next_bend(law, mass, blur, approach, rate, growth):
+    """Seconds until a wall of this law is met or left behind; where the approach is below 0, `growth` is the rate's."""
+    margin = BEHIND * math.sqrt(blur * abs(rate))
+    if approach < 0.0:
+        return _until_met(margin - approach, rate, growth)
+    return _until_left(law, mass, margin, approach, rate)
+
+
+@inlined
+def _off_land(land, numbers, first):
+    """Where the cage's centre is from the land's, in places, speeds or accelerations that begin at `first` (2,)."""
+    inner = 1.0 if land.side < 0.0 else 0.0
+    x = numbers[first + CAGE_X] - inner * numbers[first + RING_X]
+    return x, numbers[first + CAGE_Y] - inner * numbers[first + RING_Y]
+
+
+@inlined
+def _land_rate(land, numbers):
+    """Approach of the cage to its land at the start of a step [m], its rate, and how fast that grows [m/s^2]."""
+    x, y = _off_land(land, numbers, at.BEGIN)
+    along, across = _off_land(land, numbers, at.BEGIN + PLACES)
+    distance = math.sqrt(x * x + y * y) + NOWHERE
+    rate, turn = (x * along + y * across) / distance, (x * across - y * along) / distance
+    return distance - land.clearance, rate, turn * turn / distance
+
+
+@lean_kernel
+def _note_land(land, numbers):
+    """Keeps how fast the cage's centre comes to move towards its land [m/s^2], its way round it left out."""
+    if len(land) > 0:
+        x, y = _off_land(land, numbers, at.BEGIN)
+        along, across = _off_land(land, numbers, at.RATES + PLACES)
+        numbers[at.LAND_CLOSING] = (x * along + y * across) / (math.sqrt(x * x + y * y) + NOWHERE)
+
+
+@lean_kernel
+def _meet_land(land, numbers, step):
+    """Seconds until the cage meets its land or leaves it, `step` where there is none, and a step to go on with [s]."""
+    if len(land) > 0:
+        approach, rate, growth = _land_rate(land, numbers)
+        inner = 1.0 if land.side < 0.0 else 0.0
+        inverse = numbers[at.FREE + CAGE_X] / numbers[at.MASS + CAGE_X]
+        mass = 1.0 / (inverse + inner * numbers[at.FREE + RING_X] / numbers[at.MASS + RING_X])
+        blur = mass / (land.stiffness * numbers[at.INVERSE_SCALES + PLACES + CAGE_X])
+        until = _next_bend(land, mass, blur, approach, rate, growth + numbers[at.LAND_CLOSING])
+        return (until, FIRST * ONSET / rate) if approach < 0.0 else (until, NEVER)
+    return step, NEVER
+
+
 @lean_kernel
 def note_closing(pockets, coupling, blocks):
     """Keeps how fast the rate grows at which each ball comes forward in its pocket [m/s^2], after an accepted step."""
@@ -113,6 +165,7 @@ def note_closing(pockets, coupling, blocks):
                     cosine, sine = cosine_sine(get(lanes, END + ORBIT_ANGLE, k))
                     drift = seen(numbers[speeds + CAGE_X], numbers[speeds + CAGE_Y], cosine, sine)[1]
                 put(lanes, CLOSING, k, arm * grown - drift)
+        _note_land(coupling.border.land, numbers)
 
 
 @lean_kernel
@@ -129,13 +182,12 @@ def meet_walls(pockets, bearing, coupling, scales, blocks):
         for place in range(coupling.border.count):
             lanes, k = blocks[place // LANES], place % LANES
             approach, rate, side = _gap(pockets, bearing, numbers, lanes, k)
-            margin = BEHIND * math.sqrt(blur * abs(rate))
-            if approach < 0.0:
-                until, first = _until_met(margin - approach, rate, side * get(lanes, CLOSING, k)), FIRST * ONSET
-            else:
-                until, first = _until_left(walls, mass, margin, approach, rate), wanted * abs(rate)
+            until = _next_bend(walls, mass, blur, approach, rate, side * get(lanes, CLOSING, k))
             if until < step:
-                step, resume = until, min(wanted, first / abs(rate))
+                step, resume = until, min(wanted, FIRST * ONSET / rate) if approach < 0.0 else wanted
+        until, first = _meet_land(coupling.border.land, numbers, step)
+        if until < step:
+            step, resume = until, min(wanted, first)
         if step < wanted:
             for place in range(len(blocks) * LANES):
                 put(blocks[place // LANES], STEP, place % LANES, step)
