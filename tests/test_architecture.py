@@ -13,11 +13,12 @@ from bearing_twin.kinds import KINDS
 
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
+    "errors",
+    "stopping",
     "source_state",
     "code_linking",
     "code_cache",
     "compiled",
-    "errors",
     "extras",
     "spelling",
     "units",
@@ -29,7 +30,6 @@ GROUND = (
     "report",
     "sample",
     "shelf",
-    "stopping",
     "tables",
 )
 ROOMS = (

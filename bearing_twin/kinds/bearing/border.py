@@ -53,7 +53,7 @@ class Partners(NamedTuple):
     `ring` is empty where the ring is held: kernels then know the cage alone. `land` is empty where the cage stays
     centred, else what guides it (`land.Land`). `free` is 1 where a place follows its
     loads, else 0. `load` grows by `load_rate` a second; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead of
-    it. `scales` (2 PLACES,) are the errors a step may make.
+    it. `scales` (2 PLACES,) are the errors a step may make; `light` [m] is as `error_scales.light_approach` says.
     """
 
     ring: tuple
@@ -73,6 +73,7 @@ class Partners(NamedTuple):
     unbalance: float
     phase: float
     scales: np.ndarray
+    light: float
 
 
 class Border(NamedTuple):
@@ -105,7 +106,7 @@ def new_border(partners, count, state):
         if partners.free[i % PLACES] > 0.0:
             numbers[at.INVERSE_SCALES + i] = 1.0 / partners.scales[i]
     numbers[at.POLAR_INERTIA], numbers[at.UNBALANCE] = partners.polar_inertia, partners.unbalance
-    numbers[at.PHASE] = partners.phase
+    numbers[at.PHASE], numbers[at.LIGHT] = partners.phase, partners.light
     return Border(partners.ring, partners.active, partners.even, partners.varying, partners.land, count, numbers)
 
 

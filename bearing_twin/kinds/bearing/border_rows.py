@@ -18,7 +18,7 @@ NOW, BEGIN, FINISH, SLOPE, RATES, RIGHT, SOLUTION, THIRD, FOURTH, INVERSE_SCALES
 
 # Of each place: whether it is free, its mass, its support, weight, load and growth of the load; of the ring, the rest.
 FREE, MASS, STIFFNESS, DAMPING, REST, WEIGHT, LOAD, LOAD_RATE = STAGES + WIDTH * MOST_STAGES + PLACES * np.arange(8)
-POLAR_INERTIA, UNBALANCE, PHASE, ERROR = LOAD_RATE + PLACES + np.arange(4)
+POLAR_INERTIA, UNBALANCE, PHASE, LIGHT, LAND_CLOSING, ERROR = LOAD_RATE + PLACES + np.arange(6)
 
 # The inverse of each place's inertia; the Jacobian of the border's accelerations by its own places and velocities, row
 # after row; what the elimination of the balls leaves of the linear system, column after column; and how what is lost at

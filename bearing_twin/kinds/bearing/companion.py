@@ -3,47 +3,53 @@
 The difference is the error that the run makes within a window, once the window is several steps long (shorter ones
 measure their own ends). Windows are few: they end where the steps' own error estimates (`pointing`) do most to a ball's
 force or torque, or a contact slides most, as far as that exceeds what was looked at before in the run; and one more
-after 1, 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
+after 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
 ones, which meet, a moving ring or a cage, all together. What error the start of a window has from before, no window
 sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
 until neither holds, or it has taken its share of steps: what is found is then a lower bound. Where balls meet, a copy
-of the run that starts apart by what it is off there shows what becomes of that.
+of the run that starts apart by what it is off there shows what becomes of that. Where balls bump into a cage, a window
+of all balls is followed now and then (`_probes`) until it is seen that bumps carry errors on (`diverged`).
 """
 
 import numpy as np
 
+from bearing_twin.kinds.bearing.beside import TIGHTER, all_beside, some_beside
 from bearing_twin.kinds.bearing.departures import (
     UNKNOWN,
     Followed,
+    affordable,
     bouncing,
     likely_steps,
     loose,
     nowhere,
-    room,
     starts,
     together,
 )
-from bearing_twin.kinds.bearing.deviations import LEAST_LOAD, Found, Part, deviations, left_over
-from bearing_twin.kinds.bearing.integrate import Chunk, integrated
-from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, meetings, pairs_in, stretches_from, until_met
-from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_alone, write_outputs
+from bearing_twin.kinds.bearing.deviations import LEAST_LOAD, Part, deviations, left_over
+from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, meetings, stretches_from, until_met
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.pointers import POINTERS, SLIDING, pointers
-from bearing_twin.kinds.bearing.rosenbrock import ChunkTask, rosenbrock_chunk
-from bearing_twin.kinds.bearing.steps import STEPS
-from bearing_twin.kinds.bearing.windows import ALL, PLACE, WINDOW, Window, overlap, window_at, within
-from bearing_twin.numerics.statuses import OK
-from bearing_twin.numerics.steppers import ROSENBROCK
+from bearing_twin.kinds.bearing.pointers import POINTERS, SLIDING, one_for_all, pointers
+from bearing_twin.kinds.bearing.windows import (
+    ALL,
+    BUMPING,
+    PLACE,
+    WINDOW,
+    Window,
+    bumps,
+    off_by,
+    overlap,
+    window_at,
+    within,
+)
 
-METHOD = "rodas4"  # of the companion, whatever the run's
-TIGHTER = 0.3  # of the run's tolerance: what the companion errs by itself is as great a share, and is added
 MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
-LOOKING = 0.12  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
+LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
 INHERITED = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
 THREATENED = 0.45  # ... unless it is off by the tolerance, or loose: then where so many were ...
+PROBING = 0.2  # ... with all balls, to see what bumps into a cage make of errors ...
 BOUNCING = 0.35  # ... or would be, with a ball that bounces although nothing points to it, or with all that met
 
 
@@ -66,6 +72,8 @@ class Companion:
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
         self.met = 0
+        self.probing = False  # whether it looks for that in this part
+        self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
 
     def memory(self) -> dict:
@@ -76,9 +84,10 @@ class Companion:
             "steps": self.steps,
             "looked": self.looked,
             "parts": self.parts,
-            "followed": [[one.ball, one.begin, [a.tolist() for a in one.last], one.left] for one in self.followed],
+            "followed": [[*one[:2], [array.tolist() for array in one.last], *one[3:]] for one in self.followed],
             "drift": self.drift.memory(),
             "met": self.met,
+            "diverged": self.diverged,
         }
 
     def remember(self, kept: dict) -> None:
@@ -87,11 +96,11 @@ class Companion:
         self.greatest_load = float(kept["greatest_load"])
         self.steps, self.parts = int(kept["steps"]), int(kept["parts"])
         self.followed = [
-            Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), float(left))
-            for ball, begin, last, left in kept["followed"]
+            Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), *map(float, rest))
+            for ball, begin, last, *rest in kept["followed"]
         ]
         self.drift.remember(kept["drift"])
-        self.met, self.looked = int(kept["met"]), int(kept["looked"])
+        self.met, self.looked, self.diverged = int(kept["met"]), int(kept["looked"]), bool(kept["diverged"])
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
@@ -123,11 +132,14 @@ class Companion:
                         planned += self._see(window, row, grids, steps)
         self.spare = self._spare(grids) if len(part.pointer) else 1.0
         self.parts += 1
-        if self.parts & (self.parts - 1) == 0 and not any(one.ball == ALL for one in found):
+        self.probing = self._probes(part)
+        if self.probing:
+            found = [window_at(ALL, 0, steps[0]), *found]
+        elif (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
             calm = int(steps.sum(axis=1).argmin())
             window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps[calm]), met)
             found += [] if any(within(window, other) for other in found) else [window]
-        return found
+        return found if whole else one_for_all(found, grids, steps)
 
     def see_again(self, part: Part, windows: list[Window]) -> None:
         """Keeps what the pointers say in windows of a part that was done again."""
@@ -167,7 +179,7 @@ class Companion:
         rows, off = [], []
         for group in together(part, windows):
             whole = group[0].ball < 0
-            found = self._all_balls(part, group[0], scales) if whole else self._balls(part, group, scales)
+            found = all_beside(self.parameters, part, group[0], scales) if whole else some_beside(part, group, scales)
             if found is None:
                 rows += [nowhere(part, window, tolerance) for window in group]
                 continue
@@ -179,8 +191,8 @@ class Companion:
                 rows.append(self._row(part, window, begin, each, tolerance, found, None if whole else place))
                 self.drift.see(part, window, found, 0 if whole else place, 1.0 / (1.0 - TIGHTER))
                 left = left_over(part, window, found, place, self._allowed)
-                if left > INHERITED or loose(part, window):
-                    off.append((left, window, begin))
+                if left > INHERITED or loose(part, window) or self.probing:
+                    off.append((left, window, begin, self._off(rows[-1])))
         met = meetings(part)
         rows += self._follow(part, off, scales, tolerance, met)
         rows += self._parted(part, scales, tolerance, met)
@@ -192,6 +204,24 @@ class Companion:
     def _allowed(self) -> np.ndarray:
         return self.parameters.wanted.tolerance * self.unit
 
+    def _probes(self, part: Part) -> bool:
+        """Whether it is to be seen, until it is, what becomes of errors where balls bump.
+
+        In the parts 1, 2, 4, 8 ... and where steps allow to follow half of a part.
+        """
+        if not bumps(self.parameters) or self.diverged:
+            return False
+        far = affordable(part, Window(ALL, -1, len(part.times)), PROBING * part.taken - self.steps)
+        return self.parts & (self.parts - 1) == 0 or 2 * far.length >= len(part.times)
+
+    def _order(self, off: tuple) -> tuple:
+        """Worst first; where bumps are to be seen, those that most of a part is left for."""
+        left, window, begin, _ = off
+        return (begin,) if self.probing else (-left, window)
+
+    def _off(self, row: list[float]) -> float:
+        return off_by(np.array(row), self.greatest_load or 1.0) / self.parameters.wanted.tolerance
+
     def _row(self, part, window, begin, each, tolerance, found, place) -> list[float]:
         end = part.elapsed + part.start(window.begin + window.length)
         off = deviations(part, window, found, place, self.greatest_load)
@@ -201,24 +231,27 @@ class Companion:
         """Goes on with what was followed, and with what was found `off`, worst first, as far as steps allow."""
         rows, before, self.followed = [], self.followed, []
         whole = Window(-1, -1, len(part.times))
-        those = [(one.left, whole._replace(ball=one.ball), one.begin, one.last) for one in before]
-        new = [*bouncing(part), *sorted(off, key=lambda one: (-one[0], one[1]))]
-        those += [(left, at._replace(length=len(part.times) - 1 - at.begin), begin, None) for left, at, begin in new]
-        for left, there, begin, last in those:
+        those = [(one.left, whole._replace(ball=one.ball), one.begin, one.first, one.last) for one in before]
+        new = [*((*one, np.inf) for one in bouncing(part)), *sorted(off, key=self._order)]
+        those += [(left, at._replace(length=len(part.times) - 1 - at.begin), *rest, None) for left, at, *rest in new]
+        for left, there, begin, first, last in those:
             window = until_met(there, met)
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or len(self.followed) == AT_A_TIME
             share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
             more = 0.0
-            if (window.ball == ALL and not part.partners.active) or left == UNKNOWN:
+            if window.ball == ALL and self.probing:
+                share, window = PROBING, affordable(part, window, PROBING * part.taken - self.steps)
+            elif (window.ball == ALL and not part.partners.active) or left == UNKNOWN:
                 more, share = likely_steps(part, window), min(share, BOUNCING)
             spent = self.steps + more > share * part.taken
+            spent = spent or (self.diverged and window.ball == ALL)
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
                 continue
             alone, until = window.ball != ALL, part.duration if window is there else None
             found = (
-                self._balls(part, [window], scales, last, until)
+                some_beside(part, [window], scales, last, until)
                 if alone
-                else self._all_balls(part, window, scales, last, until)
+                else all_beside(self.parameters, part, window, scales, last, until)
             )
             if found is None:
                 continue
@@ -227,8 +260,9 @@ class Companion:
             rows.append(self._row(part, window, begin, each, tolerance, found, 0 if alone else None))
             self.drift.see(part, window, found, 0, 1.0 / (1.0 - TIGHTER))
             left = left_over(part, window, found, 0, self._allowed)
+            self.diverged |= bumps(self.parameters) and self._off(rows[-1]) > max(1.0, BUMPING * first)
             if until and (left > INHERITED or loose(part, window)):
-                self.followed.append(Followed(window.ball, begin, found.last, left))
+                self.followed.append(Followed(window.ball, begin, found.last, left, first))
         return rows
 
     def _parted(self, part: Part, scales, tolerance: float, met: np.ndarray) -> list[list[float]]:
@@ -249,7 +283,7 @@ class Companion:
         self.drift.set_apart(moving[0], begin, tolerance)
         last = (*moving, borders[0])
         while window is not None and taken <= COPYING * part.taken:
-            found = self._all_balls(part, window, scales / TIGHTER, last)
+            found = all_beside(self.parameters, part, window, scales / TIGHTER, last)
             if found is None:
                 return [*rows, nowhere(part, window, tolerance)]
             last, taken = found.last, taken + found.steps
@@ -259,42 +293,3 @@ class Companion:
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None
         self.steps += taken
         return rows
-
-    def _balls(self, part: Part, group: list[Window], scales, last=None, until: float | None = None) -> Found | None:
-        """Single balls side by side, from the run's states or from the `last` of the companion; None if one fails.
-
-        `until` [s] in the part they go on, without it to the end of the windows.
-        """
-        first, count = group[0], len(group)
-        start, length = part.start(first.begin), first.length
-        times = part.times[first.begin + 1 : first.begin + 1 + length] - start
-        begun, borders = starts(part, group)
-        moving = begun if last is None else tuple(array.copy() for array in last[:4])
-        results = room(length, count, moving[3], borders[0])
-        drive, bearing = part.drive_from(start), part.bearing
-        duration = float(times[-1]) if until is None else until - start
-        task = ChunkTask(ROSENBROCK[METHOD], bearing, drive, times, duration, TIGHTER * scales)
-        if rosenbrock_chunk(task, (), np.arange(count), *moving[:3], results) != OK:
-            return None
-        out = outputs_alone(bearing, drive, times, results.states, results.orientations, borders)
-        return Found(out, results.states, (*moving, borders[0]), int(results.counts[STEPS]))
-
-    def _all_balls(self, part: Part, window: Window, scales, last=None, until: float | None = None) -> Found | None:
-        """As `_balls`, of all balls with ring and cage in one window."""
-        start, length, balls = part.start(window.begin), window.length, len(part.near)
-        times = part.times[window.begin + 1 : window.begin + 1 + length] - start
-        moving, borders = starts(part, [Window(ball, window.begin, length) for ball in range(balls)])
-        moving = (*moving, borders[0].copy()) if last is None else tuple(array.copy() for array in last)
-        moving[2][:] = moving[2].min()
-        results, partners = room(length, balls, moving[3], moving[4]), part.partners
-        partners = partners._replace(load=partners.load + start * partners.load_rate, scales=TIGHTER * partners.scales)
-        drive = part.drive_from(start)
-        duration = float(times[-1]) if until is None else until - start
-        near = part.near if partners.active else pairs_in(window, meetings(part))
-        chunk = Chunk(part.bearing, drive, partners, near, times, duration, 0.0, TIGHTER * scales)
-        if integrated(METHOD, chunk, moving[:3], results) != OK:
-            return None
-        out = empty_outputs(self.parameters, length)
-        filled = results.states, results.orientations, results.border
-        write_outputs(self.parameters, part.bearing, partners, drive, times, *filled, out.numbers, 0)
-        return Found(out, results.states, moving, int(results.counts[STEPS]))

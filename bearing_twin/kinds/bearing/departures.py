@@ -16,13 +16,15 @@ UNKNOWN = 0.0  # what the motion of a ball is off, over what is allowed, where n
 class Followed(NamedTuple):
     """A ball (-1: all) with which the companion goes on from part to part, since `begin` [s].
 
-    Arrays as in `Found.last`; `left` is what its motion was off at the end, over what is allowed.
+    Arrays as in `Found.last`; `left` is what its motion was off at the end, over what is allowed, and `first` what its
+    first window was off.
     """
 
     ball: int
     begin: float
     last: tuple[np.ndarray, ...]
     left: float
+    first: float
 
 
 def loose(part: Part, window: Window) -> bool:
@@ -46,6 +48,12 @@ def likely_steps(part: Part, window: Window) -> float:
     inside = slice(window.begin + 1, window.begin + 1 + window.length)
     balls = slice(None) if window.ball < 0 else window.ball
     return float(part.pointer[balls, inside, STEPS_IN].sum()) if len(part.pointer) else 0.0
+
+
+def affordable(part: Part, window: Window, steps: float) -> Window:
+    """The window, cut where the run took so many steps in it."""
+    taken = np.cumsum(part.pointer[:, window.begin + 1 :, STEPS_IN].sum(axis=0)) if len(part.pointer) else np.zeros(0)
+    return window._replace(length=min(window.length, int(np.searchsorted(taken, steps))))
 
 
 def nowhere(part: Part, window: Window, tolerance: float) -> list[float]:

@@ -18,8 +18,8 @@ from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.summing import STRETCH
-from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, unseen
-from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.kinds.bearing.windows import ALL, APART, BUMPING, PLACE, WINDOW, bumps, unseen
+from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
@@ -37,11 +37,12 @@ class BearingDoubt:
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.choice = parameters, choice
         balls = parameters.geometry.balls
-        self.worst = np.zeros((2, len(WINDOW.columns)))  # of single balls, and of windows with all of them
+        # Of single balls, of windows with all of them, and of what bumps were seen to make of errors.
+        self.worst = np.zeros((3, len(WINDOW.columns)))
         self.rows = {name: np.zeros(len(WINDOW.columns)) for name in ("load", "friction")}  # the worst of each
         self.windows = self.outputs = 0
         self.steepest = 0.0  # change of a load as its ball goes round [N/rad]
-        self.growth = Growth(parameters.wanted.tolerance)
+        self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
         self.rubbed = np.zeros((balls, 2))  # sums of load^(4/3) times spin
@@ -70,8 +71,8 @@ class BearingDoubt:
             return
         for row, most in zip(rows, greatest_until(rows, self.load.max(), block.time_ns, load, begins), strict=True):
             self.windows += 1
-            self.growth.add(row, most)
-            whole = int(row[PLACE["ball"]] == ALL)
+            goes_on = self.growth.add(row, most) and bumps(self.parameters)
+            whole = int(row[PLACE["ball"]] == ALL) * (2 if goes_on else 1)
             self.worst[whole] = np.maximum(self.worst[whole], row)
             for name, kept in self.rows.items():
                 if row[PLACE[name]] > kept[PLACE[name]]:
@@ -112,7 +113,8 @@ class BearingDoubt:
 
     def _seen(self, name: str) -> float:
         """The greatest error of the method in a quantity: what single balls had, and a bound for coupled ones."""
-        seen = float(max(self.worst[0, PLACE[name]], unseen(self.parameters) * self.worst[1, PLACE[name]]))
+        alone, together, grown = self.worst[:, PLACE[name]].tolist()
+        seen = max(alone, unseen(self.parameters) * together, grown)
         return seen + self._seen("orbit_angle") * self.steepest if name == "load" else seen
 
     def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,7 +4,9 @@ A load errs with its approach. Friction errs, over mu N, with the slip over the 
 the load N. A ball that rings between its contacts at the rate w with an amplitude v of its radial velocity errs by
 m w v in load; nothing stops it, so that the errors of many steps add up, and a contact that carries little feels them
 most: without a share of its own, lift-off missed its tolerance in friction 4 to 19 times, and with it 0.4 to 0.7 times.
-The lightest contact that errors of friction are judged by carries LIGHT of the greatest load.
+The lightest contact that errors of friction are judged by carries LIGHT of the greatest load. What a ball that carries
+less slips is felt as much less (`light_approach`). Every bump into a pocket changes a ball's speed along its way: there
+such errors count by the load (`step_ends.weigh_light`), else balls that carry next to nothing rule all steps.
 """
 
 import math
@@ -39,6 +41,14 @@ def _ringing_speed(bearing: Bearing, start: np.ndarray) -> float:
     load = max(LIGHT * elastic(law.given, law.power, greatest).load, elastic(law.given, law.power, least).load)
     stiffness = elastic(law.given, law.power, (load / law.given) ** (1.0 / law.power)).stiffness
     return load / math.sqrt(stiffness * bearing.ball_mass)
+
+
+def light_approach(bearing: Bearing, start: np.ndarray) -> float:
+    """The approach [m] at the outer raceway of a contact that bears LIGHT of the greatest load of a start."""
+    outer = bearing.outer
+    outwards = start[:, AXIS_DISTANCE] - outer.locus_radius
+    approaches = np.hypot(outwards, start[:, HEIGHT]) + bearing.ball_radius - outer.groove_radius
+    return max(float(approaches.max()), APPROACH_SCALE) * LIGHT ** (1.0 / outer.law.power)
 
 
 def error_scales(parameters: BearingScene, bearing: Bearing, start: np.ndarray, together: bool) -> np.ndarray:

@@ -7,7 +7,7 @@ another, carries it on and more.
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.windows import APART, PLACE
+from bearing_twin.kinds.bearing.windows import APART, PLACE, off_by
 from bearing_twin.kinds.doubt import CHAOTIC, horizon
 
 FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
@@ -18,24 +18,26 @@ MOST = 32  # balls with their begin whose first error is kept
 class Growth:
     """Takes rows of WINDOW; those of one ball with one begin are of a companion that went on beside the run."""
 
-    def __init__(self, tolerance: float):
-        self.tolerance = tolerance
+    def __init__(self, tolerance: float, most: float = CHAOTIC):
+        self.tolerance, self.most = tolerance, most  # times that an error may grow beyond the tolerance
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
         self.grown, self.kept, self.since = 0.0, 0.0, ""
 
-    def add(self, row, greatest: float) -> None:
-        """Takes a row in; `greatest` load [N] so far."""
-        off = max(float(row[PLACE["load"]]) / (greatest or 1.0), float(row[PLACE["friction"]]), FLOOR)
+    def add(self, row, greatest: float) -> bool:
+        """Takes a row in; `greatest` load [N] so far. Returns whether the row goes on from one before."""
+        off = max(off_by(row, greatest or 1.0), FLOOR)
         key = int(row[PLACE["ball"]]), float(row[PLACE["begin"]])
+        goes_on = key in self.first
         first, kept = self.first.pop(key, (off, key[1]))
         if off <= self.tolerance:
             kept = float(row[0])
-        elif off > (MET if key[0] == APART else CHAOTIC) * first and (not self.grown or kept < self.kept):
+        elif off > (MET if key[0] == APART else self.most) * first and (not self.grown or kept < self.kept):
             self.since = "balls met" if key[0] == APART else "a companion began to follow a ball"
             self.grown, self.kept = off / first, kept
         self.first[key] = first, kept
         if len(self.first) > MOST:
             del self.first[next(iter(self.first))]
+        return goes_on
 
     @property
     def notes(self) -> dict[str, str]:

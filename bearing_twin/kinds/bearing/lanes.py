@@ -44,7 +44,7 @@ from bearing_twin.kinds.bearing.linear_system import (
 from bearing_twin.kinds.bearing.pairs import add_pairs
 from bearing_twin.kinds.bearing.rates import rates_in_lanes
 from bearing_twin.kinds.bearing.stage_places import mixed_stages, place_stage, place_start
-from bearing_twin.kinds.bearing.step_ends import finish_lanes
+from bearing_twin.kinds.bearing.step_ends import finish_lanes, weigh_light
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.steppers import five
 
@@ -191,5 +191,6 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         border_finish(method.dense, coupling.border.numbers)
     for block in range(len(blocks)):
         finish_lanes(border, scales, method.dense, blocks[block])
+        weigh_light(bearing.pockets, bearing, border, scales, blocks[block])
     if len(coupling) > 0:
         put(blocks[0], ERROR, 0, max(get(blocks[0], ERROR, 0), coupling.border.numbers[at.ERROR]))

@@ -90,10 +90,11 @@ OWN_BY_OWN, OWN_BY_AHEAD, AHEAD_BY_OWN, AHEAD_BY_AHEAD, UPPER, LOWER, PAIR_ROWS 
 
 # How ball and border (ring and cage) answer to each other, after the rows of Rosenbrock methods: rates of a ball from
 # VELOCITY on by the border's places and velocities, the border's accelerations by a ball's motion and by its own, all
-# row after row; two tiles of the linear system without positions, column after column; and what goes into sums.
+# row after row; two tiles of the linear system without positions, column after column; what goes into sums; and how
+# fast a ball comes to go forward in its pocket.
 ANSWERING = COLUMNS - VELOCITY
-BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, SHARES, BORDERED_ROWS = _rows(
-    ROSENBROCK_ROWS, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, PLACES
+BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, SHARES, CLOSING, BORDERED_ROWS = _rows(
+    ROSENBROCK_ROWS, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, PLACES, 1
 )
 
 

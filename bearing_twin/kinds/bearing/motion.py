@@ -8,7 +8,7 @@ import numpy as np
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
-from bearing_twin.kinds.bearing.error_scales import error_scales
+from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
 from bearing_twin.kinds.bearing.integrate import Chunk, Instants, check, integrated
 from bearing_twin.kinds.bearing.layout import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
@@ -58,7 +58,8 @@ class BearingMotion:
             start, self._start_border = caged_start(start, partners)
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
-        self.partners = partners._replace(scales=border_scales(parameters, scales))
+        light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0
+        self.partners = partners._replace(scales=border_scales(parameters, scales), light=light)
         self.scales = scales
         self._start = start
         self.step = parameters.solver.step

@@ -33,6 +33,7 @@ from bearing_twin.kinds.bearing.rings import (
     EVEN,
     FREE_RING,
     INNER_LAND,
+    POCKETS,
     dimension_of,
     free_coordinates,
     land_radius,
@@ -83,12 +84,15 @@ class Loading:
 def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
     """Errors (2 PLACES,) that a step of ring and cage may make, from those of a ball (MOTION,)."""
     pitch = 0.5 * parameters.geometry.pitch_diameter
-    # Little stops a shaft that rings, so that errors of its motion add up for longer than a ball's.
+    # Little stops a shaft that rings, so that errors of its motion add up for longer than those of balls and cage.
     place, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
     about = 1.0 if moving_centre(parameters) else pitch
-    return np.array(
+    found = np.array(
         [*(place,) * 3, *(place / about,) * 2, place / pitch, *(speed,) * 3, *(speed / about,) * 2, speed / pitch]
     )
+    if parameters.cage.kind == POCKETS:
+        found[[CAGE, CAGE_SPEED]] /= RING_SHARE
+    return found
 
 
 def land_of(parameters: BearingScene) -> Land | tuple:
@@ -131,6 +135,7 @@ def partners_of(parameters: BearingScene) -> Partners:
         unbalance=ring.unbalance if moving else 0.0,
         phase=0.0,
         scales=np.zeros(2 * PLACES),
+        light=0.0,
     )
 
 

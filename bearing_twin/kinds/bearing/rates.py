@@ -36,7 +36,7 @@ def rates_in_lanes(bearing, lanes):
 
 @kernel
 def lane_rates(bearing, lanes):
-    """`rates_in_lanes`, called by its callers."""
+    """`rates_in_lanes` as a function of its own; to call it in each stage of a step made runs of balls 6 % slower."""
     rates_in_lanes(bearing, lanes)
 
 

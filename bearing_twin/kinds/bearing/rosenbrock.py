@@ -58,6 +58,7 @@ from bearing_twin.kinds.bearing.steps import (
     landing,
     new_dense_step,
 )
+from bearing_twin.kinds.bearing.walls import meet_walls, note_closing
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
 from bearing_twin.numerics.steppers import Rosenbrock, next_step
@@ -139,11 +140,12 @@ def _accept_border(task, coupling, cursor, lanes, results):
 
 
 @lean_kernel
-def _accept_coupled(task, coupling, cursor, lanes, results):
+def _accept_coupled(task, coupling, cursor, blocks, results):
     """Moves ring and cage on where all balls will accept the step just made."""
     if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
-        if get(lanes, ERROR, 0) <= 1.0 and get(lanes, SHARE, 0) >= LANDED:
-            _accept_border(task, coupling, cursor, lanes, results)
+        if get(blocks[0], ERROR, 0) <= 1.0 and get(blocks[0], SHARE, 0) >= LANDED:
+            _accept_border(task, coupling, cursor, blocks[0], results)
+            note_closing(task.bearing.pockets, coupling, blocks)
 
 
 @lean_kernel
@@ -245,9 +247,10 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
         if results.stop[0] != 0:
             return STOPPED
         cut_steps(task.bearing, task.duration, len(coupling) == 0, blocks)
+        resume = meet_walls(task.bearing.pockets, task.bearing, coupling, task.scales, blocks)
         rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
         _judge(task, coupling, ball, len(balls), dense, results, blocks)
-        _accept_coupled(task, coupling, cursor[0], blocks[0], results)
+        _accept_coupled(task, coupling, cursor[0], blocks, results)
         for place in range(len(ball)):
             number, lanes, k = ball[place], blocks[place // LANES], place % LANES
             if number == IDLE:
@@ -267,7 +270,8 @@ def _advance(task, coupling, balls, state, orientation, steps, results, ball, cu
                 put(lanes, STEP, k, step * share)
                 continue
             counts[STEPS] += 1
-            given = _accept(task, number, cursor[place], proposed, state, orientation, steps, results, lanes, k, dense)
+            then = max(proposed, resume)
+            given = _accept(task, number, cursor[place], then, state, orientation, steps, results, lanes, k, dense)
             status, cursor[place] = given
             if status == RUNNING:
                 continue

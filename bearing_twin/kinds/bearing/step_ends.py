@@ -5,11 +5,13 @@ import math
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border_solve import of_cage
+from bearing_twin.kinds.bearing.equations import outer_approach
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     END,
     ERROR,
+    HEIGHT,
     LANES,
     MOTION,
     ORBIT_ANGLE,
@@ -36,6 +38,8 @@ from bearing_twin.kinds.bearing.steps import lane_spin, spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import five, rosenbrock_dense
+
+LEAST_FELT = 0.1  # of errors along the groove: how much they count of a ball that bears next to nothing
 
 
 @inlined
@@ -100,6 +104,27 @@ def finish_lanes(border, scales, dense, lanes):
             get(lanes, STEP, k),
         )
         put_quaternion(lanes, TURNED, k, result)
+
+
+@lean_kernel
+def weigh_light(pockets, bearing, border, scales, lanes):
+    """Puts the errors of steps where those along the groove count less, the less a ball bears; after `finish_lanes`.
+
+    Where there are no `pockets`, it does nothing. See `error_scales.light_approach`.
+    """
+    if len(pockets) > 0:
+        first, second, last = _inverse(scales, 0), _inverse(scales, VELOCITY), _inverse(scales, SPIN)
+        light = border.numbers[at.LIGHT]
+        for k in range(LANES):
+            begin = outer_approach(bearing, get(lanes, START + AXIS_DISTANCE, k), get(lanes, START + HEIGHT, k))
+            end = outer_approach(bearing, get(lanes, END + AXIS_DISTANCE, k), get(lanes, END + HEIGHT, k))
+            share = min(max(max(begin, end) / light, 0.0), 1.0)
+            felt = max(share * math.sqrt(share), LEAST_FELT)  # the load, nearly
+            place, speed = get_vector(lanes, SOLUTION, k), get_vector(lanes, SOLUTION + VELOCITY, k)
+            errors = _squares((place[0], felt * place[1], place[2]), first)
+            errors += _squares((speed[0], felt * speed[1], felt * speed[2]), second)
+            errors += felt * felt * _squares(get_vector(lanes, SOLUTION + SPIN, k), last)
+            put(lanes, ERROR, k, math.sqrt(errors / MOTION))
 
 
 @lean_kernel

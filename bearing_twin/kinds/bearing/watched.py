@@ -5,7 +5,8 @@ than SAFE of the tolerance, the part is done again with a tighter setting, and t
 again, whatever points to them then. The setting gets rougher again after some parts whose windows are off by much less,
 or where all points to smaller errors than those had; what was too rough once is never tried again. Where errors of
 earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter setting finds the same, the
-motion itself is that sensitive: the error is told, and the setting goes back.
+motion itself is that sensitive: the error is told, and the setting goes back. Where bumps into a cage were seen to
+carry an error on, nobody can say where balls are some hundredths of a second on; steps are made for statistics alone.
 """
 
 import math
@@ -18,12 +19,12 @@ from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.motion import MOVING, BearingMotion
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, BearingScene
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
 from bearing_twin.kinds.bearing.pointing import POINTED
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, is_watched, unseen
+from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, bumps, followed, is_watched, off_by, unseen
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.report import Choice
 
@@ -39,6 +40,9 @@ RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at le
 SPARED = 0.5  # ... up to this share of what was too rough
 HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
+BEYOND = (
+    3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same, see docs/doubt.md
+)
 BEGUN = ("drive", "elapsed", "_acceleration", "_load", "_load_rate")  # what a part changes besides arrays in place
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
@@ -160,6 +164,7 @@ class WatchedMotion(BearingMotion):
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
         arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
         before_it, self._windows, begun = self.companion.inherited(), None, self.elapsed
+        self._part_begun = begun
         # What a part began with from before is not bettered by doing it again: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > FUTILE else self.elapsed
         for attempt in range(1 + REDONE):
@@ -171,6 +176,10 @@ class WatchedMotion(BearingMotion):
                 # Nothing can be integrated as tightly: as before, which is known to be off.
                 self._begin_again(arrays, others, before_it, before)
                 super()._part(times, duration, out, first)
+                break
+            if self.companion.diverged:
+                self._set(BEYOND)
+                self._sensitive = True
                 break
             last, worst = worst, self._worst(since)
             if attempt == REDONE or worst <= (GOOD if attempt else SAFE):
@@ -185,7 +194,8 @@ class WatchedMotion(BearingMotion):
         if rows is not None and len(rows):
             self._rows.append(rows)
             carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)
-            self._grown = max(self._grown, self._off(rows[carried]))
+            if not bumps(self.parameters):
+                self._grown = max(self._grown, self._off(rows[carried]))
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
 
     def _relax(self, rows: np.ndarray | None) -> None:
@@ -214,11 +224,13 @@ class WatchedMotion(BearingMotion):
     def _worst(self, since: float) -> float:
         """The greatest error found in this part over the wanted tolerance, of windows begun since then [s].
 
-        0 where no tighter setting could be verified.
+        0 where no tighter setting could be verified. What bumps make of an error says nothing of the setting.
         """
         rows = self._found
         if rows is None or self.tolerance <= VERIFIABLE:
             return 0.0
+        if bumps(self.parameters):
+            rows = rows[~followed(rows, self._part_begun)]
         return self._off(rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)])
 
     def _off(self, rows: np.ndarray) -> float:
@@ -226,8 +238,8 @@ class WatchedMotion(BearingMotion):
         greatest = self.companion.greatest_load
         if greatest <= 0.0:
             return 0.0
-        off = max(rows[:, PLACE["load"]].max(initial=0.0) / greatest, rows[:, PLACE["friction"]].max(initial=0.0))
-        return off / self.parameters.wanted.tolerance
+        wanted = self.parameters.wanted
+        return off_by(rows, greatest, loads_alone=wanted.outputs == LOADS) / wanted.tolerance
 
     def _pointer(self, instants: int) -> np.ndarray:
         """Room for what `pointing` notes, where the method does."""

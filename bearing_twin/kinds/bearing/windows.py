@@ -44,11 +44,15 @@ def is_watched(parameters) -> bool:
     return parameters.solver.companion == "on" and dimension_of(parameters) != QUASI_STATIC
 
 
+def bumps(parameters) -> bool:
+    """Whether balls bump into a cage: what the motion is off grows with each bump."""
+    return parameters.cage.kind == POCKETS
+
+
 def unseen(parameters) -> float:
     """How many times what a window of all balls sees the motion may be off: by what they inherit from before it."""
-    cage = parameters.cage.kind
-    shared = dimension_of(parameters) == FREE_RING or cage == EVEN
-    return CARRIED if shared and cage != POCKETS else BUMPING
+    shared = dimension_of(parameters) == FREE_RING or parameters.cage.kind == EVEN
+    return CARRIED if shared and not bumps(parameters) else BUMPING
 
 
 class Window(NamedTuple):
@@ -67,6 +71,18 @@ def window_at(ball: int, cell: int, steps: np.ndarray) -> Window:
     enough = int(np.searchsorted(before, before[begin] + LEAST_STEPS))
     end = max(end, min(enough, len(steps)))
     return Window(ball, begin - 1, end - begin)
+
+
+def off_by(rows: np.ndarray, greatest: float, loads_alone: bool = False) -> float:
+    """The greatest error in rows of WINDOW: of load over the `greatest` load [N], and of friction if it counts."""
+    load = float(rows[..., PLACE["load"]].max(initial=0.0)) / greatest
+    return load if loads_alone else max(load, float(rows[..., PLACE["friction"]].max(initial=0.0)))
+
+
+def followed(rows: np.ndarray, begun: float) -> np.ndarray:
+    """Which rows of WINDOW, sorted, of a part that began at `begun` [s] are of what a companion followed further."""
+    keys = [(row[PLACE["ball"]], row[PLACE["begin"]]) for row in rows]
+    return np.array([key[1] < begun or key in keys[:place] for place, key in enumerate(keys)], bool)
 
 
 def within(window: Window, other: Window) -> bool:
