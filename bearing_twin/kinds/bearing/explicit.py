@@ -105,9 +105,9 @@ def _greatest_error(weights, h, balls, scales, slopes, errors):
             for k in range(LANES):
                 ratio = h * get(errors[block], column, k) / scales[column]
                 increase(errors[block], MOTION, k, ratio * ratio)
-        for k in range(min(LANES, balls - block * LANES)):
-            total = get(errors[block], MOTION, k)
-            greatest = max(greatest, total if total < math.inf else math.inf)
+    for ball in range(balls):
+        total = get(errors[ball // LANES], MOTION, ball % LANES)
+        greatest = max(greatest, total if total < math.inf else math.inf)
     return math.sqrt(greatest / MOTION)
 
 
