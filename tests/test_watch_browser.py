@@ -99,6 +99,7 @@ def test_outputs_arrive_and_controls_command(browser, served):
     assert served.obeyed[-1]["value"] == pytest.approx(
         load_scene("bearing_6203_loose").parameters.drive.speed, rel=1e-3
     )
+    until(lambda: browser.inner_text("#live-answer") == "done")  # which would replace what comes next
     served.feed.send("refused", "command/speed refused: too fast")
     until(lambda: "too fast" in browser.inner_text("#live-answer.refused"))
     assert float(browser.locator("#live input[aria-label*='along y']").input_value()) != 0.0  # what acts, not nothing
@@ -153,6 +154,8 @@ def test_what_is_missing_breaks_the_curves_and_a_reset_begins_anew(browser, serv
         before = max(time for time in one["times"] if time < place)
         after = min(time for time in one["times"] if time > place)
         assert after - before == pytest.approx(20 * 0.05, abs=0.02)
+    assert browser.inner_text("#now").endswith(" s")  # the first output came after 0.05 s, as 50 ms
+    assert browser.evaluate("bearingView.charts.every((one) => one.spec.xLabel === 'time [s]')")
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
     browser.screenshot(path=SCREENSHOTS / "watch_gap.png")
     served.begin()

@@ -31,6 +31,12 @@ class Chart {
     this.name();
   }
 
+  // Built anew where times have another unit: a part that was looked at is none any more.
+  outgrown() {
+    this.zoomed = false;
+    this.build();
+  }
+
   data() {
     const { spec, factor } = this;
     return [spec.x, ...spec.ys.map((y) => y.map((one) => (one === null ? null : one * factor)))];

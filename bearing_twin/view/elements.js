@@ -32,6 +32,9 @@ function prefixed(size, unit, prefixes) {
   return [1.0 / found[1], found[0] + unit];
 }
 
+// Factor and unit of times up to `size` seconds.
+const timed = (size) => prefixed(Math.abs(size) || 1e-12, "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
+
 function digits(value, count = 4) {
   if (!Number.isFinite(value)) return "–";
   if (value === 0) return "0";

@@ -6,8 +6,7 @@ const PACED = 8; // images after which their pace is told
 class Player {
   constructor(parent, store, period, show, moving, paced) {
     Object.assign(this, { store, show, moving, paced, time: store.first, playing: false, shown: [] });
-    const size = Math.max(Math.abs(store.last), 1e-12);
-    [this.factor, this.unit] = prefixed(size, "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
+    this.measure();
     this.button = make("button", { type: "button", id: "play", title: "play or pause (space)", "aria-label": "play or pause" });
     this.slider = make("input", { type: "range", id: "time", min: 0, max: 1000, step: "any", value: 0, "aria-label": "time" });
     this.label = make("output", { id: "now" });
@@ -22,6 +21,10 @@ class Player {
     document.addEventListener("keydown", (event) => this.key(event));
     this.label.style.minWidth = `${2 * this.text(store.last).length + 3}ch`;
     this.icon();
+  }
+
+  measure() {
+    [this.factor, this.unit] = timed(this.store.last);
   }
 
   // Simulated seconds in a second of looking: real time and slower in steps of 1, 2, 5.

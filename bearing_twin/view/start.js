@@ -28,7 +28,7 @@ class Page {
     if (view.details) this.details = new Details($("details"), view, store, (body) => this.select(body));
     const curves = this.panes.add("Curves", "curves");
     if (found.notes.length) curves.append(sentences("Of this page", found.notes, "doubt"));
-    [this.timeFactor, this.timeUnit] = prefixed(Math.abs(store.last), "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
+    [this.timeFactor, this.timeUnit] = timed(store.last);
     for (const panel of view.panels) new Chart(curves, this.panelSpec(panel), this.group);
     if (!view.panels.length) curves.append(make("p", { class: "note" }, "There is no channel that can be drawn as a curve."));
     const figures = this.panes.add("Figures");
@@ -50,8 +50,12 @@ class Page {
     }));
     return {
       ...panel, lines, ...curvesOf(store, lines, timeFactor),
-      unit: panel.unit === "1" ? "" : panel.unit, xLabel: `time [${timeUnit}]`, xShort: "", xUnit: timeUnit,
+      unit: panel.unit === "1" ? "" : panel.unit, xShort: "", ...this.timeWords(timeUnit),
     };
+  }
+
+  timeWords(unit) {
+    return { xLabel: `time [${unit}]`, xUnit: unit };
   }
 
   tools() {
@@ -128,10 +132,14 @@ class Page {
     this.store.append(frames);
     this.stage?.measure();
     this.details?.measure();
+    const unit = this.timeUnit;
+    [this.timeFactor, this.timeUnit] = timed(this.store.last);
     for (const chart of this.charts) {
-      Object.assign(chart.spec, curvesOf(this.store, chart.spec.lines, this.timeFactor));
-      chart.plot.setData(chart.data());
+      Object.assign(chart.spec, curvesOf(this.store, chart.spec.lines, this.timeFactor), this.timeWords(this.timeUnit));
+      if (unit === this.timeUnit) chart.plot.setData(chart.data());
+      else chart.outgrown();
     }
+    this.player.measure();
     this.legend();
     this.player.seek(this.store.last);
   }
