@@ -140,9 +140,14 @@ docs: $(STAMPS)/package $(STAMPS)/docs
 	@.ci/stage $(LOGS)/docs.txt 20 "building the docs" .venv/bin/python -m sphinx -W --keep-going -b html docs build/docs
 	@echo "file://$(CURDIR)/build/docs/index.html"
 
+# Another style: where the summary stands (D213), its mood (D401), and symbols as first words (D402, D403).
+LINTED := bearing_twin launch tests bench docs setup.py .ci
+ANOTHER_STYLE := D213 D401 D402 D403
 lint: $(PACKAGES)
 	@.venv/bin/ruff check .
 	@.venv/bin/ruff format --check .
+	@.ci/stage $(LOGS)/ament_flake8.txt 15 "ament_flake8" .venv/bin/ament_flake8 --config setup.cfg $(LINTED)
+	@.ci/stage $(LOGS)/ament_pep257.txt 10 "ament_pep257" .venv/bin/ament_pep257 --add-ignore $(ANOTHER_STYLE) -- $(LINTED)
 
 format: $(PACKAGES)
 	@.venv/bin/ruff check --fix .

@@ -15,8 +15,10 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 import numba
 from numba.core import sigutils
-from numba.core.compiler import Compiler, Flags
+from numba.core.compiler import Compiler, CompileResult, Flags
 from numba.core.registry import CPUDispatcher
+
+from bearing_twin.stopping import signals_waiting
 
 SMALL = 120  # instructions up to which a kernel is put into its callers: there LLVM would put it by itself
 
@@ -148,6 +150,16 @@ def introduce(library, identity, by_name, kept=()) -> None:
         library._shared_module = llvm.parse_assembly(str(library.codegen._create_empty_module(library.name)))
     elif kept:
         library._linking_libraries = list(kept)
+
+
+def rebuilt(target_context, form) -> CompileResult:
+    """A compiled form from what was kept of it.
+
+    LLVM asks Python for the code. Where a handler of a signal raises there, the exception is dropped, and LLVM compiles
+    what little is kept beside the code: wrong code. So signals wait.
+    """
+    with signals_waiting():
+        return CompileResult._rebuild(target_context, *form)
 
 
 def complete(environment, constants) -> None:

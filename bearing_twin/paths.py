@@ -7,7 +7,7 @@ from bearing_twin.errors import BearingTwinError
 
 
 def share_path(*parts: str) -> Path:
-    """Path of a shared file or folder, e.g. `share_path("config", "scenes")`.
+    """Path of a shared file or folder, given by its parts ("config", "scenes").
 
     In a checkout (also an editable or symlinked install) the folders lie beside the package; installed by
     colcon or pip they lie in share/bearing_twin of the prefix. Raises BearingTwinError when neither has it.

@@ -184,7 +184,7 @@ class Block:
         return Block(self.channels, self.first_sequence + low, self.time_ns[low:], rows, self.records)
 
     def matrix(self) -> np.ndarray:
-        """All values as one float64 matrix (count, total width), channels side by side in declared order."""
+        """All values in float64, shape (count, total width), channels side by side in declared order."""
         return self.values.numbers
 
 

@@ -147,3 +147,15 @@ class Unbroken:
             self._came.append(number)
         elif number in self._handlers:
             self._handlers[number](number, frame)
+
+
+@contextlib.contextmanager
+def signals_waiting() -> Iterator[None]:
+    """Within it, in the main thread, handlers of signals wait for its end."""
+    unbroken = Unbroken()
+    unbroken.watch()
+    try:
+        with unbroken:
+            yield
+    finally:
+        unbroken.release()

@@ -1,4 +1,7 @@
-"""Plays a log: ros2 launch bearing_twin replay.launch.py log:=run.mcap rate:=0.5"""
+"""Plays a log.
+
+ros2 launch bearing_twin replay.launch.py log:=run.mcap rate:=0.5
+"""
 
 from launch import LaunchDescription
 

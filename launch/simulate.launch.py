@@ -1,4 +1,7 @@
-"""Runs a scene, and logs it where `record` names a file: ros2 launch bearing_twin simulate.launch.py record:=x.mcap"""
+"""Runs a scene, and logs it where `record` names a file.
+
+ros2 launch bearing_twin simulate.launch.py record:=x.mcap
+"""
 
 from launch import LaunchDescription
 

@@ -1,4 +1,7 @@
-"""Serves studies: ros2 launch bearing_twin study.launch.py log_folder:=studies workers:=4"""
+"""Serves studies.
+
+ros2 launch bearing_twin study.launch.py log_folder:=studies workers:=4
+"""
 
 from launch import LaunchDescription
 

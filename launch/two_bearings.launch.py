@@ -1,4 +1,7 @@
-"""Runs two bearings side by side: ros2 launch bearing_twin two_bearings.launch.py scene_right:=bearing_6205"""
+"""Runs two bearings side by side.
+
+ros2 launch bearing_twin two_bearings.launch.py scene_right:=bearing_6205
+"""
 
 from launch import LaunchDescription
 

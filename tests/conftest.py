@@ -55,6 +55,25 @@ def quick_workers(monkeypatch):
 
 
 @pytest.fixture
+def quick_pictures(monkeypatch):
+    """Pictures are drawn whole, but once, small, without a search for a layout and small ticks: most of what they cost.
+
+    For tests of what is drawn and told; where things stand is looked at by eye.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    def saved(figure, path, **_):
+        figure.set_layout_engine("none")
+        figure.dpi = 40
+        for axes in figure.axes:
+            axes.minorticks_off()
+        FigureCanvasAgg(figure).print_png(path)
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+
+
+@pytest.fixture
 def here(monkeypatch, capfd):
     """An executable called in this process, which saves the seconds that another one imports; as a process tells it."""
     from ros import rclpy  # skips where there is no ROS

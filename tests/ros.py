@@ -41,7 +41,7 @@ __all__ = [
     "ParameterMessage", "ParameterValue", "PoseStamped", "Qos", "RunStudy", "SetBool", "SetParameters", "Step",
     "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call", "deserialize_message", "heard",
     "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
-    "started",
+    "spin_until_heard", "started",
 ]  # fmt: skip
 
 PATIENCE = 300.0  # s: what does not come about at all ends a test, slowness does not
@@ -98,6 +98,14 @@ def spin_for(executor, seconds):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         executor.spin_once(timeout_sec=0.02)
+
+
+def spin_until_heard(executor, lists, expected):
+    """Spins until each list, by topic, is as long as that of `expected`, and then a little, for what is too much."""
+    spin_until(
+        executor, lambda: all(len(lists[name]) >= len(found) for name, found in expected.items()), "all messages"
+    )
+    spin_for(executor, 0.2)
 
 
 def call(executor, node, service_type, name, request):

@@ -13,11 +13,12 @@ from bearing_twin.kinds import KINDS
 
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
+    "errors",
+    "stopping",
     "source_state",
     "code_linking",
     "code_cache",
     "compiled",
-    "errors",
     "extras",
     "spelling",
     "units",
@@ -29,7 +30,6 @@ GROUND = (
     "report",
     "sample",
     "shelf",
-    "stopping",
     "tables",
 )
 ROOMS = (
@@ -288,8 +288,10 @@ def test_public_functions_and_classes_have_a_sentence():
 
 
 def words_of(node: ast.AST) -> set[str]:
-    """The names used below a node, and those behind the colon of texts such as "module:name", which rows of tables give
-    in place of imports."""
+    """The names used below a node.
+
+    Those behind the colon of texts such as "module:name", too, which rows of tables give in place of imports.
+    """
     words = set()
     for one in ast.walk(node):
         if isinstance(one, (ast.Name, ast.Attribute)):

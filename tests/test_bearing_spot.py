@@ -240,7 +240,7 @@ def readable():
 
 @pytest.mark.parametrize("stepper", ["rk4", "rodas4"])
 def test_the_compiled_kernel_is_the_readable_function(stepper, readable):
-    assert readable[stepper,] == pytest.approx(two_balls(stepper), rel=1e-6, abs=1e-9)
+    assert readable[(stepper,)] == pytest.approx(two_balls(stepper), rel=1e-6, abs=1e-9)
 
 
 def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():

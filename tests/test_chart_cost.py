@@ -8,6 +8,8 @@ from bearing_twin.charts import cost
 from bearing_twin.charts.cost import PARTS, SAMPLES, CostPart, draw, measure, reading
 from bearing_twin.charts.table import write_table
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 
 def made(name, **ms):
     return [CostPart(name, part, 1e-3 * ms.get(part, 0.0), 0.0) for part in PARTS]

@@ -7,6 +7,8 @@ from bearing_twin.charts.dimensions import AGAIN, BOTH, EARLY, LOADS, DimensionR
 from bearing_twin.charts.table import read_table, write_table
 from bearing_twin.kinds.bearing.adequacy import still_error
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 SHARES = (0.03, 0.3)
 KEYS = ("load_error", "angle_error", "early_load_error", "early_angle_error")
 
@@ -16,7 +18,7 @@ def rows():
     """Two loads, one of them across, at two speeds, over a shorter time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dimensions, "SETTLED", 0.3)
-        patch.setattr(dimensions, "REPEATS", 1)
+        patch.setattr(dimensions, "ENOUGH", 0.0)
         names = ("100 N thrust", "100 N thrust, 60 N across")
         return [row for name in names for share in SHARES for row in judge(name, BOTH, share, 0.0)]
 

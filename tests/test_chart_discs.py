@@ -1,13 +1,17 @@
 """The chart of soft discs: what it measures, on few meshes, and that its files hold it."""
 
+import pytest
+
 from bearing_twin.charts import soft_discs
 from bearing_twin.charts.contest import Kept, Wanted
 from bearing_twin.charts.soft_discs import ANOTHER, CONTESTS, INTEGRATION, PROBLEMS
 from bearing_twin.charts.table import read_table
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 
 def test_errors_fall_and_files_hold_them(tmp_path, monkeypatch):
-    few = {"LADDER": (6, 12), "FURTHER": (), "SHARES": (1.0, 0.5), "SECOND": (18, 2), "REPEATS": 1}
+    few = {"LADDER": (6, 12), "FURTHER": (), "SHARES": (1.0, 0.5), "SECOND": (18, 2), "ENOUGH": 0.0}
     for name, value in (few | {"REFERENCE": ("mesh.divisions=18", "mesh.order=3")}).items():
         monkeypatch.setattr(soft_discs, name, value)
     chart = CONTESTS["discs"]

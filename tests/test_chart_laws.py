@@ -6,6 +6,8 @@ from bearing_twin.charts import laws
 from bearing_twin.charts.laws import CONTESTANTS, PROBLEM, SCIPY, draw, judge, reading, worst
 from bearing_twin.charts.table import DONE, read_table, write_table
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 
 @pytest.fixture(scope="module")
 def rows():

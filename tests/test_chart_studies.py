@@ -16,6 +16,8 @@ from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.uq.run import run_study
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 SHEETS = studies.SHEETS.rows
 FIGURES = range(1, 25)
 SLOW = {"soft_fast": 200, "soft_case1": 1250, "soft_case2": 1250}  # sheets whose realisations take time: how many

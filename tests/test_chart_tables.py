@@ -11,21 +11,26 @@ from types import SimpleNamespace
 
 import pytest
 
-from bearing_twin.charts.chart import Chart
+from bearing_twin.charts import timing
+from bearing_twin.charts.chart import Chart, unsure
 from bearing_twin.charts.contest import Kept, Wanted
 from bearing_twin.charts.table import (
     DONE,
     FAILED,
+    NEWER,
     REFUSED,
     STOPPED,
     MapRow,
     Row,
     columns_of,
     read_table,
+    write_rows,
     write_table,
 )
 from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.command.cli import main
+
+pytestmark = pytest.mark.usefixtures("quick_pictures")
 
 
 @pytest.mark.parametrize("name", [name for name, chart in CHARTS.items() if chart.made in ("points", "told")])
@@ -53,7 +58,8 @@ def test_every_contest_has_one_format_and_is_read_again(name, tmp_path, capsys):
     for table in tables:
         with (docs / table).open(encoding="utf-8", newline="") as stream:
             header, *rows = csv.reader(stream)
-        assert header[:10] == columns_of(Row)
+        shared = columns_of(Row)  # in tables of earlier versions without NEWER
+        assert header[: len(shared)] == shared or header[:10] == [one for one in shared if one not in NEWER]
         assert rows
         assert {row[7] for row in rows} <= {DONE, FAILED, REFUSED, STOPPED}
     assert main(["chart", name, "--read", "--out", str(docs), "--json"]) == 0
@@ -118,3 +124,60 @@ def halved(problem, method, setting, limit):
 def _next(rows):
     least = {(row.problem, row.method): row.setting for row in rows}
     return [(*one, 0.5 * setting) for one, setting in least.items() if setting > 0.25]
+
+
+def test_a_table_from_before_there_was_a_spread_is_read(tmp_path):
+    write_table([MapRow("p", "m", 1.0, status=DONE, across=2.0, spread=0.25)], tmp_path / "x.csv")
+    with (tmp_path / "x.csv").open(encoding="utf-8", newline="") as stream:
+        header, line = csv.reader(stream)
+    old = [number for number, name in enumerate(header) if name != "spread"]
+    write_rows(tmp_path / "x.csv", [header[one] for one in old], [[line[one] for one in old]])
+    (row,) = read_table(tmp_path / "x.csv", MapRow)
+    assert (row.across, row.unsure) == (2.0, False)
+    assert math.isnan(row.spread)
+
+
+def test_costs_that_are_known_badly_are_told():
+    rows = [Row("p", "m", setting, status=DONE, spread=spread) for setting, spread in ((1, 0.05), (2, 0.25), (3, 0.5))]
+    assert [row.unsure for row in rows] == [False, True, True]
+    told = "Costs whose repeats lie over 10% apart, ringed: 2 of 3, the widest m of p at 3 (50%), m of p at 2 (25%)."
+    assert unsure([*rows, Row("p", "m", 4.0)]) == [told]
+    assert unsure(rows[:1]) == []
+
+
+def _clocked(monkeypatch, seconds):
+    """Work that takes these CPU seconds, one run after the other, and what it has done."""
+    now, done, source = [0.0], [], iter(seconds)
+
+    def work():
+        now[0] += next(source)
+        done.append(len(done))
+        return done[-1]
+
+    monkeypatch.setattr(timing.time, "thread_time", lambda: now[0])
+    return work, done
+
+
+@pytest.mark.parametrize(
+    ("seconds", "enough", "seconds_found", "spread", "runs"),
+    [
+        ([9.0, *[0.2] * 5], 0.1, 9.0, math.nan, 1),  # long: once
+        ([0.3, *[0.2] * 5], 0.1, 0.2, 0.0, 6),  # the first does not count
+        ([0.3, *[0.2] * 5], 0.0, 0.3, math.nan, 1),
+        ([0.3, 0.2, 0.2, 0.3, 0.3, *[0.2] * 20], 0.1, 0.2, 0.0, 10),  # until the middle is known
+        ([0.06, 0.05, *[0.05] * 200], 0.1, 0.05, 0.0, 17),  # three to a timing, after one alone
+    ],
+)
+def test_a_timing_goes_on_until_its_median_is_known(monkeypatch, seconds, enough, seconds_found, spread, runs):
+    work, done = _clocked(monkeypatch, seconds)
+    found, cost = timing.timed(work, enough)
+    assert found == 0
+    assert cost == pytest.approx((seconds_found, spread), nan_ok=True)
+    assert len(done) == runs
+
+
+def test_who_is_near_the_limit_is_not_run_again(monkeypatch):
+    work, done = _clocked(monkeypatch, [0.5] * 9)
+    monkeypatch.setattr(timing.signal, "getitimer", lambda which: (2.0, 0.0))
+    assert timing.timed(work)[1].seconds == 0.5
+    assert len(done) == 1

@@ -2,9 +2,11 @@
 
 import pickle
 import re
+import signal
 import sys
 
 import pytest
+from numba.core.registry import cpu_target
 from test_compiled import cache, edited, files, numba_is_ready, started  # noqa: F401 - fixtures
 
 from bearing_twin import code_cache, code_linking, source_state
@@ -151,3 +153,32 @@ def test_names_of_kernels_say_what_they_are_compiled_from():
         symbols.append(next(iter(function.overloads.values())).fndesc.llvm_func_name)
         assert function(1.0) == long(1.0) + number
     assert symbols[0] == symbols[2] != symbols[1]
+
+
+def test_a_signal_while_code_is_loaded_leaves_no_wrong_code(root):
+    """LLVM asks Python for the code and drops what a handler raises there; it compiled other code, which crashed."""
+    started(root, [UPPER])
+
+    def signalled():
+        engine = cpu_target.target_context.codegen()._engine._ee
+        given, load, asked = engine._object_cache_getbuffer, code_cache.CodeCache.load_overload, []
+
+        def interrupted(module):
+            asked.append(module.name)
+            signal.raise_signal(signal.SIGINT)
+            return given(module)
+
+        def again(*words):
+            try:
+                return load(*words)
+            except KeyboardInterrupt:
+                print(f"interrupted after {len(asked)}", file=sys.stderr)
+                engine._object_cache_getbuffer = given
+                return load(*words)
+
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
+        engine._object_cache_getbuffer, code_cache.CodeCache.load_overload = interrupted, again
+
+    values, compiled, said = started(root, [UPPER], signalled)
+    assert (values, compiled) == ([TRUTH], [])
+    assert "interrupted after" in said

@@ -14,6 +14,7 @@ import shutil
 import stat
 import sys
 import time
+import traceback
 import zlib
 from pathlib import Path
 
@@ -97,7 +98,10 @@ def _start(pipe, root, calls, between):
             module, _, function = name.partition(".")
             functions.append(getattr(importlib.import_module(f"tiny.{module}"), function))
         between()
-        values = [function(*arguments) for function, (_, *arguments) in zip(functions, calls, strict=True)]
+        try:
+            values = [function(*arguments) for function, (_, *arguments) in zip(functions, calls, strict=True)]
+        except BaseException:  # told through the pipe: there may be no room to print it
+            values = traceback.format_exc()
     pipe.send((values, sorted(set(compilations)), said.getvalue()))
 
 

@@ -25,6 +25,8 @@ from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.shapes.surfaces import ellipsoid_on_plane
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 SCENES = [name for name in scene_names() if name.startswith("ellipsoid")]
 GRAVITY = 9.80665
 STORED = ("kinetic_energy", "potential_energy", "elastic_energy")

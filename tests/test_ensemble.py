@@ -296,8 +296,8 @@ def test_a_law_that_cannot_store_the_energy_fails_by_name():
 
 
 def test_moments_that_do_not_exist_are_refused_and_their_reason_is_said():
-    wide = {"first.material.young_modulus": {"distribution": "gamma", "mean": 2.1e11, "std": 4e11,
-                                            "also": ["second.material.young_modulus"]}}  # fmt: skip
+    also = ["second.material.young_modulus"]
+    wide = {"first.material.young_modulus": {"distribution": "gamma", "mean": 2.1e11, "std": 4e11, "also": also}}
     for method in ("auto", "ensemble"):
         found = run({**ENSEMBLE, "inputs": wide, "quantities": ["contact_duration"], "method": method})
         one = found.as_dict()["quantities"]["contact_duration"]

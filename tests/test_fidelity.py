@@ -48,6 +48,27 @@ def test_the_cheapest_row_that_keeps_what_is_wanted_is_taken_and_told(tolerance)
     assert choice.setting <= min(30.0 * tolerance, max(rung.setting for rung in rungs))
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_where_loads_alone_are_wanted_they_alone_set_the_setting(tolerance):
+    """At lift-off loads err by a fiftieth of what friction does."""
+    wanted = f"wanted.tolerance={tolerance}", "drive.change.time=0.01"
+    jump = "drive.change.offset=[0, 1e-6, 0]"
+    both = [load_scene("bearing_6203_loose", [*wanted, jump, f"wanted.outputs={one}"]) for one in ("loads", "history")]
+    loads, history = (predictions(scene.parameters)[0] for scene in both)
+    assert loads.setting > history.setting
+    assert loads.error("loads") == loads.load_error <= tolerance
+    assert history.error("history") == max(history.load_error, history.friction_error) <= tolerance
+
+
+def test_what_only_ends_its_steps_elsewhere_errs_no_less_at_a_setting():
+    for (motion, stepper), rungs in ladders().items():
+        if stepper == "rodas4_landing":
+            plain = {rung.setting: rung for rung in ladders()[motion, "rodas4"]}
+            assert rungs
+            assert all(rung.load_error >= plain[rung.setting].load_error for rung in rungs)
+            assert all(rung.friction_error >= plain[rung.setting].friction_error for rung in rungs)
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [

@@ -1,5 +1,7 @@
-"""Recordings that other programs write from the wire, without our metadata: `report` and `verify` take the scene from
-its topic."""
+"""Recordings that other programs write from the wire, without our metadata.
+
+`report` and `verify` take the scene from its topic.
+"""
 
 import json
 

@@ -19,6 +19,8 @@ from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.run.verification import verify
 from bearing_twin.sample import joined
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 SCENES = (
     "two_spheres", "two_discs", "sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm",
     "sphere_on_beam_drop_600mm", "sphere_on_beam_drop_50mm_shear",

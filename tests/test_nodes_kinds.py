@@ -82,7 +82,9 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in names), "discovery")
         call(executor, services, SetBool, f"/{kind}/sim_node/pause", SetBool.Request(data=False))
         spin_until(executor, node.done.is_set, "end of the run")
-        spin_for(executor, 0.5)
+        came = lambda: recorder.recording.status()["samples_received"]  # noqa: E731
+        spin_until(executor, lambda: came() >= node.simulation.sequence + 1 or recorder.failure, "all outputs")
+        spin_for(executor, 0.2)
         assert node.failure is None
         assert recorder.failure is None
     log = read_log(path)
@@ -111,6 +113,9 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         lists = heard(plain_node(executor), names)
         player = started(executor, ReplayNode, log=str(path), discovery=20.0)
         spin_until(executor, player.done.is_set, "end of the replay")
+        spin_until(
+            executor, lambda: all(lists[name] or not recorded[name] for name in lists), "a message of each topic"
+        )
         spin_for(executor, 0.2)
         assert player.failure is None
     for name, found in lists.items():

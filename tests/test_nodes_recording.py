@@ -59,6 +59,16 @@ def test_losses_and_restarts_are_counted():
     assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
 
 
+@pytest.mark.parametrize("numbers", [[3, 4, 5, 6], [3, 5, 6, 9], [3, 4, 1, 2], [7], []])
+def test_many_numbers_are_counted_as_one_by_one(numbers):
+    many, single = Sequences(), Sequences()
+    for given in ([1, 2], numbers):
+        many.saw_all(given)
+        for one in given:
+            single.saw(one, 1)
+    assert vars(many) == vars(single)
+
+
 def test_a_report_tells_what_a_recorder_lost(tmp_path, capsys):
     recording = Recording(tmp_path / "out.mcap", ["*"])
     recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
@@ -117,7 +127,7 @@ def test_many_messages_at_once_are_recorded_as_one_by_one(tmp_path, monkeypatch,
         with monkeypatch.context() as patched:
             patched.setattr(os, "pwritev", sometimes)
             for part in [messages] if name == "many" else [[one] for one in messages]:
-                recording.receive_all("/one", part)
+                recording.receive_all("/one", *zip(*part, strict=True))
         recording.close()
         kept = [(one.log_time, one.publish_time, one.data) for one in raw_messages(tmp_path / name)]
         found.append((kept, {**recording.status(), "bytes": 0}))

@@ -38,7 +38,10 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
             SetParameters.Request(parameters=[ParameterMessage(name="log", value=ParameterValue(type=250))])
         )
         spin_until(others, turned(lambda: executor.faults == 1), "the fault")
-        told = lambda: any(one.key == "faults" and one.value == "1" for status in seen for one in status.values)  # noqa: E731
+
+        def told():
+            return any(one.key == "faults" and one.value == "1" for status in seen for one in status.values)
+
         spin_until(others, turned(told), "a warning")
         assert {status.level for status in seen if status.name == "recorder_node: recording"} >= {DiagnosticStatus.WARN}
         assert not node.done.is_set()

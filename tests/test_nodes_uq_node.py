@@ -257,7 +257,7 @@ def test_answers_beyond_the_tenth_in_two_seconds_are_in_doubt():
     assert rush.doubted == 5
 
 
-SIGNALS = signal.SIGINT, signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.environment)
+SIGNALS = signal.SIGINT, *(pytest.param(one, marks=pytest.mark.environment) for one in (signal.SIGKILL, signal.SIGTERM))
 
 
 @pytest.mark.parametrize("number", SIGNALS)

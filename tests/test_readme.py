@@ -18,6 +18,8 @@ from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.shelf import SCENES
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
 TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8") for page in PAGES}
 README = TEXTS["README.md"]
 MOST_WORDS = 1300

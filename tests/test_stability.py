@@ -31,8 +31,9 @@ def test_explicit_error_control_gets_the_load_right_and_the_friction_torque_wron
 
 
 def test_imex_rings_where_slip_ought_to_die_within_a_step():
-    """Friction of a tenth of a millimetre per second, from rest: the step that is chosen ends the slip, longer ones
-    turn it to and fro for ever, in silence, and are refused.
+    """Friction of a tenth of a millimetre per second, from rest.
+
+    The step that is chosen ends the slip, longer ones turn it to and fro for ever, in silence, and are refused.
     """
     tiny = (*TURNED_REST, "contact.friction_regularisation=1e-4")
     reference = run(*tiny, "wanted.tolerance=1e-5", count=4, period=1e-3)[1]

@@ -6,11 +6,18 @@ from torture_nodes import cancels, ends, frozen, goals, hostile, restarts, soak
 from torture_stops import stops
 
 SHARES = {hostile: 0.03, frozen: 0.1}  # of others the least there is
+SLOW = (
+    soak,
+    restarts,
+)  # three nodes as processes each; that logs of nodes that are ended are whole other tests show, too
 
 
 @pytest.mark.parametrize(
     ("torture", "share"),
-    [(one, SHARES.get(one, 1e-3)) for one in (hostile, frozen, goals, cancels, ends, stops, restarts, soak)],
+    [
+        pytest.param(one, SHARES.get(one, 1e-3), marks=[pytest.mark.environment] if one in SLOW else [])
+        for one in (hostile, frozen, goals, cancels, ends, stops, restarts, soak)
+    ],
     ids=lambda one: getattr(one, "__name__", one),
 )
 def test_a_short_torture_of_nodes_loses_nothing(torture, share, tmp_path):

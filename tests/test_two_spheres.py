@@ -184,7 +184,6 @@ def test_energy_is_kept_through_the_contact():
 
 def test_spheres_a_metre_apart_do_not_pass_through_each_other():
     """Adaptive integrators step over the contact and report success; free flight here is exact."""
-
     diameter = 0.0381
 
     def right_hand_side(_, y):

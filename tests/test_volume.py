@@ -67,8 +67,11 @@ def test_the_load_is_the_derivative_of_the_energy_on_a_truncated_spot():
 
 
 def test_a_ball_riding_over_the_shoulder():
-    """The raceway ends at x = edge. Full load while that is beyond the ellipse; then the law first gains up to 5 %,
-    because the area falls faster than the volume, which no theory says; then it loses load, without a jump."""
+    """The raceway ends at x = edge.
+
+    Full load while that is beyond the ellipse; then the law first gains up to 5 %, because the area falls faster than
+    the volume, which no theory says; then it loses load, without a jump.
+    """
     half = math.sqrt(APPROACH / 5.7)
     full = coefficient_of("volumetric", 5.7, 194.0, MODULUS) * APPROACH**1.5
     edges = (1.2, 1.05, 0.9, 0.6, 0.3, 0.0, -0.45, -0.9)

@@ -5,6 +5,7 @@ Needs playwright and a Chromium; where BEARING_TWIN_REQUIRE_BROWSER or CI is set
 
 import os
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -21,28 +22,35 @@ from bearing_twin.view.live_page import live_page
 
 pytestmark = pytest.mark.environment
 
+SCREENSHOTS = Path(__file__).resolve().parent.parent / "build" / "view"
 REQUIRED = bool(os.environ.get("BEARING_TWIN_REQUIRE_BROWSER") or os.environ.get("CI"))
 
 
 @pytest.fixture
 def served():
     """A live page of a simulation, its server, what was commanded, and a function that goes on by one event."""
-    simulation = Simulation(load_scene("bearing_6203_loose"))
-    run, clock = LiveRun(scene_text(simulation.scene, simulation.choice)), [0.0]
-    obeyed = []
-    site = SimpleNamespace(feed=Feed(), page=lambda: live_page(run, "/bearing/sim_node"))
+    simulation, clock = Simulation(load_scene("bearing_6203_loose")), [0.0]
+    obeyed, runs = [], []
+    site = SimpleNamespace(feed=Feed(), page=lambda: live_page(runs[0], "/bearing/sim_node"))
     site.obey = lambda command: obeyed.append(command) or "done"
 
-    def go_on():
+    def go_on(lost=0):
+        for _ in range(lost):
+            simulation.advance(50)
         block = simulation.advance(50)
         clock[0] += 2.0 * PERIOD
         data = samples_message(block.channels, block.first_sequence, block.time_ns, block.matrix())
-        site.feed.send("frames", run.frames(data, clock[0]))
+        site.feed.send("frames", runs[0].frames(data, clock[0]))
 
+    def begin():
+        simulation.reset()
+        runs[:] = [LiveRun(scene_text(simulation.scene, simulation.choice))]
+
+    begin()
     go_on()
     server = PageServer(site, "localhost", 0)
     server.start()
-    yield SimpleNamespace(server=server, feed=site.feed, obeyed=obeyed, go_on=go_on)
+    yield SimpleNamespace(server=server, feed=site.feed, obeyed=obeyed, go_on=go_on, begin=begin)
     server.close()
 
 
@@ -107,6 +115,52 @@ def test_outputs_arrive_and_controls_command(browser, served):
     served.go_on()
     browser.wait_for_timeout(500)
     assert browser.evaluate("bearingView.store.count") == count
+    assert wrong == []
+
+
+BREAKS = """bearingView.charts.map(({ plot: { data } }) => {
+    const times = data[0].map((one) => one / bearingView.timeFactor);
+    const broken = times.filter((_, k) => data.slice(1).every((y) => y[k] === null));
+    return { broken, times: times.filter((one) => !broken.includes(one)) };
+})"""
+
+
+def test_what_is_missing_breaks_the_curves_and_a_reset_begins_anew(browser, served):
+    """Twenty messages are lost; a pause loses none. Then the page has heard of no reset when the run begins again."""
+    wrong = []
+    browser.on("pageerror", lambda error: wrong.append(str(error)))
+    browser.goto(served.server.url)
+    browser.wait_for_selector("#live", timeout=120_000)
+    until(lambda: served.feed.viewers == 1)
+
+    def went_on(until_time, lost=0):
+        served.go_on(lost)
+        for _ in range(200):
+            served.go_on()
+            browser.wait_for_timeout(100)
+            found = browser.evaluate(BREAKS)
+            if found[0]["times"][-1] > until_time:
+                return found
+        raise AssertionError("the curves do not go on")
+
+    whole = went_on(0.6)
+    assert [one["broken"] for one in whole] == [[]] * len(whole)
+    last = browser.evaluate("bearingView.store.last")
+    browser.wait_for_timeout(1000)
+    parted = went_on(last + 1.6, 20)
+    for one in parted:
+        (place,) = one["broken"]
+        before = max(time for time in one["times"] if time < place)
+        after = min(time for time in one["times"] if time > place)
+        assert after - before == pytest.approx(20 * 0.05, abs=0.02)
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    browser.screenshot(path=SCREENSHOTS / "watch_gap.png")
+    served.begin()
+    went_on(0.3)
+    until(lambda: browser.evaluate("bearingView.store.last") < last)
+    again = went_on(0.3)
+    assert all(one["broken"] == [] and max(one["times"]) < last for one in again)
+    assert browser.evaluate("bearingView.store.first") < 0.06
     assert wrong == []
 
 

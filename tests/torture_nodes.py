@@ -176,9 +176,14 @@ def _burst(executor, client, many: int) -> tuple[list, float, dict[str, str]]:
     return heard, took, _said(seen)
 
 
-def _said(seen: list) -> dict[str, str]:
-    """The last word of uq_node on /diagnostics."""
-    told = [status for status in seen if "uq_node" in status.name]
+def _counted(told: dict[str, str]) -> int:
+    """The messages that a recorder says it has taken, or counted as lost; those dropped for want of room are taken."""
+    return sum(int(told.get(key, "0")) for key in ("messages", "messages_lost", "messages_before"))
+
+
+def _said(seen: list, node: str = "uq_node") -> dict[str, str]:
+    """The last word of a node on /diagnostics."""
+    told = [status for status in seen if node in status.name]
     return {pair.key: pair.value for pair in told[-1].values} if told else {}
 
 
@@ -263,7 +268,8 @@ def frozen(share: float, folder: Path) -> Found:
     names = [f"/torture_{k}" for k in range(4)]
     sent = dict.fromkeys(names, 0)
     with ros_executor() as executor:
-        talker = plain_node(executor, "talker")
+        talker, seen = plain_node(executor, "talker"), []
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         publishers = {name: talker.create_publisher(Float64, name, 10) for name in names}
 
         def talk(for_seconds: float, rates=(1000, 500, 100, 10)) -> None:
@@ -284,7 +290,8 @@ def frozen(share: float, folder: Path) -> Found:
             talk(seconds)
             recorder.send_signal(signal.SIGCONT)
             talk(3.0)
-            time.sleep(1.0)
+            # However busy the machine is: the recorder has taken or missed all, or has nothing to take any more.
+            spun(executor, lambda: _counted(_said(seen, "recorder_node")) >= sum(sent.values()), 60.0)
             recorder.send_signal(signal.SIGINT)
             recorder.wait(60.0)
     with McapReader(log) as reader:
@@ -324,7 +331,8 @@ def soak(share: float, folder: Path) -> Found:
         dead = sum(node.poll() is not None for node in nodes.values())
     slopes = {}
     for name, found in seen.items():
-        times, sizes = np.array([one for one in found if one[0] > WARM_UP * seconds]).T
+        late = [one for one in found if one[0] > WARM_UP * seconds]
+        times, sizes = np.array(late or found).T
         # The median of all slopes between two looks: one step, as of a buffer that grew once, is no slope.
         slopes[name] = theilslopes(sizes, times / 3600.0)[0]
     far = max((1e-9 * sample.time_ns for sample in read_log(logs[0])), default=0.0)

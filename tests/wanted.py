@@ -47,8 +47,10 @@ def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
 
 
 def distances(changed: Iterable[str], graph: Mapping[str, set[str]], root: Path = ROOT) -> dict[str, int]:
-    """Number of imports between each test file and the nearest change; a file that is no Python counts as imported
-    by the tests that name it, or its folder."""
+    """Number of imports between each test file and the nearest change.
+
+    A file that is no Python counts as imported by the tests that name it, or its folder.
+    """
     importers: dict[str, set[str]] = {}
     for path, imported in graph.items():
         for one in imported:

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import LSODA, RK45
 
-from bearing_twin.charts.contest import LONG_ENOUGH, judged, timed
+from bearing_twin.charts.contest import judged
 from bearing_twin.charts.table import REFUSED, Row
+from bearing_twin.charts.timing import LONG_ENOUGH, timed
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.deviations import LEAST_LOAD
 from bearing_twin.kinds.bearing.explicit import explicit_chunk
@@ -135,7 +136,7 @@ def bearing_row(
 ) -> Row:
     """The row with what its method gives at its setting; `true` (case, law) is the truth's where it is another.
 
-    Seconds are CPU seconds per simulated second, of runs that together take `enough` [s]. A step that the software
+    Seconds are CPU seconds per simulated second, by timings of `enough` [s] each (`timed`). A step that the software
     refuses is run all the same, unless it `refuses`.
     """
     exact = truth(*(true or (case,)))
@@ -153,10 +154,10 @@ def bearing_row(
         return motion.advance(case.times, float(case.times[-1])), motion.costs()["ball_rates"]
 
     def outcome():
-        (out, evaluations), seconds = timed(work, enough)
+        (out, evaluations), cost = timed(work, enough)
         load, friction = errors(motion, out, exact)
-        per_second = seconds / float(case.times[-1])
-        return {"load_error": load, "friction_error": friction, "seconds": per_second, "evaluations": int(evaluations)}
+        found = {"load_error": load, "friction_error": friction, "evaluations": int(evaluations)}
+        return {**found, "seconds": cost.seconds / float(case.times[-1]), "spread": cost.spread}
 
     return judged(row, outcome, limit)
 

@@ -9,10 +9,11 @@ import time
 
 import numpy as np
 
-from bearing_twin.charts.contest import judged, timed
+from bearing_twin.charts.contest import judged
 from bearing_twin.charts.contest_picture import Contest
 from bearing_twin.charts.scene_rows import FORCE, command_of
 from bearing_twin.charts.table import Row
+from bearing_twin.charts.timing import timed
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run
 from bearing_twin.uq.propagation import task_of
@@ -49,8 +50,12 @@ def judge_rate(name: str, figure: str, rate: float, limit: float) -> Row:
     exact = _true_figures()[figure]
 
     def outcome():
-        found, seconds = timed(lambda: _figures(rate))
-        return {"load_error": abs(found[figure] / exact - 1.0), "seconds": seconds / DURATION}
+        found, cost = timed(lambda: _figures(rate))
+        return {
+            "load_error": abs(found[figure] / exact - 1.0),
+            "seconds": cost.seconds / DURATION,
+            "spread": cost.spread,
+        }
 
     return judged(Row(name, figure, rate, command=_rate_command(name, figure, rate)), outcome, limit)
 

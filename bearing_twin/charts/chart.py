@@ -1,12 +1,15 @@
 """One chart of rows: which problems, who takes part, what judges a run, draws the picture and reads the table."""
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from bearing_twin.charts.contest import Made, Task, Wanted, answers_of, rows_of
-from bearing_twin.charts.table import STOPPED, Row, read_table, write_table
+from bearing_twin.charts.table import STOPPED, UNSURE, Row, read_table, write_table
+
+FEW = 3  # of the widest costs are named
 
 
 def _enough(rows: list[Row]) -> list[tuple[str, str, float]]:
@@ -21,6 +24,16 @@ def stopped(rows: list[Row]) -> list[str]:
     """A sentence on who was stopped for its cost; none where nobody was."""
     told = dict.fromkeys(f"{row.method} of {row.problem} ({row.reason})" for row in rows if row.status == STOPPED)
     return [f"Without a result: {', '.join(told)}."] if told else []
+
+
+def unsure(rows: list[Row]) -> list[str]:
+    """A sentence on costs whose repeats lie far apart; none where none do."""
+    wide = sorted((row for row in rows if row.unsure), key=lambda row: -row.spread)
+    if not wide:
+        return []
+    worst = ", ".join(f"{one.method} of {one.problem} at {one.setting:g} ({one.spread:.0%})" for one in wide[:FEW])
+    known = sum(not math.isnan(row.spread) for row in rows)
+    return [f"Costs whose repeats lie over {UNSURE:.0%} apart, ringed: {len(wide)} of {known}, the widest {worst}."]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +78,7 @@ class Chart:
 
     def reading(self, rows: list[Row]) -> list[str]:
         """What the chart says, from its rows."""
-        return [*self.told(rows), *stopped(rows)]
+        return [*self.told(rows), *unsure(rows), *stopped(rows)]
 
     def read(self, folder: Path, name: str) -> list[str]:
         """The same from the table that was written there before; raises as `read_table`."""

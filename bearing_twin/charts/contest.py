@@ -16,7 +16,6 @@ import math
 import multiprocessing
 import os
 import signal
-import time
 from collections.abc import Callable, Iterable, Iterator
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -30,7 +29,6 @@ from bearing_twin.run.simulation import COMPILING
 
 LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says otherwise
 WORKERS = 2
-REPEATS, LONG_ENOUGH = 40, 0.15  # of a timing: most runs, and CPU seconds that are enough of them
 
 
 class Task(NamedTuple):
@@ -87,22 +85,6 @@ def limited(seconds: float) -> Iterator[None]:
             yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-
-
-def timed(work: Callable[[], Any], enough: float = LONG_ENOUGH) -> tuple[Any, float]:
-    """What `work` gives, and its CPU seconds of this thread: a mean, for the clocks of some machines tick every 10 ms.
-
-    The first run of a short one is not counted: it may import and compile.
-    """
-    start = time.thread_time()
-    found, first = work(), time.thread_time() - start
-    if not enough or first > 10.0 * enough:
-        return found, first
-    start, runs = time.thread_time(), 0
-    while not runs or (runs < REPEATS and time.thread_time() - start < enough):
-        work()
-        runs += 1
-    return found, (time.thread_time() - start) / runs
 
 
 def judged(row: Row, work: Callable[[], dict], limit: float) -> Row:

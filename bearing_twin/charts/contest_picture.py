@@ -10,12 +10,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
-from bearing_twin.charts.chart import Chart, stopped
-from bearing_twin.charts.table import DONE, Row
+from bearing_twin.charts.chart import Chart, stopped, unsure
+from bearing_twin.charts.table import DONE, UNSURE, Row
 from bearing_twin.pictures.style import STYLE, ball_line, frame
 
 LEAST, GREATEST = 1e-10, 10.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 EDGE = 3.0  # where failures are drawn
+RINGED = f"ringed: cost known to no better than {UNSURE:.0%}"
 COLUMNS, FEW = 3, 30.0  # panels in a row; ratio of costs below which 2 and 5 are labelled, too
 
 
@@ -45,7 +46,7 @@ class Contest(Chart):
         """What the chart says, from its rows."""
         again = found_again(rows, self.own) if self.own else []
         read = enough_from if self.setting else best_of
-        return [*read(self, rows), *again, *self.more(rows), *stopped(rows)]
+        return [*read(self, rows), *again, *self.more(rows), *unsure(rows), *stopped(rows)]
 
 
 def draw(chart, rows: list[Row], path: Path) -> None:
@@ -83,7 +84,9 @@ def draw(chart, rows: list[Row], path: Path) -> None:
         axis.set_xlabel(chart.error, fontsize=15 if len(chart.error) * columns < 130 else 12)
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6), fontsize=15, frameon=False)
-    figure.suptitle(f"{chart.title} (dotted: {chart.wanted:g}, x: no result)", fontsize=19, color=STYLE["ink"])
+    figure.suptitle(
+        f"{chart.title} (dotted: {chart.wanted:g}, x: no result; {RINGED})", fontsize=17, color=STYLE["ink"]
+    )
     figure.savefig(path, dpi=100)
 
 
@@ -117,6 +120,13 @@ def draw_over(chart, rows: list[Row], path: Path) -> None:
     figure.savefig(path, dpi=100)
 
 
+def ring(axis, rows: Iterable[Row], place: Callable[[Row], tuple[float, float]], colour: str) -> None:
+    """A ring around each result whose cost is unsure; `place` is where it stands."""
+    wide = [place(row) for row in rows if row.unsure and row.status == DONE]
+    if wide:
+        axis.plot(*np.transpose(wide), "o", markerfacecolor="none", color=colour, markersize=14, markeredgewidth=1.5)
+
+
 def _settings(rows) -> list[float]:
     return sorted({row.setting for row in rows})
 
@@ -134,12 +144,17 @@ def enough_from(chart, rows: list[Row]) -> list[str]:
     return sentences
 
 
+def _place(row: Row) -> tuple[float, float]:
+    return max(row.error, LEAST), row.seconds
+
+
 def _line(axis, rows, method, number) -> None:
     """The runs of one method on one problem."""
     look = ball_line(number)
     rows = sorted(rows, key=lambda row: row.setting)
-    good = [(max(row.error, LEAST), row.seconds) for row in rows if row.status == DONE]
+    good = [_place(row) for row in rows if row.status == DONE]
     axis.plot(*np.transpose(good or [(np.nan, np.nan)]), "o", **look, label=method, markersize=7, linewidth=2)
+    ring(axis, rows, _place, look["color"])
     lost = [row for row in rows if row.status != DONE]
     heights = [row.seconds if math.isfinite(row.seconds) else math.nan for row in lost]
     known = [one for one in heights if not math.isnan(one)]

@@ -2,7 +2,8 @@
 
 The quantity is a sum of one or four equal inputs whose distribution is known: a gamma variable, also as the sum of
 four, and a lognormal one with heavy tails. Every cell is SEEDS studies; the coverage of right intervals then scatters
-by 1.3 %.
+by 1.3 %, and some of 189 cells fall short by chance. A cell that does is measured again by CLOSER times as many
+other seeds.
 """
 
 from collections.abc import Callable, Iterator
@@ -41,6 +42,7 @@ PROBLEMS = {
 STATISTICS = ("mean", "std", "skewness", 0.05, 0.5, 0.95, 0.99)
 SIZES = (128, 1024, 8192)
 SEEDS = 300
+CLOSER = 8  # a coverage then scatters by 0.4 %
 LEAST = 0.93  # what intervals that are not marked should cover
 MARKED = 0.95  # of the studies of a kind whose intervals cover less
 
@@ -57,6 +59,7 @@ class Point:
     unsafe: float
     either: float
     basis: str
+    seeds: int
 
 
 POINT = Point
@@ -77,12 +80,21 @@ def measure(
         for sampler in samplers:
             for size in sizes:
                 say(f"{name}, {sampler}, {size} samples")
-                yield from _cells(name, sampler, size, seeds, truth)
+                points = list(_cells(name, sampler, size, range(1, seeds + 1), truth, STATISTICS))
+                short = {p.statistic for p in too_narrow(points)}
+                if short:
+                    many = CLOSER * seeds
+                    say(f"{name}, {sampler}, {size} samples: {', '.join(sorted(short))} by {many} seeds")
+                    statistics = tuple(one for one in STATISTICS if str(one) in short)
+                    others = range(seeds + 1, seeds + 1 + many)
+                    again = {p.statistic: p for p in _cells(name, sampler, size, others, truth, statistics)}
+                    points = [again.get(p.statistic, p) for p in points]
+                yield from points
 
 
-def _cells(name, sampler, size, seeds, truth):
-    problem, found = PROBLEMS[name], {statistic: [] for statistic in STATISTICS}
-    for seed in range(1, seeds + 1):
+def _cells(name, sampler, size, seeds, truth, statistics):
+    problem, found = PROBLEMS[name], {statistic: [] for statistic in statistics}
+    for seed in seeds:
         points = UnitPoints(sampler, problem.inputs, seed, size)
         sample = problem.each.ppf(points.chunk(0, points.samples)).sum(axis=1)
         for statistic, rows in found.items():
@@ -96,7 +108,7 @@ def _cells(name, sampler, size, seeds, truth):
             covered, unsafe, bases = zip(*rows, strict=True)
             either = np.logical_or(covered, unsafe)
             shares = (float(np.mean(one)) for one in (covered, unsafe, either))
-            yield Point(name, sampler, str(statistic), size, *shares, bases[0])
+            yield Point(name, sampler, str(statistic), size, *shares, bases[0], len(seeds))
 
 
 def draw(points: list[Point], path: Path) -> None:
@@ -122,7 +134,8 @@ def draw(points: list[Point], path: Path) -> None:
                 )
             )
         rows.append(row)
-    text = f"{SEEDS} seeds a point; crosses: marked unsafe by most of them; bearing_twin {__version__}"
+    text = f"{SEEDS} seeds a point, {CLOSER * SEEDS} where these fell short; "
+    text += f"crosses: marked unsafe by most of them; bearing_twin {__version__}"
     draw_sheet(Sheet("How often 95 % intervals hold the truth", rows, text, []), path)
 
 

@@ -9,7 +9,6 @@ ones, seconds those of a simulated second with 1000 outputs.
 """
 
 import math
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,8 +18,10 @@ from matplotlib.figure import Figure
 
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
+from bearing_twin.charts.contest_picture import ring
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, Row
+from bearing_twin.charts.timing import Timing, timed
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
@@ -41,7 +42,7 @@ STEPPERS = {QUASI_STATIC: QUASI_STATIC, PRESCRIBED: "rodas4"}
 TOLERANCE, FINEST = 1e-3, 1e-6
 EARLY, SETTLED = 0.02, 2.0  # s after a start with the balls rolling
 RATES = (1000.0, 100.0)  # outputs a second
-SPAN, REPEATS = 0.2, 3  # s of each timed run
+SPAN, ENOUGH = 0.2, 0.1  # s of each timed run, and of a timing
 NOTHING = 1e-15  # m: an offset below it is rounding
 FASTEST = 2e4  # rad/s: no speed beyond it is looked for
 LEAST = 1e-7  # smaller errors are drawn here
@@ -124,14 +125,11 @@ def _errors(found, exact) -> list[float]:
     return [float(np.abs(a - b).max() / np.abs(b).max()) for a, b in zip(found, exact, strict=True)]
 
 
-def _cost(motion, rate: float) -> float:
-    """CPU seconds a simulated second of a motion that is under way; the least of REPEATS."""
-    times, spans = np.arange(1, round(SPAN * rate) + 1) / rate, []
-    for _ in range(REPEATS):
-        start = time.thread_time()
-        motion.advance(times, SPAN)
-        spans.append(time.thread_time() - start)
-    return min(spans) / SPAN
+def _cost(motion, rate: float) -> Timing:
+    """CPU seconds a simulated second of a motion that is under way."""
+    times = np.arange(1, round(SPAN * rate) + 1) / rate
+    cost = timed(lambda: motion.advance(times, SPAN), ENOUGH)[1]
+    return cost._replace(seconds=cost.seconds / SPAN)
 
 
 def judge(name: str, _: str, share: float, limit: float) -> list[DimensionRow]:
@@ -166,7 +164,7 @@ def _row(name, dimension, share, speed, pairs, truth, motions) -> DimensionRow:
     if dimension not in motions:
         return row
     high, low = (_cost(motions[dimension], rate) for rate in RATES)
-    return row.but(load_error=errors[1][0], angle_error=errors[1][1], seconds=high, cost_at_100_hz=low)
+    return row.but(load_error=errors[1][0], angle_error=errors[1][1], cost_at_100_hz=low.seconds, **high._asdict())
 
 
 def worst(points: list[DimensionRow], dimension: str, error: str, share: float = math.inf) -> float:
@@ -254,6 +252,8 @@ def draw(points: list[DimensionRow], path: Path) -> None:
                 markersize=6,
                 label=f"{dimension}, {rate:g} outputs a second",
             )
+            timed_here = mine if key == "seconds" else []
+            ring(cost, timed_here, lambda p: (p.seconds, max(p.load_error, p.angle_error, LEAST)), STYLE["ink"])
     lost = [p.seconds for p in points if p.status != DONE]
     cost.plot(lost, [1.0] * len(lost), "x", color=STYLE["ink"], markersize=10, label="no result" if lost else None)
     cost.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second")

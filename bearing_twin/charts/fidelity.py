@@ -2,7 +2,7 @@
 
 Scenes as they ship and variants of them to which nothing was fitted, by what is wanted and how exactly. Truth is
 `rodas4` ten times tighter than the tightest setting. All steppers are tried at all settings; the cheapest that
-keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, measured once for each run. `reason` is
+keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, medians of several timings. `reason` is
 the choice's, `setting` the tolerance that was chosen.
 """
 
@@ -17,9 +17,11 @@ from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.chart import Chart
-from bearing_twin.charts.contest import limited, timed
+from bearing_twin.charts.contest import limited
+from bearing_twin.charts.contest_picture import ring
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, FAILED, Row
+from bearing_twin.charts.timing import timed
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
 from bearing_twin.kinds.bearing.parameters import LOADS
@@ -95,11 +97,12 @@ class FidelityRow(Row):
 
 
 class Trial(NamedTuple):
-    """Errors of load and friction of a stepper at a setting, and CPU seconds; infinite where it broke down."""
+    """Errors of load and friction of a stepper at a setting, CPU seconds and their spread; infinite where it broke."""
 
     load_error: float
     friction_error: float
     seconds: float
+    spread: float = math.nan
 
     def error(self, outputs: str) -> float:
         """What counts for the outputs that are wanted."""
@@ -107,7 +110,7 @@ class Trial(NamedTuple):
 
 
 def _timed_run(motion):
-    """The outputs of a motion over SPAN, and the CPU seconds they take."""
+    """The outputs of a motion over SPAN, and the timing of it."""
     times = SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1)
 
     def work():
@@ -142,17 +145,17 @@ class _Trials:
         """How a stepper does at a setting."""
         if (stepper, setting) not in self._found:
             try:
-                motion, out, seconds = self._run(stepper, setting)
-                self._found[stepper, setting] = Trial(*errors(motion, out, self.exact), seconds)
+                motion, out, cost = self._run(stepper, setting)
+                self._found[stepper, setting] = Trial(*errors(motion, out, self.exact), *cost)
             except (IntegrationError, ArithmeticError):
                 self._found[stepper, setting] = Trial(math.inf, math.inf, math.inf)
         return self._found[stepper, setting]
 
     def at_rest(self, choice: Choice, wanted: float) -> Trial:
         """How equilibria do."""
-        out, seconds = _timed_run(bearing_motion(self.scene(wanted, LOADS).parameters, choice))
+        out, cost = _timed_run(bearing_motion(self.scene(wanted, LOADS).parameters, choice))
         loads = np.abs(out.normal_load - self.exact.normal_load).max() / self.exact.normal_load.max()
-        return Trial(float(loads), math.nan, seconds)
+        return Trial(float(loads), math.nan, *cost)
 
 
 def judge(name: str, _: str, __: float, limit: float) -> list[FidelityRow]:
@@ -190,6 +193,7 @@ def _row(name: str, trials: _Trials, outputs: str, wanted: float) -> FidelityRow
         load_error=float(found.load_error),
         friction_error=math.nan if outputs == LOADS else float(found.friction_error),
         seconds=found.seconds,
+        spread=found.spread,
         status=DONE if math.isfinite(found.error(outputs)) else FAILED,
         reason=choice.reason,
         outputs=outputs,
@@ -244,6 +248,7 @@ def draw(points: list[FidelityRow], path: Path) -> None:
         )
         good = [p for p in mine if p.best and p.kept]
         cost.plot([aside * p.wanted for p in good], [p.seconds / p.best_seconds for p in good], label=label, **look)
+        ring(cost, good, lambda p, aside=aside: (aside * p.wanted, p.seconds / p.best_seconds), look["color"])
     error.plot([WANTED[-1], WANTED[0]], [WANTED[-1], WANTED[0]], color=STYLE["ink"], linewidth=1.2)
     error.annotate("as wanted", (4e-3, 5e-3), color=STYLE["ink"], ha="left", va="bottom", fontsize=11)
     error.set(xscale="log", yscale="log", xlabel="tolerance that was wanted", ylabel="error of the run")

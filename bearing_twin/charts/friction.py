@@ -21,6 +21,7 @@ from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
 from bearing_twin.charts.laws import seconds_each
 from bearing_twin.charts.table import DONE, FAILED, Row
+from bearing_twin.charts.timing import Timing
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
@@ -52,7 +53,7 @@ def _loop(form):
     return evaluate
 
 
-SCIPY = "SciPy"  # the second reference
+SCIPY, UNTIMED = "SciPy", Timing(math.nan, math.nan)  # the second reference
 SECOND, EACH = 1e-7, 10  # accuracy that it is asked for, and every how many of SPINS it takes
 CONTESTANTS = {row.name: row.rubbing for row in FRICTIONS.values() if row.over_spot}
 
@@ -148,7 +149,9 @@ def judge(name: str, form: str, setting: float, limit: float) -> list[FrictionRo
     shape = PROBLEMS[name]
     with limited(limit):
         if form == SCIPY:
-            return [_row(name, form, spin, errors(by_scipy, shape, [_slip(0.7, spin)]), 0.0) for spin in SPINS[::EACH]]
+            return [
+                _row(name, form, spin, errors(by_scipy, shape, [_slip(0.7, spin)]), UNTIMED) for spin in SPINS[::EACH]
+            ]
         many, loop = np.geomspace(0.1, 10.0, EVALUATIONS), _loop(CONTESTANTS[form])
         cost = seconds_each(lambda: loop(many), EVALUATIONS)
         worst_motions = [motion for motion, _ in hardest(CONTESTANTS[form], shape, POLES)]
@@ -173,7 +176,7 @@ def _row(name, form, spin, off, cost) -> FrictionRow:
         form,
         float(spin),
         friction_error=max(force, torque),
-        seconds=cost or math.nan,
+        **cost._asdict(),
         evaluations=1,
         status=DONE if good else FAILED,
         reason="" if good else f"more than {100.0 * WORST:g} % off",

@@ -7,7 +7,6 @@ by SciPy: Carlson's integrals, and Brent's method on the equation of the ellipse
 
 import functools
 import math
-import time
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,9 @@ from scipy.special import elliprd, elliprf
 
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
+from bearing_twin.charts.contest_picture import ring
 from bearing_twin.charts.table import DONE, FAILED, STOPPED, Row
+from bearing_twin.charts.timing import Timing, timed
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.calculator import COMPARED
 from bearing_twin.contact.differential import Shape, differential_coefficient, follow
@@ -33,7 +34,7 @@ FROZEN_AT = 0.1  # b/a at which laws that do not follow the curvatures are exact
 RAILS = np.geomspace(1e-3, 1.0, 49)  # b/a
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
 SWING, STEPS = 40, 16  # turns and steps a turn of the differential forms
-EVALUATIONS, REPEATS, FEW = 20_000, 5, 100  # FEW: of those in Python
+EVALUATIONS, FEW = 20_000, 100  # FEW: of those in Python
 
 
 SCIPY = "SciPy"  # the second reference
@@ -69,15 +70,10 @@ def _differential_error(ratio, project):
     return worst
 
 
-def seconds_each(work, count) -> float:
-    """Median CPU time of one of the `count` evaluations in `work`, compiled before."""
-    work()
-    spans = []
-    for _ in range(REPEATS):
-        start = time.thread_time()
-        work()
-        spans.append(time.thread_time() - start)
-    return float(np.median(spans)) / count
+def seconds_each(work, count) -> Timing:
+    """CPU time of one of the `count` evaluations in `work`, compiled before."""
+    cost = timed(work)[1]
+    return cost._replace(seconds=cost.seconds / count)
 
 
 def by_scipy(small: float, large: float, modulus: float) -> float:
@@ -99,7 +95,7 @@ def _place():
     return frozen, np.array([curvature_ratio(ratio) for ratio in np.geomspace(*BEARING, EVALUATIONS)])
 
 
-def _cost(name: str) -> float:
+def _cost(name: str) -> Timing:
     """Seconds an evaluation."""
     _, large = _place()
     if name == SCIPY:
@@ -138,7 +134,7 @@ def judge(name: str, law: str, setting: float, limit: float) -> list[Row]:
                     law,
                     ratio,
                     load_error=error,
-                    seconds=cost,
+                    **cost._asdict(),
                     evaluations=1,
                     status=DONE if good else FAILED,
                     reason=reason,
@@ -204,6 +200,12 @@ def draw(rows: list[Row], path: Path) -> None:
         near = 1.0 if math.isnan(near) else max(near, LEAST)
         cost = 1e9 * mine[0].seconds
         right.plot(cost, min(near, 1.0), "x" if near > WORST else "o", color=look["color"], markersize=10)
+        ring(
+            right,
+            [row for row in mine if row.status == DONE][:1],
+            lambda _, cost=cost, near=near: (cost, min(near, 1.0)),
+            look["color"],
+        )
         spot = round(4.0 * math.log10(cost)), round(math.log10(min(near, 1.0)))
         below = named[spot] = named.get(spot, -1) + 1
         place = 9, -4 - 16 * below

@@ -4,8 +4,9 @@ import functools
 
 import numpy as np
 
-from bearing_twin.charts.contest import LONG_ENOUGH, judged, timed
+from bearing_twin.charts.contest import judged
 from bearing_twin.charts.table import Row
+from bearing_twin.charts.timing import timed
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run
 
@@ -34,9 +35,9 @@ def scene_row(row: Row, scene: str, overrides: tuple[str, ...], true: tuple[str,
     exact = true_force(scene, true)
 
     def outcome():
-        (force, report), seconds = timed(lambda: _run(scene, overrides), LONG_ENOUGH)
+        (force, report), cost = timed(lambda: _run(scene, overrides))
         evaluations = next((report.costs[key] for key in ("evaluations", "steps") if report.costs.get(key)), 0)
         error = float(np.abs(force - exact).max() / exact.max())
-        return {"load_error": error, "seconds": seconds, "evaluations": evaluations}
+        return {"load_error": error, "evaluations": evaluations, **cost._asdict()}
 
     return judged(row.but(command=command_of(scene, overrides)), outcome, limit)

@@ -6,7 +6,6 @@ step on the same mesh. Each reference is checked by another mesh, or by a shorte
 core; `setting` is the number of divisions, of steps the share of the stable bound.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -23,6 +22,7 @@ from bearing_twin.charts.sheets import Axis, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
 from bearing_twin.charts.table import DONE, Row
+from bearing_twin.charts.timing import timed
 from bearing_twin.kinds.soft_discs.derived import fitting
 from bearing_twin.kinds.soft_discs.elements import ORDERS
 from bearing_twin.kinds.soft_discs.solve import solve
@@ -40,7 +40,7 @@ SECOND = (64, 3)  # divisions and order of the mesh that checks the reference
 NEARLY = "disc.material.poisson_ratio=0.499"
 LOCKING = {"selective": (), "full": ("mesh.integration=full",)}
 FORMULATIONS = ("stvk", "neo_hookean", "linear")
-REPEATS, LONG_ENOUGH = 3, 0.5  # of a timing, the least of which counts; CPU seconds that are enough of them
+ENOUGH = 0.1  # CPU seconds of a timing
 ERROR, SECONDS = Axis("relative error of the force", "1", log=True), Axis("seconds of one core", "s", log=True)
 
 
@@ -111,13 +111,9 @@ def judge(problem: str, line: str, setting: float, limit: float) -> DiscRow:
 
     def outcome():
         nodes, steps, force, again = _run(*changes)
-        seconds = []
-        while len(seconds) < REPEATS and sum(seconds) < LONG_ENOUGH:
-            start = time.thread_time()
-            again()
-            seconds.append(time.thread_time() - start)
+        cost = timed(again, ENOUGH)[1]
         error = float(np.sqrt(np.mean((force - truth) ** 2) / np.mean(truth**2)))
-        return {"load_error": error, "seconds": min(seconds), "evaluations": steps, "nodes": nodes}
+        return {"load_error": error, "evaluations": steps, "nodes": nodes, **cost._asdict()}
 
     return judged(row, outcome, limit)
 
@@ -143,6 +139,11 @@ def draw(rows: list[DiscRow], path: Path) -> None:
             good = sorted((row.seconds, row.error) for row in mine if row.method == line and row.status == DONE)
             look = {**colour(place), "marker": "o", "markersize": 5}
             parts.append(Line(line, [one[0] for one in good], [one[1] for one in good], look))
+            wide = [
+                (row.seconds, row.error) for row in mine if row.method == line and row.status == DONE and row.unsure
+            ]
+            around = {**colour(place), "marker": "o", "markersize": 12, "markerfacecolor": "none", "linestyle": ""}
+            parts.append(Line(f"{line}, unsure", [one[0] for one in wide], [one[1] for one in wide], around, False))
             lost = [row.seconds for row in mine if row.method == line and row.status != DONE]
             cross = {**colour(place), "marker": "x", "markersize": 12, "linestyle": ""}
             parts.append(Line(f"{line}, no result", lost, [1.0] * len(lost), cross, False))

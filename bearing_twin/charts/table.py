@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any, Self, get_type_hints
 
 DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
+UNSURE = 0.1  # spread of a cost beyond which it is flagged; differences of that size are then none
+NEWER = ("spread",)  # columns that tables of earlier versions lack
 
 
 @dataclass(frozen=True)
@@ -16,8 +18,9 @@ class Row:
     """One run of a contest: what ran, its relative errors of load and of friction, CPU seconds, evaluations, its end.
 
     `setting` is the number that a method is tuned by, or that is varied. An error is NaN where there is none of that
-    sort. `command` repeats the run where the software does not refuse it, "" where nothing does. A chart that has more
-    to say has a class of its own, whose further columns stand behind these.
+    sort. `command` repeats the run where the software does not refuse it, "" where nothing does. `spread` is that of
+    the seconds over their repeats (`charts.timing`), NaN where they were measured once. A chart that has more to say
+    has a class of its own, whose further columns stand behind these.
     """
 
     problem: str
@@ -30,6 +33,12 @@ class Row:
     status: str = FAILED
     reason: str = ""
     command: str = ""
+    spread: float = math.nan
+
+    @property
+    def unsure(self) -> bool:
+        """Whether repeats of the run differ so much in cost that it is known to no better than UNSURE."""
+        return self.spread > UNSURE
 
     @property
     def error(self) -> float:
@@ -69,13 +78,15 @@ def write_rows(path: Path, header: Iterable[str], rows: Iterable[Iterable]) -> N
 
 
 def read_table(path: Path, kind: type = Row) -> list:
-    """The rows that `write_table` wrote.
+    """The rows that `write_table` wrote, today or before there were the columns NEWER.
 
     Raises OSError where there is no table, and ValueError where it is another chart's or a cell is no value.
     """
     names = columns_of(kind)
     with path.open(encoding="utf-8", newline="") as stream:
         header, *lines = list(csv.reader(stream)) or [[]]
+    if header == [name for name in names if name not in NEWER]:
+        names = header
     if header != names:
         odd = next((name for name in (*names, *header) if (name in names) != (name in header)), "the order")
         raise ValueError(f"{path.name} is no table of this chart: its columns differ in {odd}")

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from bearing_twin import __version__
 from bearing_twin.charts.bearing_cells import Case, bearing_row, command_of
 from bearing_twin.charts.chart import Chart
-from bearing_twin.charts.contest_picture import cheapest, found_again
+from bearing_twin.charts.contest_picture import RINGED, cheapest, found_again, ring
 from bearing_twin.charts.table import DONE, STOPPED, Row
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
@@ -88,9 +88,14 @@ def _panel(axis, rows: list[Row], error_of: Callable[[Row], float], says: bool) 
         look = ball_line(number)
         colour = look["color"]
         mine = [row for row in rows if row.method == stepper]
-        good = [(max(error_of(row), LEAST), row.seconds) for row in mine if row.status == DONE]
+
+        def place_of(row):
+            return max(error_of(row), LEAST), row.seconds
+
+        good = [place_of(row) for row in mine if row.status == DONE]
         failed = sum(row.status != DONE for row in mine)
         axis.plot(*np.transpose(good or [(np.nan, np.nan)]), "o", **look, label=stepper, markersize=5)
+        ring(axis, mine, place_of, colour)
         if failed:
             # Failures stand on the right edge, where errors of load are rare, whatever the scale of the panel.
             place = axis.get_xaxis_transform()
@@ -121,7 +126,9 @@ def draw(rows: list[Row], path: Path) -> None:
     axes[-1][0].set_xlabel("greatest error of a normal load, over the greatest load")
     axes[-1][1].set_xlabel("greatest error of friction, over mu N of its contact or ball")
     figure.suptitle(
-        f"Steppers: accuracy against cost, one core (dotted: real time, {WANTED:g})", fontsize=16, color=STYLE["ink"]
+        f"Steppers: accuracy against cost, one core (dotted: real time, {WANTED:g}; {RINGED})",
+        fontsize=16,
+        color=STYLE["ink"],
     )
     figure.supxlabel(
         f"bearing_twin {__version__}, numpy {np.__version__}, Python {platform.python_version()}, "

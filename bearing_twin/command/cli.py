@@ -8,6 +8,7 @@ Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss 
 
 import argparse
 import contextlib
+import os
 import re
 import signal
 import sys
@@ -17,7 +18,7 @@ from typing import NoReturn
 
 from bearing_twin import __version__
 from bearing_twin.command.commands import COMMANDS
-from bearing_twin.command.completion_command import complete
+from bearing_twin.command.completion_command import ASKED, complete
 from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.pipes import leave, while_read
 from bearing_twin.processors import one_processor, seldom_collecting
@@ -81,12 +82,12 @@ def _told(argv) -> int:
 
 
 def _main(argv) -> int:
-    parser, subparsers = _parsers()
+    word = next((one for one in argv if not one.startswith("-")), None)
+    parser, subparsers = _parsers(None if ASKED in os.environ else word)
     complete(parser, subparsers)
     if not argv:
         parser.print_help(sys.stderr)
         return BAD_INPUT
-    word = next((one for one in argv if not one.startswith("-")), None)
     if word is not None and word not in COMMANDS:
         from bearing_twin.parameters import echo, unknown
 
@@ -120,7 +121,8 @@ def _show(outcome, si: bool) -> None:
         SI.reset(units)
 
 
-def _parsers():
+def _parsers(only: str | None = None):
+    """The parser and those of its commands by name; where `only` one is wanted, the others know no arguments."""
     parser = _Parser(prog="bearing_twin", description="Digital twin of a ball bearing.", allow_abbrev=False)
     parser.add_argument("--version", action="version", version=f"bearing_twin {__version__}")
     group = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -133,13 +135,15 @@ def _parsers():
             formatter_class=_Help,
             allow_abbrev=False,
         )
+        subparsers[name] = sub
+        if only not in (None, name):
+            continue
         command.arguments(sub)
         examples = "\n  ".join(["examples:", *command.examples])
         sub.epilog = "\n\n".join(part for part in (sub.epilog, examples) if part)
         sub.add_argument("--json", action="store_true", help="print the result as one JSON object, in SI units")
         sub.add_argument("--si", action="store_true", help="print tables in SI units, not in those engineers read")
         sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")
-        subparsers[name] = sub
     return parser, subparsers
 
 

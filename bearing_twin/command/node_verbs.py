@@ -105,7 +105,9 @@ def echo_topic(arguments) -> Outcome:
 def _silent(arguments) -> Callable[[], None]:
     from bearing_twin.command.terminal import say
 
-    return lambda: say(f"nothing has come on {arguments.topic} for {arguments.wait} s: is its node paused?")
+    return lambda: say(
+        f"nothing has come on {arguments.topic} for {arguments.wait} s: is its node paused, or still compiling?"
+    )
 
 
 def _field(data, path: str | None):

@@ -29,8 +29,9 @@ not the contact's own time, sets its steps."""
 
 
 def contact_numbers(contact, first: Material, second: Material) -> dict[str, float]:
-    """What the equations of motion take from the section `contact`, by name, and `sink`, the first body's share of the
-    compliance [1].
+    """What the equations of motion take from the section `contact`, by name.
+
+    `sink` is the first body's share of the compliance [1].
     """
     steady = contact.restitution < 1.0 and contact.damping_law == "steady"
     damping = contact.damping

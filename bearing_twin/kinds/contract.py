@@ -67,7 +67,7 @@ class Figures(Protocol):
         """What lies outside the theory's validity, one sentence each."""
 
     def status(self) -> str:
-        """ "done", or what failed."""
+        """Gives "done", or what failed."""
 
 
 class Facts(NamedTuple):

@@ -41,5 +41,5 @@ class PlainFigures:
         return []
 
     def status(self) -> str:
-        """ "done" while all numbers are finite."""
+        """Gives "done" while all numbers are finite."""
         return "done" if all(map(math.isfinite, self._last.values())) else "failed: not finite"

@@ -28,6 +28,7 @@ class TakenAside(CallbackGroup):
 
 def taken(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
     """Every message that waits, as bytes, with what the middleware says of it."""
-    with suppress(InvalidHandle), subscription.handle:
-        while (found := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+    handle, message = subscription.handle, subscription.msg_type
+    with suppress(InvalidHandle), handle:
+        while (found := handle.take_message(message, True)) is not None:
             yield found

@@ -22,13 +22,12 @@ from rclpy.signals import SignalHandlerOptions
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.discovery import end_of, others_are_whole
+from bearing_twin.nodes.discovery import QUIET, end_of, others_are_whole, quiet_time
 from bearing_twin.nodes.messages import qos_profile, rclpy
 from bearing_twin.nodes.reflection import filled, interface, plain
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.spelling import name_of_peer
 
-AT_LEAST, QUIET = 1.5, 1.5  # s a list is waited for, and s without a change after which it is taken as complete
 AT_MOST = 4.0  # s a list is waited for while no other node is seen whole: on a busy machine discovery is late
 TURN, DEPTH = 0.05, 100  # s; messages that may wait
 ENDS = {value: name.removeprefix("STATUS_").lower() for name, value in vars(GoalStatus).items() if "STATUS_" in name}
@@ -275,10 +274,8 @@ class Graph:
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
         """What `ask()` gives once discovery adds nothing any more."""
         now = began = time.monotonic()
-        last, changed = ask(), now
-        while now < max(began + AT_LEAST, changed + QUIET) or (
-            now < began + AT_MOST and not others_are_whole(self._node)
-        ):
+        last, changed, quiet = ask(), now, quiet_time()
+        while now < changed + quiet or (now < began + AT_MOST and not others_are_whole(self._node)):
             self._executor.spin_once(timeout_sec=TURN)
             now, found = time.monotonic(), ask()
             if found != last:

@@ -59,6 +59,12 @@ class SteadyTime:
         self._fresh = wall
         return jump
 
+    def all_at(self, arrived_ns: list[int]) -> list[int]:
+        """`at` of each."""
+        if self.jumped_ns or not all(arrived_ns):
+            return [self.at(one) for one in arrived_ns]
+        return arrived_ns
+
     def at(self, arrived_ns: int) -> int:
         """The time to log of a message that arrived at `arrived_ns` by the clock, 0 = now."""
         now = self._wall()

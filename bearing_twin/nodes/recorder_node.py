@@ -110,12 +110,13 @@ class RecorderNode(Node):
 
     def _on_messages(self, topic: str, found: Iterable[tuple[bytes, dict]]) -> None:
         try:
-            messages = []
-            for data, info in found:
-                received = self._time.at(info["received_timestamp"])
-                sent, number = info["source_timestamp"] or received, info.get("publication_sequence_number")
-                messages.append((received, sent, data, number))
-            lost = self.recording.receive_all(topic, messages) if messages else 0
+            found = list(found)
+            if not found:
+                return
+            received = self._time.all_at([info["received_timestamp"] for _, info in found])
+            sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
+            numbers = [info.get("publication_sequence_number") for _, info in found]
+            lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
             if lost:
                 self.get_logger().error(f"{topic}: {lost} solver outputs were lost on the way")
         except Exception as error:  # a callback that raises would end the node without saying which message it was

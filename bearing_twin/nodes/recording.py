@@ -3,8 +3,9 @@
 import os
 import struct
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
+from itertools import repeat
 from pathlib import Path
 
 from bearing_twin.errors import LogError
@@ -42,6 +43,15 @@ class Sequences:
         self.received += count
         self.lost += lost
         return lost
+
+    def saw_all(self, numbers: Sequence[int]) -> None:
+        """`saw` for one of each of these numbers."""
+        count = len(numbers)
+        if count and list(numbers) == list(range(numbers[0], numbers[0] + count)):  # nearly always, and quick
+            self.saw(numbers[0], count)
+            return
+        for one in numbers:
+            self.saw(one, 1)
 
 
 class Recording:
@@ -98,25 +108,29 @@ class Recording:
 
         `sent_number` counts the messages of its publisher from 1 on, None where the middleware does not tell.
         """
-        return self.receive_all(topic, [(received_ns, sent_ns, data, sent_number)])
+        return self.receive_all(topic, [received_ns], [sent_ns], [data], [sent_number])
 
-    def receive_all(self, topic: str, messages: list[tuple[int, int, bytes, int | None]]) -> int:
-        """`receive` for many of one topic: (received, sent, data, number) each."""
+    def receive_all(
+        self,
+        topic: str,
+        received_ns: Sequence[int],
+        sent_ns: Sequence[int],
+        data: Sequence[bytes],
+        sent_numbers: Sequence[int | None],
+    ) -> int:
+        """`receive` for many of one topic."""
         with self._lock:
             if self._closed:
                 return 0
             number, has_samples = self._numbers[topic]
-            self._log.write_all([(number, received, sent, data) for received, sent, data, _ in messages])
-            self.messages += len(messages)
-            arrived, lost = self._sent[topic], 0
-            for _, _, data, sent_number in messages:
-                if sent_number is None:
-                    self._uncounted.add(topic)
-                else:
-                    arrived.saw(sent_number - 1, 1)
-                if has_samples:
-                    lost += self.sequences[topic].saw(*sample_range(data))
-            return lost
+            self._log.write_all(zip(repeat(number), received_ns, sent_ns, data, strict=False))
+            self.messages += len(data)
+            if None in sent_numbers:
+                self._uncounted.add(topic)
+            self._sent[topic].saw_all([one - 1 for one in sent_numbers if one is not None])
+            if not has_samples:
+                return 0
+            return sum(self.sequences[topic].saw(*sample_range(one)) for one in data)
 
     @property
     def problem(self) -> str:

@@ -72,7 +72,7 @@ def level_at(one, point, gradient, hesse):
 
 @kernel
 def equations(a, b, unknowns, residual, jacobian):
-    """Residual (8,) of equations (1) and its derivative (8, 8) by the unknowns."""
+    """Residual (8,) of the equations (1) and its derivative (8, 8) by the unknowns."""
     gradient_a, gradient_b, hesse_a, hesse_b = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     point_a, point_b = unknowns[:3].copy(), unknowns[3:6].copy()
     factor, share = unknowns[LAMBDA], unknowns[MU]

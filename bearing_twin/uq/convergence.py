@@ -46,11 +46,11 @@ def paths(samples) -> Paths:
 
 
 def half_widths(exact: Derived, counts, confidence=0.95) -> HalfWidths:
-    """In which share `confidence` of all estimates from that many independent samples lies: sigma/sqrt(n) for the mean,
+    """Half the width in which the share `confidence` of all estimates from that many independent samples lies.
 
-    sigma sqrt((kurtosis - 1)/(4 n)) for the deviation, times the normal quantile. For large n: below some hundred
-    samples of a skewed quantity the deviation is low more often than high. Raises StatisticError where a moment that
-    is needed does not exist.
+    It is sigma/sqrt(n) for the mean, sigma sqrt((kurtosis - 1)/(4 n)) for the deviation, times the normal quantile. For
+    large n: below some hundred samples of a skewed quantity the deviation is low more often than high. Raises
+    StatisticError where a moment that is needed does not exist.
     """
     score = float(ndtri(0.5 + 0.5 * confidence))
     root = np.sqrt(np.asarray(counts, float))

@@ -91,7 +91,7 @@ class Histories:
         return np.clip((self._products[:, size:] / np.outer(self._spread(), inputs)).T, -1.0, 1.0)
 
     def density(self, levels=200, low=-np.inf, high=np.inf):
-        """Levels (m,), evenly spaced, and the density (t, m) [1/unit] of the histories over them at each time.
+        """Evenly spaced levels (m,) and the density (t, m) [1/unit] of the histories over them at each time.
 
         Kernel estimates with Silverman's bandwidth, reflected at the bounds [low, high], the mass of each time 1. A
         spread below the distance of two levels shows as one level.

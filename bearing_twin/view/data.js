@@ -3,6 +3,8 @@
 
 const MISSING = 65535, STEPS = 65534;
 const LONGEST_LIVE = 4000; // outputs that are kept of a run that goes on
+const FAR = 5.0; // so many times what is usual near it a stretch between two outputs is a gap
+const NEAR_SPANS = 15, ODD_SPANS = 2, FEW_SPANS = 4; // how many are near, are longer than usual, say anything
 
 class Store {
   constructor(described) {
@@ -94,6 +96,35 @@ class Store {
     this.time = time;
     this.count = kept + more;
   }
+}
+
+// The outputs before which a stretch is missing: it lasts far longer than what lies between the outputs near it, of which
+// one in each event of a live run is longer than the rest.
+function gaps(time) {
+  const lasts = (k) => time[k + 1] - time[k], found = [];
+  const usual = (low, high) => {
+    const spans = [];
+    for (let k = Math.max(low, 0); k < Math.min(high, time.length - 1); k++) spans.push(lasts(k));
+    return spans.length < FEW_SPANS ? 0.0 : spans.sort((a, b) => b - a)[ODD_SPANS];
+  };
+  for (let k = 0; k + 1 < time.length; k++) {
+    // those before say it of nearly all outputs, quickly
+    if (k && lasts(k) <= FAR * lasts(k - 1)) continue;
+    const near = Math.max(usual(k - NEAR_SPANS, k), usual(k + 1, k + 1 + NEAR_SPANS));
+    if (near > 0.0 && lasts(k) > FAR * near) found.push(k + 1);
+  }
+  return found;
+}
+
+// Curves over time [s] for Chart, with nothing where a stretch is missing: {x, ys}.
+function curvesOf(store, lines, factor) {
+  const places = gaps(store.time.subarray(0, store.count)), { time } = store;
+  const parted = (column, between) => places.reduceRight((kept, k) => (kept.splice(k, 0, between(k)), kept), column);
+  const x = Array.from(time.subarray(0, store.count), (one) => one * factor);
+  return {
+    x: parted(x, (k) => 0.5 * factor * (time[k - 1] + time[k])),
+    ys: lines.map((line) => parted(store.column(line.series, line.column), () => null)),
+  };
 }
 
 async function unpacked(packed) {

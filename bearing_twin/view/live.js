@@ -28,6 +28,7 @@ class LiveQueue {
   }
 
   add({ time, values }) {
+    if (this.time.length && time[0] <= this.time.at(-1)) [this.time, this.values] = [[], {}]; // the run has begun again
     const now = performance.now();
     [this.gap, this.came] = [Math.min(Math.max(now - this.came, LIVE_PERIOD), 10000.0), now];
     this.time.push(...time);
@@ -55,9 +56,9 @@ function liveStart(view) {
   events.onopen = () => (bar.state.textContent = "");
   setInterval(() => {
     if (!waiting.time.length || bar.held()) return;
-    if (!turns) liveBegin(view);
-    const frames = waiting.take();
-    if (turns++ % CURVES_EVERY === 0) {
+    const frames = waiting.take(), again = frames.time[0] <= view.store.last;
+    if (!turns || again) liveBegin(view);
+    if (again || turns++ % CURVES_EVERY === 0) {
       view.append(frames);
     } else {
       view.store.append(frames);
@@ -67,7 +68,8 @@ function liveStart(view) {
   for (const one of ["time", "play"]) $(one).addEventListener("pointerdown", () => bar.hold());
 }
 
-// What the page came with is older than the events; curves are without dots, which cost most of the drawing.
+// What the page came with is older than the events, or of a run that has begun again; curves are without dots, which
+// cost most of the drawing.
 function liveBegin(view) {
   view.store.count = 0;
   for (const chart of view.charts) {

@@ -49,7 +49,7 @@ class Page {
       number: line.colour,
     }));
     return {
-      ...panel, lines, x: Array.from(store.time, (one) => one * timeFactor), ys: lines.map((line) => store.column(line.series, line.column)),
+      ...panel, lines, ...curvesOf(store, lines, timeFactor),
       unit: panel.unit === "1" ? "" : panel.unit, xLabel: `time [${timeUnit}]`, xShort: "", xUnit: timeUnit,
     };
   }
@@ -128,10 +128,8 @@ class Page {
     this.store.append(frames);
     this.stage?.measure();
     this.details?.measure();
-    const x = Array.from(this.store.time, (one) => one * this.timeFactor);
     for (const chart of this.charts) {
-      chart.spec.x = x;
-      chart.spec.ys = chart.spec.lines.map((line) => this.store.column(line.series, line.column));
+      Object.assign(chart.spec, curvesOf(this.store, chart.spec.lines, this.timeFactor));
       chart.plot.setData(chart.data());
     }
     this.legend();

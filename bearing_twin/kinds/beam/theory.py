@@ -21,9 +21,10 @@ TRIAL_STEPS = 40  # a contact, good to 1e-5
 
 
 class Trial(NamedTuple):
-    """The blow by both theories: first contact [s], how often a shear wave crosses the height in it, how far off
-    Euler's first peak is (relative, signed), the greater number of contacts, and how far off Euler's greatest force and
-    time in contact are (relative).
+    """The blow by both theories.
+
+    First contact [s], how often a shear wave crosses the height in it, how far off Euler's first peak is (relative,
+    signed), the greater number of contacts, and how far off Euler's greatest force and time in contact are (relative).
     """
 
     duration: float

@@ -168,9 +168,9 @@ def leave_out_spares(count, blocks, row, rows):
     """Puts zeros into so many rows from `row` on of lanes that repeat the last ball, so that sums leave them out."""
     if count % LANES != 0:
         last = blocks[count // LANES]
-        for at in range(row, row + rows):
+        for place in range(row, row + rows):
             for k in range(count % LANES, LANES):
-                put(last, at, k, 0.0)
+                put(last, place, k, 0.0)
 
 
 @inlined

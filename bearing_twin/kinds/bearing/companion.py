@@ -3,7 +3,7 @@
 The difference is the error that the run makes within a window, once the window is several steps long (shorter ones
 measure their own ends). Windows are few: they end where the steps' own error estimates (`pointing`) do most to a ball's
 force or torque, or a contact slides most, as far as that exceeds what was looked at before in the run; and one more
-after 1, 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
+after 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
 ones, which meet, a moving ring or a cage, all together. What error the start of a window has from before, no window
 sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
 until neither holds, or it has taken its share of steps: what is found is then a lower bound. Where balls meet, a copy
@@ -28,7 +28,7 @@ from bearing_twin.kinds.bearing.departures import (
 from bearing_twin.kinds.bearing.deviations import LEAST_LOAD, Part, deviations, left_over
 from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, meetings, stretches_from, until_met
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.pointers import POINTERS, SLIDING, pointers
+from bearing_twin.kinds.bearing.pointers import POINTERS, SLIDING, one_for_all, pointers
 from bearing_twin.kinds.bearing.windows import (
     ALL,
     BUMPING,
@@ -44,7 +44,7 @@ from bearing_twin.kinds.bearing.windows import (
 
 MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
-LOOKING = 0.12  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
+LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
 INHERITED = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
@@ -135,11 +135,11 @@ class Companion:
         self.probing = self._probes(part)
         if self.probing:
             found = [window_at(ALL, 0, steps[0]), *found]
-        elif self.parts & (self.parts - 1) == 0 and not any(one.ball == ALL for one in found):
+        elif (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
             calm = int(steps.sum(axis=1).argmin())
             window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps[calm]), met)
             found += [] if any(within(window, other) for other in found) else [window]
-        return found
+        return found if whole else one_for_all(found, grids, steps)
 
     def see_again(self, part: Part, windows: list[Window]) -> None:
         """Keeps what the pointers say in windows of a part that was done again."""

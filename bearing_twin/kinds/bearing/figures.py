@@ -227,7 +227,7 @@ class BearingFigures:
         )
 
     def status(self) -> str:
-        """ "done", or what failed."""
+        """Gives "done", or what failed."""
         return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
 
     def figures(self) -> dict:

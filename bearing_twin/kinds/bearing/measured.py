@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
+from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.paths import share_path
@@ -21,6 +22,7 @@ LOOSEST = 30.0  # times the wanted tolerance
 LIKE_MEASURED = 30.0, 2.0  # what a scene of the same motion may err more: settings looser than wanted, and others
 LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
 FINEST = 1e-9  # no setting is finer
+LIKE_LANDING = "rodas4"  # the method whose steps end elsewhere where it lands
 SPREAD = 0.05  # of costs, measured again
 ROOM = 1.1  # ball diameters from centre to centre: less, and neighbours soon meet
 RATES = {"seconds": 1000.0, "cost_at_100_hz": 100.0}  # outputs a second, by the columns of costs of dimensions
@@ -35,6 +37,10 @@ class Rung(NamedTuple):
     friction_error: float
     cost: float
 
+    def error(self, outputs: str) -> float:
+        """What counts for the outputs that are wanted."""
+        return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
+
 
 class Prediction(NamedTuple):
     """A stepper for a scene: the tolerance it is given, what errors and cost it had in that motion when measured."""
@@ -45,6 +51,10 @@ class Prediction(NamedTuple):
     load_error: float
     friction_error: float
     cost: float
+
+    def error(self, outputs: str) -> float:
+        """What counts for the outputs that are wanted."""
+        return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
 
 
 def _rest(parameters) -> bool:
@@ -108,24 +118,36 @@ def _read(name: str) -> list[dict[str, str]]:
 
 @functools.cache
 def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
-    """(motion, stepper): its rungs from loose to tight, of adaptive steppers that the bearing's own loops run."""
+    """(motion, stepper): its rungs from loose to tight, of adaptive steppers that the bearing's own loops run.
+
+    One that lands is the same method with other ends of steps: what it errs less at a setting is luck, and not read.
+    """
     found: dict[tuple[str, str], list[Rung]] = {}
     for row in _read("steppers.csv"):
         if row["method"] in ROSENBROCK and row["status"] == "done":
             rung = (float(row[key]) for key in ("setting", "load_error", "friction_error", "seconds"))
             found.setdefault((row["problem"], row["method"]), []).append(Rung(*rung))
+    for (motion, stepper), rungs in found.items():
+        if ROSENBROCK[stepper].lands:
+            plain = {one.setting: one for one in found[motion, LIKE_LANDING]}
+            found[motion, stepper] = [_no_better(one, plain.get(one.setting, one)) for one in rungs]
     return {key: tuple(sorted(rungs, reverse=True)) for key, rungs in found.items()}
 
 
-def _enough(rungs: tuple[Rung, ...], wanted: float) -> Rung | None:
+def _no_better(rung: Rung, other: Rung) -> Rung:
+    """A rung with the errors of another where those are greater."""
+    errors = zip(rung[1:3], other[1:3], strict=True)
+    return Rung(rung.setting, *(max(pair) for pair in errors), rung.cost)
+
+
+def _enough(rungs: tuple[Rung, ...], wanted: float, outputs: str) -> Rung | None:
     """The loosest rung that keeps a tolerance LIKE_MEASURED times over; beyond the tightest errors fall as settings."""
     for rung in rungs:
-        worst = max(rung.load_error, rung.friction_error)
-        if worst * LIKE_MEASURED[rung.setting <= wanted] <= wanted and rung.setting <= LOOSEST * wanted:
+        if rung.error(outputs) * LIKE_MEASURED[rung.setting <= wanted] <= wanted and rung.setting <= LOOSEST * wanted:
             return rung
     if not rungs:
         return None
-    share = min(1.0, wanted / (LIKE_MEASURED[True] * max(rungs[-1].load_error, rungs[-1].friction_error)))
+    share = min(1.0, wanted / (LIKE_MEASURED[True] * rungs[-1].error(outputs)))
     last = rungs[-1]._replace(setting=min(wanted, share * rungs[-1].setting))
     return last._replace(load_error=share * last.load_error, friction_error=share * last.friction_error)
 
@@ -135,9 +157,10 @@ def predictions(parameters) -> list[Prediction]:
 
     Costs within SPREAD of each other were measured equal: the stepper that stands first in the table of steppers leads.
     """
-    found, motions, wanted = [], motions_of(parameters), parameters.wanted.tolerance
+    found, motions, wanted = [], motions_of(parameters), parameters.wanted
+    wanted_of = wanted.tolerance, wanted.outputs
     for stepper in ROSENBROCK:
-        rungs = {one: _enough(ladders().get((one, stepper), ()), wanted) for one in motions}
+        rungs = {one: _enough(ladders().get((one, stepper), ()), *wanted_of) for one in motions}
         if None in rungs.values():
             continue
         # The motion that costs most decides; what it errs by at a setting tighter than its own is less than measured.
@@ -160,7 +183,7 @@ def of_asked(parameters) -> Prediction | None:
             return None
         loose = [rung for rung in rungs if rung.setting >= wanted * (1.0 - 1e-9)]
         found.append(Prediction(motion, stepper, *(loose[-1] if loose else rungs[0])))
-    return max(found, key=lambda one: max(one.load_error, one.friction_error))
+    return max(found, key=lambda one: one.error(parameters.wanted.outputs))
 
 
 def dimension_costs(parameters, share: float) -> dict[str, float]:

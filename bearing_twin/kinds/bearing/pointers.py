@@ -6,9 +6,11 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
-from bearing_twin.kinds.bearing.windows import LEAST_STEPS
+from bearing_twin.kinds.bearing.windows import ALL, LEAST_STEPS, Window
 
 POINTERS, SLIDING = 3, 2  # error of force, error of torque, friction over load; place of the last, which is no error
+ALIKE = 0.8  # of what points most: a ball with as much may be looked at in place of those that others point to
+EVEN = 0.3  # of the steps that any takes: balls that take so many each move alike
 
 
 def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
@@ -45,3 +47,19 @@ def bends(out: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.nda
         change = lengths(np.diff(array, axis=0, prepend=array[:1], append=array[-1:]))
         found.append(np.maximum(change[1:], change[:-1]).T)
     return *found, np.full(found[0].shape, float(LEAST_STEPS))
+
+
+def one_for_all(windows: list[Window], grids: tuple[np.ndarray, ...], steps: np.ndarray) -> list[Window]:
+    """One window of a ball through the whole part in place of several, where that takes fewer steps and shows as much.
+
+    `grids` and `steps` are of `pointers`, which must point to that ball nearly as much as to any.
+    """
+    if len(windows) < 2 or any(one.ball == ALL for one in windows):
+        return windows
+    like = np.min([np.ones(len(steps)), *(grid.max(axis=1) / grid.max() for grid in grids if grid.any())], axis=0)
+    ball, taken = int(np.argmax(like)), 0.0
+    for one in windows:
+        taken += float(steps[one.ball, one.begin + 1 : one.begin + 1 + one.length].sum())
+    each = steps.sum(axis=1)
+    alike = like[ball] >= ALIKE and each.min() >= EVEN * each.max()
+    return [Window(ball, -1, steps.shape[1])] if alike and each[ball] < taken else windows

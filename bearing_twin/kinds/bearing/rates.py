@@ -8,15 +8,11 @@ from bearing_twin.kinds.bearing.cage import add_pockets
 from bearing_twin.kinds.bearing.equations import give_coefficients, rates_of_raceways
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
-    COLUMNS,
     LANE_RATES,
     LANE_ROWS,
     LANES,
-    MOTION_SPAN,
     RING_SPEED,
-    STATE_SPAN,
     from_blocks,
-    get,
     into_blocks,
     new_blocks,
     put,
@@ -40,7 +36,7 @@ def rates_in_lanes(bearing, lanes):
 
 @kernel
 def lane_rates(bearing, lanes):
-    """`rates_in_lanes`, called by its callers."""
+    """`rates_in_lanes` as a function of its own; to call it in each stage of a step made runs of balls 6 % slower."""
     rates_in_lanes(bearing, lanes)
 
 
@@ -52,31 +48,22 @@ def put_ring_speed(drive, time, lanes):
         put(lanes, RING_SPEED, k, speed)
 
 
-@kernel
-def block_rates(bearing, drive, pairs, time, values, rates, lanes):
-    """Rates of all balls at `time` [s] from `values`, both (blocks, STATE_SPAN or more).
-
-    `lanes` (a row a block) hold what the law carries, and are room to work in.
-    """
-    for block in range(len(values)):
-        room = lanes[block]
-        for i in range(MOTION_SPAN):
-            put(room, AXIS_DISTANCE, i, values[block, i])
-        put_ring_speed(drive, time, room)
-        put_still_ring(bearing.ring, bearing, room)
-        lane_rates(bearing, room)
-        for i in range(STATE_SPAN):
-            rates[block, i] = get(room, LANE_RATES, i)
+@inlined
+def block_rates(bearing, drive, pairs, time, blocks):
+    """Rates of all balls at `time` [s] in the lanes of `blocks`, which hold their motion and what the law carries."""
+    for block in range(len(blocks)):
+        lanes = blocks[block]
+        put_ring_speed(drive, time, lanes)
+        put_still_ring(bearing.ring, bearing, lanes)
+        rates_in_lanes(bearing, lanes)
     if pairs.touching:
-        add_pairs(bearing, pairs, values, rates, AXIS_DISTANCE)
+        add_pairs(bearing, pairs, blocks, blocks, LANE_RATES)
 
 
 @kernel
 def bearing_rates(bearing, drive, near, time, state, rates):
     """d(state)/dt of all balls at `time` [s], one row a ball, with nothing carried; `near` as for `new_pairs`."""
-    values = new_blocks(len(state), COLUMNS)
-    found = np.zeros_like(values)
-    into_blocks(state, values, AXIS_DISTANCE)
-    pairs = new_pairs(near, np.arange(len(state)), 1.0)
-    block_rates(bearing, drive, pairs, time, values, found, new_blocks(len(state), LANE_ROWS))
-    from_blocks(found, AXIS_DISTANCE, rates)
+    blocks = new_blocks(len(state), LANE_ROWS)
+    into_blocks(state, blocks, AXIS_DISTANCE)
+    block_rates(bearing, drive, new_pairs(near, np.arange(len(state)), 1.0), time, blocks)
+    from_blocks(blocks, LANE_RATES, rates)

@@ -13,7 +13,6 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.shapes.surfaces import ball_in_groove
 
 RATED_PRESSURE, RATED_MODULUS, RATED_POISSON = 4.2e9, 206e9, 0.3  # ISO 76: pressure and steel of the static rating
-ROUNDING = 1e-9  # of the balls' loads: a sum of them below it is none
 LARGEST_PLAIN = 25.4e-3  # m; ISO 281: larger balls grow less
 # ISO 281, deep grooves: f0 Fa / C0, e, Y; X = 0.56
 GROOVE = np.array(
@@ -157,8 +156,7 @@ def reference_life(geometry, dynamic: float, inner_loads, outer_loads) -> float:
 def lives_of(parameters, ratings: Ratings, force, inner_loads, outer_loads) -> Lives:
     """The lives under a force [N] (3,) on the inner ring that loads the balls like this [N]; see `Lives`."""
     geometry = parameters.geometry
-    least = ROUNDING * float(np.sum(inner_loads))
-    radial, axial = (size if size > least else 0.0 for size in (math.hypot(force[0], force[1]), abs(force[2])))
+    radial, axial = math.hypot(force[0], force[1]), abs(force[2])
     equivalent = equivalent_load(geometry, radial, axial)
     static = static_load(geometry, radial, axial)
     return Lives(

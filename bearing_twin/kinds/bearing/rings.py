@@ -4,8 +4,8 @@
 import math
 from dataclasses import dataclass
 
+from bearing_twin import tables
 from bearing_twin.parameters import choice, quantity, section
-from bearing_twin.tables import table
 
 LOAD_COLUMNS = (("time", "s"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
 COORDINATES = ("x", "y", "z", "theta_x", "theta_y")
@@ -56,7 +56,7 @@ class InnerRing:
     )
     unbalance: float = quantity(0.0, "kg m", "mass times radius off the axis, at +x when the run starts", at_least=0.0)
     change: LoadChange = section(LoadChange)
-    table: tuple = table(
+    table: tuple = tables.table(
         LOAD_COLUMNS, "loads over time, added to load and moment; straight between rows, then as the last"
     )
     support: RingSupport = section(RingSupport)

@@ -34,7 +34,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_quaternion,
 )
 from bearing_twin.kinds.bearing.stage_places import border_state, mixed_stages
-from bearing_twin.kinds.bearing.steps import spin_in_frame
+from bearing_twin.kinds.bearing.steps import lane_spin, spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import five, rosenbrock_dense
@@ -55,14 +55,6 @@ def _squares(errors, inverse):
 
 
 @inlined
-def _lane_spin(lanes, state, k):
-    """`spin_in_frame` of a lane's ball whose state stands in the rows from `state` on."""
-    tangential_velocity = get(lanes, state + TANGENTIAL_VELOCITY, k)
-    spin = get_vector(lanes, state + SPIN, k)
-    return spin_in_frame(get(lanes, state + AXIS_DISTANCE, k), tangential_velocity, spin)
-
-
-@inlined
 def _middle(third, fourth, lanes, column, k):
     """A column of the state in the middle of a step."""
     start, end = get(lanes, START + column, k), get(lanes, END + column, k)
@@ -72,7 +64,7 @@ def _middle(third, fourth, lanes, column, k):
 
 @inlined
 def _middle_spin(third, fourth, lanes, k):
-    """`_lane_spin` in the middle of a step."""
+    """`lane_spin` in the middle of a step."""
     spin = (
         _middle(third, fourth, lanes, SPIN, k),
         _middle(third, fourth, lanes, SPIN + 1, k),
@@ -106,9 +98,9 @@ def finish_lanes(border, scales, dense, lanes):
         put(lanes, ERROR, k, math.sqrt(errors / MOTION))
         result = turned(
             get_quaternion(lanes, ORIENTATION, k),
-            _lane_spin(lanes, START, k),
+            lane_spin(lanes, START, k),
             _middle_spin(third, fourth, lanes, k),
-            _lane_spin(lanes, END, k),
+            lane_spin(lanes, END, k),
             get(lanes, STEP, k),
         )
         put_quaternion(lanes, TURNED, k, result)

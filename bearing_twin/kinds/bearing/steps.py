@@ -1,4 +1,4 @@
-"""What the integration loops of the bearing share: costs, failures, checks of a state, dense steps, turning the balls.
+"""What the integration loops of the bearing share: costs, failures, checks of a state, dense steps.
 
 The loops (`rosenbrock`, `explicit`, `imex`) take `times` [s], increasing,
 counted from the start of the chunk, all within `duration`; they advance `state` (N, COLUMNS) and `orientation` (N, 4)
@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     LANES,
-    MOTION,
     RADIAL_SPIN,
     SPIN,
     TANGENTIAL_SPIN,
@@ -95,20 +94,19 @@ def spin_in_frame(axis_distance, tangential_velocity, spin):
     return (spin[0], spin[1], spin[2] - tangential_velocity / axis_distance)
 
 
+@inlined
+def lane_spin(lanes, state, k):
+    """`spin_in_frame` of a lane's ball whose state stands in the rows from `state` on."""
+    tangential_velocity = get(lanes, state + TANGENTIAL_VELOCITY, k)
+    spin = get_vector(lanes, state + SPIN, k)
+    return spin_in_frame(get(lanes, state + AXIS_DISTANCE, k), tangential_velocity, spin)
+
+
 @kernel
 def relative_spin(row):
     """`spin_in_frame` from one row of the state."""
     spin = (row[RADIAL_SPIN], row[TANGENTIAL_SPIN], row[AXIAL_SPIN])
     return spin_in_frame(row[AXIS_DISTANCE], row[TANGENTIAL_VELOCITY], spin)
-
-
-@kernel
-def turn(orientation, start, middle, end, step, out):
-    """Writes into `out` the orientation after `step` [s], from the motion at its start, middle and end."""
-    quaternion = (orientation[0], orientation[1], orientation[2], orientation[3])
-    result = turned(quaternion, relative_spin(start), relative_spin(middle), relative_spin(end), step)
-    for part in range(4):
-        out[part] = result[part]
 
 
 @kernel
@@ -118,17 +116,6 @@ def changes_contact(bearing, start, end):
         if before * after < 0.0 and min(abs(before), abs(after)) > TOUCHING:
             return True
     return False
-
-
-@kernel
-def error_norm(errors, scales):
-    """Root mean square of a motion's errors (MOTION,), in units of the scales; infinite where it is not finite."""
-    total = 0.0
-    for column in range(MOTION):
-        ratio = errors[column] / scales[column]
-        total += ratio * ratio
-    total = math.sqrt(total / MOTION)
-    return total if total < math.inf else math.inf
 
 
 @kernel

@@ -189,7 +189,8 @@ def meet_walls(pockets, bearing, coupling, scales, blocks):
         if until < step:
             step, resume = until, min(wanted, first)
         if step < wanted:
-            for place in range(len(blocks) * LANES):
-                put(blocks[place // LANES], STEP, place % LANES, step)
+            for block in range(len(blocks)):
+                for k in range(LANES):
+                    put(blocks[block], STEP, k, step)
         return resume
     return 0.0

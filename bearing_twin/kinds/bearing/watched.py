@@ -19,7 +19,7 @@ from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.motion import MOVING, BearingMotion
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, BearingScene
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
 from bearing_twin.kinds.bearing.pointing import POINTED
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
@@ -236,7 +236,10 @@ class WatchedMotion(BearingMotion):
     def _off(self, rows: np.ndarray) -> float:
         """The greatest error in rows of WINDOW over the wanted tolerance."""
         greatest = self.companion.greatest_load
-        return off_by(rows, greatest) / self.parameters.wanted.tolerance if greatest > 0.0 else 0.0
+        if greatest <= 0.0:
+            return 0.0
+        wanted = self.parameters.wanted
+        return off_by(rows, greatest, loads_alone=wanted.outputs == LOADS) / wanted.tolerance
 
     def _pointer(self, instants: int) -> np.ndarray:
         """Room for what `pointing` notes, where the method does."""

@@ -73,11 +73,10 @@ def window_at(ball: int, cell: int, steps: np.ndarray) -> Window:
     return Window(ball, begin - 1, end - begin)
 
 
-def off_by(rows: np.ndarray, greatest: float) -> float:
-    """The greatest error in rows of WINDOW: of friction, or of load over the `greatest` load [N]."""
-    return float(
-        max(rows[..., PLACE["load"]].max(initial=0.0) / greatest, rows[..., PLACE["friction"]].max(initial=0.0))
-    )
+def off_by(rows: np.ndarray, greatest: float, loads_alone: bool = False) -> float:
+    """The greatest error in rows of WINDOW: of load over the `greatest` load [N], and of friction if it counts."""
+    load = float(rows[..., PLACE["load"]].max(initial=0.0)) / greatest
+    return load if loads_alone else max(load, float(rows[..., PLACE["friction"]].max(initial=0.0)))
 
 
 def followed(rows: np.ndarray, begun: float) -> np.ndarray:

@@ -261,7 +261,7 @@ class EllipsoidFigures:
         return (self.last["total"] - self.first["total"]) / self.scale if self.scale > 0.0 else 0.0
 
     def status(self) -> str:
-        """ "done", or what failed."""
+        """Gives "done", or what failed."""
         wrong = not max(abs(self.closure), self.gain) <= ENERGY_GAIN
         return "failed: energy" if wrong else "done"
 

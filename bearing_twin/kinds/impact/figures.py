@@ -128,7 +128,7 @@ class ImpactFigures:
         return []
 
     def status(self) -> str:
-        """ "done", or what failed."""
+        """Gives "done", or what failed."""
         return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
 
 

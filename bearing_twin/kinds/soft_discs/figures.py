@@ -127,7 +127,7 @@ class SoftDiscFigures:
         return flags
 
     def status(self) -> str:
-        """ "done", or what failed."""
+        """Gives "done", or what failed."""
         if not self._known:
             return "done"
         if not self._known["ended"]:

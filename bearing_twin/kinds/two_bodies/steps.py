@@ -52,8 +52,10 @@ class Plan(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays to work in: stages (stages, COLUMNS), states of a trial, after a step, before it and the one before, and
-    of a look at a peak, and error scales.
+    """Arrays to work in.
+
+    Stages (stages, COLUMNS), states of a trial, after a step, before it and the one before, and of a look at a peak,
+    and error scales.
     """
 
     stages: np.ndarray

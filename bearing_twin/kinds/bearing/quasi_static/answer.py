@@ -64,15 +64,16 @@ def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) 
         "semi_minor": ("m", spots[1]),
     }
     ratings = ratings_of(parameters)
-    lives = lives_of(parameters, ratings, found.loads[:3], *contacts.load.T)
-    clearance = clearance_of(parameters)
     carried, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
+    force = _settled(-found.loads[:3], carried)
+    lives = lives_of(parameters, ratings, force, *contacts.load.T)
+    clearance = clearance_of(parameters)
     moved = max(np.linalg.norm(found.coordinates[:3]), arm * np.linalg.norm(found.coordinates[3:]))
     stiff = np.sqrt(np.abs(np.diagonal(found.stiffness)))
     return {
         "ring_displacement_m": _settled(found.coordinates[:3], moved),
         "misalignment_rad": _settled(found.coordinates[3:], moved / arm),
-        "ring_force_n": _settled(-found.loads[:3], carried),
+        "ring_force_n": force,
         "ring_moment_nm": _settled(-found.loads[3:], arm * carried),
         "ball_azimuth_rad": found.azimuths.tolist(),
         **{
