@@ -37,7 +37,9 @@ def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path, m
 
 
 def _made(case, load, friction, *further):
-    return ToleranceRow(case, METHOD, 1e-3, load, friction, 1.0, 100, DONE, "", "", *further)
+    names = ("load_estimate", "friction_estimate", "told", "steps", "watched_steps", "companion_steps")
+    known = dict(zip(names, further, strict=True))
+    return ToleranceRow(case, METHOD, 1e-3, load, friction, 1.0, 100, DONE, **known)
 
 
 def test_what_is_missed_is_said_with_what_the_run_says_of_it():

@@ -117,9 +117,12 @@ def begun(root, calls=CALLS, between=lambda: None):
 
 def ended(process, pipe):
     try:
-        return pipe.recv()
+        values, names, said = pipe.recv()
     finally:
         process.join()
+    if isinstance(values, str):
+        pytest.fail(values)
+    return values, names, said
 
 
 def started(root, calls=CALLS, between=lambda: None):
