@@ -75,15 +75,40 @@ class Bump(NamedTuple):
 
 
 @inlined
+def wall_load(wall, approach, rate):
+    """Load [N] of the spring of a wall, and of spring and damper together, which do not pull."""
+    depth = max(approach, 0.0)
+    elastic = wall.stiffness * depth
+    return elastic, max(elastic + wall.stiffness * wall.relaxation_time * rate * depth / (depth + ONSET), 0.0)
+
+
+@inlined
+def wall_change(wall, smoothing, found, approach, rate, slip_radial, slip_axial):
+    """Change of load, friction (2,) and loss of a `found` contact with a wall by changes of approach, rate and slip."""
+    slip, touching = found.slip, 1.0 if found.approach > 0.0 and found.load > 0.0 else 0.0
+    stiff = wall.stiffness if found.approach > 0.0 else 0.0
+    depth = max(found.approach, 0.0)
+    share = 1.0 / (depth + ONSET)
+    viscous = wall.relaxation_time * share * (rate * depth + found.rate * approach * ONSET * share)
+    load = touching * wall.stiffness * (approach + viscous)
+    square = slip[0] * slip[0] + slip[1] * slip[1]
+    inverse = 1.0 / math.sqrt(square + smoothing * smoothing)
+    along = slip[0] * slip_radial + slip[1] * slip_axial
+    grows = wall.friction * inverse * (load - found.load * along * inverse * inverse)
+    resists = wall.friction * inverse * found.load
+    friction = (-(grows * slip[0] + resists * slip_radial), -(grows * slip[1] + resists * slip_axial))
+    elastic = stiff * found.approach
+    loss = grows * square + 2.0 * resists * along + (load - stiff * approach) * found.rate
+    return load, friction, loss + (found.load - elastic) * rate
+
+
+@inlined
 def bump(pockets, bearing, radius, ahead, velocity, spin, cage_speed):
     """The contact of a ball at axis distance `radius` with its pocket, whose middle it is `ahead` of [rad]."""
     side = 1.0 if ahead >= 0.0 else -1.0
     approach = pockets.radius * abs(ahead) - pockets.half_clearance
     rate = side * pockets.radius * (velocity[1] / radius - cage_speed)
-    depth, lever = max(approach, 0.0), side * bearing.ball_radius
-    elastic = pockets.stiffness * depth
-    viscous = pockets.stiffness * pockets.relaxation_time * rate * depth / (depth + ONSET)
-    load = max(elastic + viscous, 0.0)
+    lever, (elastic, load) = side * bearing.ball_radius, wall_load(pockets, approach, rate)
     slip = (velocity[0] - lever * (spin[2] - cage_speed), velocity[2] + lever * spin[0])
     square = slip[0] * slip[0] + slip[1] * slip[1]
     smoothing = bearing.friction_regularisation
@@ -99,7 +124,7 @@ def bump(pockets, bearing, radius, ahead, velocity, spin, cage_speed):
         friction=friction,
         along=-push / radius,
         torque=push + lever * friction[0],
-        energy=0.5 * elastic * depth,
+        energy=0.5 * elastic * max(approach, 0.0),
         dissipation=resistance * square + (load - elastic) * rate,
     )
 
@@ -140,25 +165,11 @@ def _change(pockets, bearing, found, radius, approach, rate, slip_radial, slip_a
 
     Force on the ball (3,), the factor of its torque about radius and axis, torque on the cage, loss.
     """
-    side, slip = found.side, found.slip
-    lever, smoothing = side * bearing.ball_radius, bearing.friction_regularisation
-    touching = 1.0 if found.approach > 0.0 and found.load > 0.0 else 0.0
-    stiff = pockets.stiffness if found.approach > 0.0 else 0.0
-    depth = max(found.approach, 0.0)
-    share = 1.0 / (depth + ONSET)
-    viscous = pockets.relaxation_time * share * (rate * depth + found.rate * approach * ONSET * share)
-    load = touching * pockets.stiffness * (approach + viscous)
-    q = slip[0] * slip[0] + slip[1] * slip[1]
-    inverse = 1.0 / math.sqrt(q + smoothing * smoothing)
-    along = slip[0] * slip_radial + slip[1] * slip_axial
-    grows = pockets.friction * inverse * (load - found.load * along * inverse * inverse)
-    resists = pockets.friction * inverse * found.load
-    radial = -(grows * slip[0] + resists * slip_radial)
-    axial = -(grows * slip[1] + resists * slip_axial)
+    side, smoothing = found.side, bearing.friction_regularisation
+    lever = side * bearing.ball_radius
+    load, (radial, axial), loss = wall_change(pockets, smoothing, found, approach, rate, slip_radial, slip_axial)
     push = side * pockets.radius * load
     tangential = -push / radius - found.along * outwards / radius
-    elastic = stiff * found.approach
-    loss = grows * q + 2.0 * resists * along + (load - stiff * approach) * found.rate + (found.load - elastic) * rate
     return (radial, tangential, axial), lever, push + lever * radial, loss
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.cage import ONSET
+from bearing_twin.kinds.bearing.cage import ONSET, wall_load
 from bearing_twin.kinds.bearing.layout import CAGE, CAGE_X, CAGE_Y, LAND_WORK, LOST, PLACES
 from bearing_twin.numerics.lean import lean_kernel
 
@@ -63,8 +63,7 @@ def touch(land, off, moving, cage_speed, ring_speed):
         return Touch((0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     normal = (off[0] / distance, off[1] / distance)
     rate = normal[0] * moving[0] + normal[1] * moving[1]
-    elastic = land.stiffness * depth
-    load = max(elastic + land.stiffness * land.relaxation_time * rate * depth / (depth + ONSET), 0.0)
+    elastic, load = wall_load(land, depth, rate)
     apart = land.side * land.radius - distance  # from the cage's centre to where they touch
     slip = _speed_along(land, off, apart, normal, moving, cage_speed, ring_speed)
     drag = -land.friction * load * slip / math.sqrt(slip * slip + land.smoothing * land.smoothing)

@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.cage import ONSET, Pockets
+from bearing_twin.kinds.bearing.cage import Pockets, wall_load
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
@@ -85,9 +85,7 @@ def wall(pockets, bearing, radius, ahead, centre, moving, velocity, spin, cage_s
     lever = side * bearing.ball_radius
     approach = side * along - pockets.half_clearance
     rate = side * (relative[0] * sine + relative[1] * cosine - cage_speed * out)
-    depth = max(approach, 0.0)
-    elastic = pockets.stiffness * depth
-    load = max(elastic + pockets.stiffness * pockets.relaxation_time * rate * depth / (depth + ONSET), 0.0)
+    elastic, load = wall_load(pockets, approach, rate)
     slip = (
         relative[0] * cosine - relative[1] * sine - lever * spin[2] + cage_speed * (along + lever),
         velocity[2] + lever * (spin[0] * cosine - spin[1] * sine),
@@ -111,7 +109,7 @@ def wall(pockets, bearing, radius, ahead, centre, moving, velocity, spin, cage_s
         force=(push * sine + radial * cosine, push * cosine - radial * sine, axial),
         torque=(lever * axial * cosine, -lever * axial * sine, -lever * radial),
         cage_torque=(along + lever) * radial - out * push,
-        energy=0.5 * elastic * depth,
+        energy=0.5 * elastic * max(approach, 0.0),
         dissipation=resistance * square + (load - elastic) * rate,
     )
 

@@ -1,9 +1,7 @@
 """How the walls of a cage whose centre moves answer to the motion of balls and cage: columns of the Jacobian."""
 
-import math
-
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.cage import ONSET
+from bearing_twin.kinds.bearing.cage import wall_change
 from bearing_twin.kinds.bearing.layout import (
     ANSWERING,
     AXIAL_SPIN,
@@ -51,7 +49,7 @@ def _change(walls, bearing, found, spin, speed, angle, shift, push, lift, spins,
     the cage's centre, its axial velocity, its spin (3,) and the cage's speed. Force (3,) and torque (3,) on the ball,
     torque on the cage, loss.
     """
-    sine, cosine, side, slip, relative = found.sine, found.cosine, found.side, found.slip, found.relative
+    sine, cosine, side, relative = found.sine, found.cosine, found.side, found.relative
     lever, smoothing = side * bearing.ball_radius, bearing.friction_regularisation
     along = shift[0] * sine + shift[1] * cosine + found.out * angle
     out = shift[0] * cosine - shift[1] * sine - found.along * angle
@@ -60,18 +58,8 @@ def _change(walls, bearing, found, spin, speed, angle, shift, push, lift, spins,
     slip_radial = push[0] * cosine - push[1] * sine - (relative[0] * sine + relative[1] * cosine) * angle
     slip_radial += faster * (found.along + lever) + speed * along - lever * spins[2]
     slip_axial = lift + lever * (spins[0] * cosine - spins[1] * sine - (spin[0] * sine + spin[1] * cosine) * angle)
-    touching = 1.0 if found.approach > 0.0 and found.load > 0.0 else 0.0
-    stiff = walls.stiffness if found.approach > 0.0 else 0.0
-    depth, approach = max(found.approach, 0.0), side * along
-    share = 1.0 / (depth + ONSET)
-    viscous = walls.relaxation_time * share * (rate * depth + found.rate * approach * ONSET * share)
-    load = touching * walls.stiffness * (approach + viscous)
-    square = slip[0] * slip[0] + slip[1] * slip[1]
-    inverse = 1.0 / math.sqrt(square + smoothing * smoothing)
-    faster_slip = slip[0] * slip_radial + slip[1] * slip_axial
-    grows = walls.friction * inverse * (load - found.load * faster_slip * inverse * inverse)
-    resists = walls.friction * inverse * found.load
-    radial, axial = -(grows * slip[0] + resists * slip_radial), -(grows * slip[1] + resists * slip_axial)
+    approach = side * along
+    load, (radial, axial), loss = wall_change(walls, smoothing, found, approach, rate, slip_radial, slip_axial)
     pushed, pushes, (rub, lifted) = -side * found.load, -side * load, found.friction
     force = (
         pushes * sine + radial * cosine + (pushed * cosine - rub * sine) * angle,
@@ -84,9 +72,7 @@ def _change(walls, bearing, found, spin, speed, angle, shift, push, lift, spins,
         -lever * radial,
     )
     on_cage = along * rub + (found.along + lever) * radial - out * pushed - found.out * pushes
-    elastic = stiff * found.approach
-    loss = grows * square + 2.0 * resists * faster_slip + (load - stiff * approach) * found.rate
-    return force, torque, on_cage, loss + (found.load - elastic) * rate
+    return force, torque, on_cage, loss
 
 
 @inlined
