@@ -7,7 +7,7 @@ from doc_tables import MEASURED_TABLES, ROOT
 
 from bearing_twin.charts import fidelity
 from bearing_twin.charts.fidelity import judge, reading
-from bearing_twin.kinds.bearing.measured import FINEST, ladders, motions_of, predictions
+from bearing_twin.kinds.bearing.measured import FINEST, error_of, ladders, motions_of, predictions
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
@@ -56,8 +56,8 @@ def test_where_loads_alone_are_wanted_they_alone_set_the_setting(tolerance):
     both = [load_scene("bearing_6203_loose", [*wanted, jump, f"wanted.outputs={one}"]) for one in ("loads", "history")]
     loads, history = (predictions(scene.parameters)[0] for scene in both)
     assert loads.setting > history.setting
-    assert loads.error("loads") == loads.load_error <= tolerance
-    assert history.error("history") == max(history.load_error, history.friction_error) <= tolerance
+    assert error_of(loads, "loads") == loads.load_error <= tolerance
+    assert error_of(history, "history") == max(history.load_error, history.friction_error) <= tolerance
 
 
 def test_what_only_ends_its_steps_elsewhere_errs_no_less_at_a_setting():

@@ -37,10 +37,6 @@ class Rung(NamedTuple):
     friction_error: float
     cost: float
 
-    def error(self, outputs: str) -> float:
-        """What counts for the outputs that are wanted."""
-        return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
-
 
 class Prediction(NamedTuple):
     """A stepper for a scene: the tolerance it is given, what errors and cost it had in that motion when measured."""
@@ -52,9 +48,10 @@ class Prediction(NamedTuple):
     friction_error: float
     cost: float
 
-    def error(self, outputs: str) -> float:
-        """What counts for the outputs that are wanted."""
-        return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
+
+def error_of(measured: Rung | Prediction, outputs: str) -> float:
+    """The error that counts for the outputs that are wanted."""
+    return measured.load_error if outputs == LOADS else max(measured.load_error, measured.friction_error)
 
 
 def _rest(parameters) -> bool:
@@ -143,11 +140,14 @@ def _no_better(rung: Rung, other: Rung) -> Rung:
 def _enough(rungs: tuple[Rung, ...], wanted: float, outputs: str) -> Rung | None:
     """The loosest rung that keeps a tolerance LIKE_MEASURED times over; beyond the tightest errors fall as settings."""
     for rung in rungs:
-        if rung.error(outputs) * LIKE_MEASURED[rung.setting <= wanted] <= wanted and rung.setting <= LOOSEST * wanted:
+        if (
+            error_of(rung, outputs) * LIKE_MEASURED[rung.setting <= wanted] <= wanted
+            and rung.setting <= LOOSEST * wanted
+        ):
             return rung
     if not rungs:
         return None
-    share = min(1.0, wanted / (LIKE_MEASURED[True] * rungs[-1].error(outputs)))
+    share = min(1.0, wanted / (LIKE_MEASURED[True] * error_of(rungs[-1], outputs)))
     last = rungs[-1]._replace(setting=min(wanted, share * rungs[-1].setting))
     return last._replace(load_error=share * last.load_error, friction_error=share * last.friction_error)
 
@@ -183,7 +183,7 @@ def of_asked(parameters) -> Prediction | None:
             return None
         loose = [rung for rung in rungs if rung.setting >= wanted * (1.0 - 1e-9)]
         found.append(Prediction(motion, stepper, *(loose[-1] if loose else rungs[0])))
-    return max(found, key=lambda one: one.error(parameters.wanted.outputs))
+    return max(found, key=lambda one: error_of(one, parameters.wanted.outputs))
 
 
 def dimension_costs(parameters, share: float) -> dict[str, float]:

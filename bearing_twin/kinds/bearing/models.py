@@ -15,7 +15,7 @@ from bearing_twin.kinds.bearing.adequacy import (
     share_at_start,
     still_error,
 )
-from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, of_asked, predictions, unmeasured
+from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, error_of, of_asked, predictions, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
@@ -87,7 +87,7 @@ def _asked(parameters, unlike: str, warnings: list[str]) -> str:
     found = None if unlike else of_asked(parameters)
     if found is None:
         return f"{stepper}, as the scene asks"
-    worst = found.error(parameters.wanted.outputs)
+    worst = error_of(found, parameters.wanted.outputs)
     told = f"off by {worst:.2g} at a tolerance of {found.setting:g} where the motion was like this one ({found.motion})"
     if worst > wanted:
         warnings.append(f"solver.stepper = {stepper} was {told}, more than the wanted {wanted:g}; auto finds another")
@@ -103,7 +103,7 @@ def _stepper(parameters, warnings: list[str]) -> tuple[str, Prediction | None, s
         return DEFAULT, None, f"{DEFAULT} at the wanted tolerance, because no stepper was measured with {unlike}"
     found, wanted = predictions(parameters), parameters.wanted
     first, *others = found
-    worst = first.error(wanted.outputs)
+    worst = error_of(first, wanted.outputs)
     why = (
         f"{first.stepper} at a tolerance of {first.setting:g}, because it was the cheapest within the wanted "
         f"{wanted.tolerance:g} where the motion was most like this one ({first.motion}): off by {worst:.2g}"
