@@ -12,6 +12,7 @@ import importlib.util
 import os
 import platform
 import re
+import signal
 import sys
 import tempfile
 import time
@@ -65,6 +66,8 @@ def main() -> int:
     parser.add_argument("--share", type=float, default=1.0, help="of every row, 1 = all of it")
     parser.add_argument("--write", action="store_true", help="write the table of docs/reliability.md")
     asked = parser.parse_args()
+    # A shell's job in the background ignores it, and so would all that is started here, which is ended by it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     bad, cells = 0, {}
     for name, row in rows().items():
         if asked.only and name not in asked.only:
