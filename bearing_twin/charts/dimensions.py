@@ -48,12 +48,8 @@ FASTEST = 2e4  # rad/s: no speed beyond it is looked for
 LEAST = 1e-7  # smaller errors are drawn here
 
 
-BOTH, AGAIN, AGAIN_AT, AGAIN_STEP = (
-    "both",
-    "rk4",
-    0.3,
-    2e-7,
-)  # who takes part in a run; the check, its share, its step [s]
+BOTH = "both"  # who takes part in a run
+AGAIN, AGAIN_AT, AGAIN_STEP = "rk4", 0.3, 2e-7  # the check, its share, its step [s]
 
 
 @dataclass(frozen=True)

@@ -59,14 +59,10 @@ class SteadyTime:
         self._fresh = wall
         return jump
 
-    def all_at(self, arrived_ns: list[int]) -> list[int]:
-        """`at` of each."""
-        if self.jumped_ns or not all(arrived_ns):
-            return [self.at(one) for one in arrived_ns]
-        return arrived_ns
-
     def at(self, arrived_ns: int) -> int:
         """The time to log of a message that arrived at `arrived_ns` by the clock, 0 = now."""
+        if arrived_ns > 0 and not self.jumped_ns:  # nearly always, and without a look at the clock
+            return arrived_ns
         now = self._wall()
-        known = self._fresh <= arrived_ns <= now if self.jumped_ns else arrived_ns > 0
+        known = self.jumped_ns and self._fresh <= arrived_ns <= now
         return (arrived_ns if known else now) - self.jumped_ns

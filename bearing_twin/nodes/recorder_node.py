@@ -113,7 +113,7 @@ class RecorderNode(Node):
             found = list(found)
             if not found:
                 return
-            received = self._time.all_at([info["received_timestamp"] for _, info in found])
+            received = [self._time.at(info["received_timestamp"]) for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]
             lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)

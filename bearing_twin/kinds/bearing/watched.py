@@ -40,9 +40,7 @@ RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at le
 SPARED = 0.5  # ... up to this share of what was too rough
 HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
-BEYOND = (
-    3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same, see docs/doubt.md
-)
+BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
 BEGUN = ("drive", "elapsed", "_acceleration", "_load", "_load_rate")  # what a part changes besides arrays in place
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
