@@ -49,6 +49,17 @@ def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch
     assert json.loads(capsys.readouterr().out) == RESULT
 
 
+@pytest.mark.parametrize("words", [[], ["--si"], ["--json"]])
+def test_a_doubt_is_told_in_the_units_of_the_table(words, capsys):
+    """An ellipse that is wide along the groove: a sentence with lengths, on both streams."""
+    scene = ["simulate", "two_spheres", "--set", "run.duration=1e-4"]
+    assert cli.main([*scene, *words]) == cli.DONE
+    captured = capsys.readouterr()
+    for text in (captured.err, " ".join(captured.out.split())):
+        assert ("the yield pressure 3200 MPa" in text) is not bool(words), text
+        assert ("the yield pressure 3.2e+09 Pa" in text) is bool(words), text
+
+
 def test_zeros_have_the_unit_of_their_neighbours_and_no_error_beside_them(capsys):
     result = {
         "greatest_approach_m": 0.0,

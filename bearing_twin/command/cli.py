@@ -95,30 +95,32 @@ def _main(argv) -> int:
     arguments, rest = parser.parse_known_args(argv)
     if rest:
         _refuse(rest, subparsers[arguments.command])
-    outcome = COMMANDS[arguments.command].run(arguments)
-    if outcome.result is None:
-        pass  # it was printed as it came
-    elif arguments.json:
-        sys.stdout.write(json_text(outcome.result) + "\n")
-    else:
-        _show(outcome, arguments.si)
-    sys.stdout.flush()
-    for doubt in outcome.doubts:
-        print(f"bearing_twin: doubtful: {doubt}", file=sys.stderr)
+    from bearing_twin.command.terminal import SI, told
+
+    units = SI.set(arguments.si or arguments.json)
+    try:
+        outcome = COMMANDS[arguments.command].run(arguments)
+        if outcome.result is None:
+            pass  # it was printed as it came
+        elif arguments.json:
+            sys.stdout.write(json_text(outcome.result) + "\n")
+        else:
+            _show(outcome, arguments.si)
+        sys.stdout.flush()
+        for doubt in outcome.doubts:
+            print(f"bearing_twin: doubtful: {told(doubt)}", file=sys.stderr)
+    finally:
+        SI.reset(units)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE
 
 
 def _show(outcome, si: bool) -> None:
-    from bearing_twin.command.terminal import SI, show_result
+    from bearing_twin.command.terminal import show_result
 
-    units = SI.set(si)
-    try:
-        if outcome.show and not (si and outcome.engineering):
-            outcome.show()
-        else:
-            show_result(plain_json(outcome.result))
-    finally:
-        SI.reset(units)
+    if outcome.show and not (si and outcome.engineering):
+        outcome.show()
+    else:
+        show_result(plain_json(outcome.result))
 
 
 def _parsers(only: str | None = None):

@@ -83,7 +83,7 @@ def _simulate(arguments) -> Outcome:
     scene = load_scene(arguments.scene, overrides)
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 
-    from bearing_twin.command.terminal import progress, said_if_slow, say
+    from bearing_twin.command.terminal import progress, said_if_slow, say, told
     from bearing_twin.run.cost import cost_of
     from bearing_twin.run.simulation import simulate
 
@@ -94,7 +94,7 @@ def _simulate(arguments) -> Outcome:
         with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run = simulate(scene, update)
             for warning in run.choice.warnings:
-                say(f"{scene.name}: {warning}")
+                say(f"{scene.name}: {told(warning)}")
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))
         with failure_kept(log.parent if log else Path()):

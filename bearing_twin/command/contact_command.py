@@ -245,15 +245,20 @@ def _show(result):
 
 def _show_shapes(result):
     """A pair of bodies as tables."""
-    from bearing_twin.command.terminal import show_quantities, show_rows, show_text
+    from bearing_twin.command.terminal import show_quantities, show_rows, show_text, shown_unit
 
     shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
     show_quantities({key: result[key] for key in shown})
     if result["curvature_small_per_m"] is not None and result["major_axis"] is None:
         show_text("major axis: none, for the spot is circular")
     show_text()
-    rows = ((name, "none here" if row is None else f"{row['error_m']:.3g}") for name, row in result["tracking"].items())
-    show_rows(("opposing points", "off equations (1) by [m]"), rows)
+    off = [row["error_m"] for row in result["tracking"].values() if row is not None]
+    unit, factor = shown_unit("m", max(off, default=0.0))
+    rows = (
+        (name, "none here" if row is None else f"{factor * row['error_m']:.3g}")
+        for name, row in result["tracking"].items()
+    )
+    show_rows(("opposing points", f"off equations (1) by [{unit}]"), rows)
     if result["overlap"]:
         show_text()
         show_quantities(result["overlap"])
