@@ -173,6 +173,24 @@ def test_lists_of_balls_are_cut_into_tables_and_not_into_numbers(capsys, monkeyp
         assert all(f"{value:.6g}" in words for value in values)
 
 
+def parsers_below(parser):
+    """This parser and all below it."""
+    yield parser
+    for action in parser._actions:
+        for below in dict.fromkeys(action.choices.values()) if isinstance(action.choices, dict) else ():
+            yield from parsers_below(below)
+
+
+def test_every_help_has_an_example_and_fits_eighty_columns(monkeypatch):
+    """An example of `node` that names a type of ROS may be longer: broken, it could not be copied."""
+    monkeypatch.setenv("COLUMNS", "80")
+    for parser in list(parsers_below(cli._parsers()[0]))[1:]:
+        text = parser.format_help()
+        assert re.search(r"^examples?:\n  bearing_twin ", text, flags=re.MULTILINE), text
+        long = [one for one in text.splitlines() if len(one) > 80]
+        assert all(re.search("/(msg|srv|action)/", one) for one in long), long
+
+
 def test_every_command_has_examples_and_each_of_them_parses(capsys):
     parser, _ = cli._parsers()
     for name, command in COMMANDS.items():

@@ -12,7 +12,7 @@ EXAMPLES = (
     "bearing_twin bearing --list",
     "bearing_twin bearing 6308 --load 0,-3000,0",
     "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
-    "bearing_twin bearing 6308 --load 0,-3000,0 --sweep load=100:5000:20 --plot curves.png",
+    "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
 )
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000

@@ -261,7 +261,7 @@ COMMANDS = {
         _simulate,
         (
             "bearing_twin simulate bearing_6203",
-            "bearing_twin simulate 6308 --set geometry.radial_clearance=-5e-6 --duration 0.1",
+            "bearing_twin simulate 6308 --set geometry.radial_clearance=-5e-6",
             "bearing_twin simulate bearing_6203_loose --out run.mcap --plot run.png",
         ),
     ),
