@@ -40,6 +40,14 @@ class _Parser(argparse.ArgumentParser):
     def parse_known_args(self, args=None, namespace=None):
         return super().parse_known_args(_joined(sys.argv[1:] if args is None else args), namespace)
 
+    def _check_value(self, action, value):
+        if action.choices is None or value in action.choices:
+            return
+        from bearing_twin.parameters import echo, unknown
+
+        name = "/".join(action.option_strings) or action.metavar or action.dest
+        raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
+
     def error(self, message):
         raise BearingTwinError(f"{message}; see {self.prog} --help")
 
@@ -82,6 +90,8 @@ def _told(argv) -> int:
 
 
 def _main(argv) -> int:
+    if argv[:1] == ["help"]:
+        argv = [*argv[1:2], "--help"]
     word = next((one for one in argv if not one.startswith("-")), None)
     parser, subparsers = _parsers(None if ASKED in os.environ else word)
     complete(parser, subparsers)
@@ -166,6 +176,8 @@ def _refuse(rest, subparser):
     if not rest[0].startswith("-"):
         raise BearingTwinError(f"{echo(rest[0])} is one word too many; see {subparser.prog} --help")
     options = [name for action in subparser._actions for name in action.option_strings if name.startswith("--")]
+    if rest[0] in options:
+        raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {rest[0]}")
     raise BearingTwinError(f"{echo(rest[0])} is not an option of {subparser.prog}; {unknown(rest[0], options)}")
 
 

@@ -24,7 +24,7 @@ from bearing_twin.command import (
     view_command,
     watch_command,
 )
-from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path
+from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path, quantity
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
@@ -170,7 +170,7 @@ def _samples_arguments(parser):
 def _verify_arguments(parser):
     _samples_arguments(parser)
     what = "simulated at most where a log begins late or has gaps; without it, what is long is refused"
-    parser.add_argument("--before", type=float, metavar="SECONDS", help=what)
+    parser.add_argument("--before", type=quantity("s"), metavar="SECONDS", help=what)
 
 
 def _verify(arguments) -> Outcome:
