@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 CELSIUS = 273.15  # K, of 0 °C
-ALL, BELOW_ONE = "GMkmµn", "mµn"
+ALL, BELOW_ONE, ABOVE_ONE = "GMkmµn", "mµn", "GMk"
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 
 
@@ -84,7 +84,7 @@ UNITS = {  # by the symbol that declarations use
     "N": Unit("n", "N", ALL, greatest=1e12, people=("N", 1.0)),
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
-    "B": Unit("bytes", "B", least=1.0, greatest=1e15),
+    "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),
     "N m": Unit("nm", "N m", ALL, greatest=1e12, people=("N mm", 1e3)),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),

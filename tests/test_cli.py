@@ -228,6 +228,15 @@ def test_as_a_program_standard_output_is_json_alone(capsys):
     assert "nowhere" in refused(capsys, "simulate", "nowhere")
 
 
+def test_a_terminal_without_micro_and_the_shell_of_a_notebook(tmp_path):
+    words = [*COMMAND, "simulate", "two_spheres", "--plot", tmp_path / "spheres.png"]
+    there = os.environ | {"PYTHONIOENCODING": "ascii", "MPLBACKEND": "module://no_such_inline.backend"}
+    done = subprocess.run(words, env=there, capture_output=True, text=True, check=False)
+    assert (done.returncode, "Traceback" in done.stderr) == (DONE, False), done.stderr
+    assert r"426.6 \xb1 1.9 \xb5m" in done.stdout
+    assert (tmp_path / "spheres.png").stat().st_size > 10_000
+
+
 def test_a_reader_of_json_that_goes_away_is_no_error():
     words = [*COMMAND, "scenes", "--keys", "--json"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:

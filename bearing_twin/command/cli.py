@@ -55,6 +55,8 @@ class _Parser(argparse.ArgumentParser):
 def program() -> NoReturn:
     """The executable: `main`, after which the process ends at once."""
     seldom_collecting()
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's shell names one that need not be there
+    sys.stdout.reconfigure(errors="backslashreplace")  # a terminal without µ
     try:
         code = main()
     except SystemExit as end:  # --help, or a signal

@@ -89,7 +89,7 @@ def _simulate(arguments) -> Outcome:
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:
-        say(f"{scene.name}: {large}")
+        say(f"{scene.name}: {told(large)}")
     with progress(f"simulating {scene.name}") as update:
         with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run = simulate(scene, update)
