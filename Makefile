@@ -154,7 +154,8 @@ format: $(PACKAGES)
 	@.venv/bin/ruff check --fix .
 	@.venv/bin/ruff format .
 
-demo: setup
+# Its own kernels are compiled as it runs: those of all scenes would take more than everything before.
+demo: base
 	$(call stage,demo)
 ifdef MISSING
 	@mkdir -p demo && run=demo/$$(date +%Y%m%d_%H%M%S) && \
