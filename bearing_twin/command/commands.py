@@ -89,12 +89,12 @@ def _simulate(arguments) -> Outcome:
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:
-        say(f"{scene.name}: {told(large)}")
+        say(told(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
         with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run = simulate(scene, update)
             for warning in run.choice.warnings:
-                say(f"{scene.name}: {told(warning)}")
+                say(told(f"{scene.name}: {warning}"))
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))
         with failure_kept(log.parent if log else Path()):
