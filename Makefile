@@ -145,12 +145,14 @@ lint: $(PACKAGES)
 	@.venv/bin/ruff format --check .
 	@.ci/stage $(LOGS)/ament_flake8.txt 15 "ament_flake8" .venv/bin/ament_flake8 --config setup.cfg $(LINTED)
 	@.ci/stage $(LOGS)/ament_pep257.txt 10 "ament_pep257" .venv/bin/ament_pep257 --add-ignore $(ANOTHER_STYLE) -- $(LINTED)
+	@.venv/bin/reuse lint --quiet || { .venv/bin/reuse lint --lines; exit 1; }
 
 format: $(PACKAGES)
 	@.venv/bin/ruff check --fix .
 	@.venv/bin/ruff format .
 
-demo: setup
+# Its own kernels are compiled as it runs: those of all scenes would take more than everything before.
+demo: base
 	$(call stage,demo)
 ifdef MISSING
 	@mkdir -p demo && run=demo/$$(date +%Y%m%d_%H%M%S) && \
