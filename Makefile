@@ -4,7 +4,7 @@
 # make test-environments   what needs slow or strange surroundings: empty caches, a busy processor, other Pythons
 # make docs    the documentation as pages for a browser, in build/docs; works without a network
 # make lint    style and formatting
-# make bench   how fast runs and static solves are in the user's hand, on this machine
+# make bench   what everything costs in the user's hand on this machine, as a table in docs/speed.csv; ten minutes
 # make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; 45 minutes, docs/reliability.md
 # make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder
@@ -119,13 +119,10 @@ test-environments: setup $(STAMPS)/docs
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest -m environment -v $(T)
 
 bench: setup
-	@.venv/bin/python bench/speed.py
-	@.venv/bin/python bench/static_solve.py
-	@.venv/bin/python bench/native.py
+	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/table.py --write
 	@.venv/bin/python bench/view.py
 ifndef MISSING
 	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/watch_cost.py
-	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/node_cost.py
 endif
 
 torture: setup
@@ -148,12 +145,14 @@ lint: $(PACKAGES)
 	@.venv/bin/ruff format --check .
 	@.ci/stage $(LOGS)/ament_flake8.txt 15 "ament_flake8" .venv/bin/ament_flake8 --config setup.cfg $(LINTED)
 	@.ci/stage $(LOGS)/ament_pep257.txt 10 "ament_pep257" .venv/bin/ament_pep257 --add-ignore $(ANOTHER_STYLE) -- $(LINTED)
+	@.venv/bin/reuse lint --quiet || { .venv/bin/reuse lint --lines; exit 1; }
 
 format: $(PACKAGES)
 	@.venv/bin/ruff check --fix .
 	@.venv/bin/ruff format .
 
-demo: setup
+# Its own kernels are compiled as it runs: those of all scenes would take more than everything before.
+demo: base
 	$(call stage,demo)
 ifdef MISSING
 	@mkdir -p demo && run=demo/$$(date +%Y%m%d_%H%M%S) && \

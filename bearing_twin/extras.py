@@ -9,6 +9,7 @@ EXTRAS = {  # extra of the package: what it is for
     "completion": "completions of commands by the shell",
     "dask": "studies on a cluster",
     "export": "tables and data sets for pandas, xarray and what reads CSV, Parquet and NetCDF",
+    "view": "films",
 }
 
 
@@ -22,6 +23,7 @@ def wanted(module: str, extra: str) -> ModuleType:
     try:
         return importlib.import_module(module)
     except ImportError as error:
+        package = module.partition(".")[0].replace("_", "-")
         raise BearingTwinError(
-            f"{EXTRAS[extra]} need the package {module.partition('.')[0]}; install it with: {install(extra)}"
+            f"{EXTRAS[extra]} need the package {package}; install it with: {install(extra)}"
         ) from error

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 CELSIUS = 273.15  # K, of 0 °C
-ALL, BELOW_ONE = "GMkmµn", "mµn"
+ALL, BELOW_ONE, ABOVE_ONE = "GMkmµn", "mµn", "GMk"
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 
 
@@ -84,7 +84,7 @@ UNITS = {  # by the symbol that declarations use
     "N": Unit("n", "N", ALL, greatest=1e12, people=("N", 1.0)),
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
-    "B": Unit("bytes", "B", least=1.0, greatest=1e15),
+    "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),
     "N m": Unit("nm", "N m", ALL, greatest=1e12, people=("N mm", 1e3)),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),
@@ -112,6 +112,13 @@ NEAR = 4  # places in a table: figures of one unit so near each other are read t
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].{0,9})")
 _WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "Nm": "N m", "Nmm": "N mm"}
 _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
+_SHOWN = {unit.shown: unit for unit in UNITS.values() if unit.shown}
+_NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
+_SAID = re.compile(  # a number with its unit in a sentence, also `1 ± 2 N m` and `1 to 2 rad/s`
+    rf"(?<![\w.,^/-])({_NUMBER}(?:(?: ± | to ){_NUMBER})*) "
+    rf"({'|'.join(map(re.escape, sorted(_SHOWN, key=len, reverse=True)))})(?![\w/^²³]|\.\w| (?:s|m)/|-\w)"
+)
+_OF_A_KEY = re.compile(r"\w\.\w+ = ")  # what a sentence tells to write into a scene is SI
 
 
 def named(key: str) -> tuple[str, str]:
@@ -191,6 +198,29 @@ def in_si(text: str, unit: str) -> str:
     if unit == "K" and word in ("°C", "C"):
         return f"; {text.strip()} is {number + CELSIUS:.7g}"
     return f"; {text.strip()} is {number * factors[word]:.7g}" if word in factors else ""
+
+
+def sentence_for_people(text: str) -> str:
+    """A sentence with its SI numbers in the units that people read, to as many digits; one on `a.key = 1` as it is.
+
+    What a run says of itself is in SI, as its figures are: this is what stands beside a table for people.
+    """
+    return text if _OF_A_KEY.search(text) else _SAID.sub(_said_for_people, text)
+
+
+def _said_for_people(found: re.Match) -> str:
+    numbers = re.findall(_NUMBER, found[1])
+    shown, factor = for_people(max(abs(float(one)) for one in numbers), _SHOWN[found[2]])
+    if factor == 1.0:
+        return found[0]
+    between = re.sub(_NUMBER, "{}", found[1])
+    return f"{between.format(*(_to_its_digits(one, factor) for one in numbers))} {shown}"
+
+
+def _to_its_digits(number: str, factor: float) -> str:
+    digits = len(re.sub(r"[eE].*|\D", "", number).lstrip("0"))
+    exact = math.log10(factor).is_integer()
+    return f"{float(f'{factor * float(number):.{max(digits, 1 if exact else 3)}g}'):.12g}"
 
 
 def labelled(words: str, unit: str) -> str:

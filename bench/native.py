@@ -48,16 +48,14 @@ def numbers(motion, steps):
     yield from motion.state.T.ravel()
 
 
-def main(seconds="0.05"):
-    """Prints one line: seconds of processor per simulated second of both, and their ratio."""
-    span = float(seconds)
+def compared(span):
+    """Processor seconds per simulated second over `span` [s], ours and C++, and how far apart; None: no compiler."""
     scene = load_scene("bearing_6203", ("initial.motion=rest", "solver.stepper=rk4", f"solver.step={STEP}"))
     motion = BearingMotion(scene.parameters, choose(scene))
     with tempfile.TemporaryDirectory() as folder:
         program = built(folder)
         if program is None:
-            print("native: no C++ compiler is found, so there is nothing to compare with", file=sys.stderr)
-            return
+            return None
         given = "\n".join(f"{number:.17g}" for number in numbers(motion, round(span / STEP)))
         motion.advance(np.array([span]), span)
         ours, theirs = [], []
@@ -74,7 +72,17 @@ def main(seconds="0.05"):
     apart = float(max(error / greatest for error, greatest in groups))
     if not apart < AGREE:
         raise SystemExit(f"the two disagree by {apart:.2g}: the comparison means nothing")
-    one, two = float(np.median(ours)), float(np.median(theirs))
+    return float(np.median(ours)), float(np.median(theirs)), apart
+
+
+def main(seconds="0.05"):
+    """Prints two lines: what was compared; seconds of both, and their ratio."""
+    span = float(seconds)
+    found = compared(span)
+    if found is None:
+        print("native: no C++ compiler is found, so there is nothing to compare with", file=sys.stderr)
+        return
+    one, two, apart = found
     print(f"rk4 at {1e6 * STEP:g} us, {span:g} s, 8 balls, {platform.machine()}, {date.today()}; agree to {apart:.1g}")
     print(
         f"{one:.3g} s a simulated second, C++ {two:.3g}: the product runs at {two / one:.2f} times its speed",

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from watch_cost import PATIENCE, shares
 
@@ -37,8 +38,18 @@ def least(nodes) -> list[float]:
     return [min(column) for column in zip(*(shares(nodes) for _ in range(ROUNDS)), strict=True)]
 
 
-def row(outputs: int, messages: int, folder: Path) -> str:
-    """One line of the table."""
+class Cost(NamedTuple):
+    """Per cent of a core of sim_node alone, recorded, of recorder_node; what was lost of how much."""
+
+    alone: float
+    recorded: float
+    recorder: float
+    messages_lost: str
+    outputs_lost: str
+
+
+def measured(outputs: int, messages: int, folder: Path) -> Cost:
+    """What the nodes take at so many outputs, and messages of a topic, a second."""
     rates = [f"run.output_rate={outputs}", f"run.publish_rate={messages}"]
     scene, log = folder / f"{outputs}_{messages}.yaml", folder / f"{outputs}_{messages}.mcap"
     scene.write_text(load_scene("bearing_6203", rates).text, encoding="utf-8")
@@ -50,7 +61,7 @@ def row(outputs: int, messages: int, folder: Path) -> str:
             beside, wrote = least([simulating, recorder])
     told = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
     lost = f"{told['messages_lost']} of {told['messages']}", f"{told['samples_lost']} of {told['samples_received']}"
-    return f"{outputs:8}{messages:10}{alone:10.1f}{beside:10.1f}{wrote:10.1f}{lost[0]:>18}{lost[1]:>16}"
+    return Cost(alone, beside, wrote, *lost)
 
 
 def main() -> None:
@@ -59,7 +70,8 @@ def main() -> None:
     print(f"{'1/s':>8}{'1/s':>10}{'alone':>10}{'recorded':>10}{'':10}{'messages':>18}{'outputs':>16}")
     with tempfile.TemporaryDirectory() as folder:
         for outputs, messages in RATES:
-            print(row(outputs, messages, Path(folder)), flush=True)
+            cost = measured(outputs, messages, Path(folder))
+            print("{:8}{:10}{:10.1f}{:10.1f}{:10.1f}{:>18}{:>16}".format(outputs, messages, *cost), flush=True)
 
 
 if __name__ == "__main__":

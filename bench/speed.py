@@ -78,6 +78,20 @@ STAGES = {
 }
 
 
+def times_real_time(begin, scene, yardstick):
+    """Of a stage: times real time scaled to NOMINAL and as it is, and kernel [ns], medians; and their range over it."""
+    rows, seconds = [], scene.parameters.run.duration
+    for _ in range(REPEATS):
+        before, start = kernel_time(yardstick), time.process_time()
+        for _ in begin(simulate(scene)):
+            pass
+        spent = time.process_time() - start
+        kernel = 0.5 * (before + kernel_time(yardstick))
+        rows.append((seconds / spent * kernel / NOMINAL, seconds / spent, kernel))
+    rows.sort()
+    return *rows[len(rows) // 2], (rows[-1][0] - rows[0][0]) / rows[len(rows) // 2][0]
+
+
 def main(name="bearing_6203", seconds="20"):
     """Prints one line a stage."""
     scene = load_scene(name, [f"run.duration={seconds}"])
@@ -86,17 +100,7 @@ def main(name="bearing_6203", seconds="20"):
     print(f"{name}, {seconds} s at {rate:g} Hz, {platform.processor() or platform.machine()}, {date.today()}")
     print(f"{'':20}{'x real time':>12}{'at ' + str(NOMINAL) + ' ns':>12}{'kernel ns':>12}{'spread':>9}")
     for stage, begin in STAGES.items():
-        rows = []
-        for _ in range(REPEATS):
-            before, start = kernel_time(yardstick), time.process_time()
-            for _ in begin(simulate(scene)):
-                pass
-            spent = time.process_time() - start
-            kernel = 0.5 * (before + kernel_time(yardstick))
-            rows.append((float(seconds) / spent * kernel / NOMINAL, float(seconds) / spent, kernel))
-        rows.sort()
-        scaled, raw, kernel = rows[len(rows) // 2]
-        spread = (rows[-1][0] - rows[0][0]) / scaled
+        scaled, raw, kernel, spread = times_real_time(begin, scene, yardstick)
         print(f"{stage:20}{raw:12.0f}{scaled:12.0f}{kernel:12.1f}{100 * spread:8.0f}%", flush=True)
     spent, scaled = set_up(scene, yardstick)
     print(f"set-up, with its first output: {spent:.2f} ms, {scaled:.2f} ms at {NOMINAL} ns")

@@ -73,6 +73,16 @@ def quick_pictures(monkeypatch):
     monkeypatch.setattr(Figure, "savefig", saved)
 
 
+@pytest.fixture(scope="module")
+def quick_timings():
+    """What charts time is run once: for tests of what is found, not of how long it took."""
+    from bearing_twin.charts import timing
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(timing, "MOST", 0.0)
+        yield
+
+
 @pytest.fixture
 def here(monkeypatch, capfd):
     """An executable called in this process, which saves the seconds that another one imports; as a process tells it."""

@@ -3,6 +3,7 @@
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
 """
 
+import csv
 import importlib
 import re
 import shutil
@@ -110,6 +111,28 @@ def _shares() -> str:
         for name, (worst, share) in shares_of_steps(rows_of_steppers(), DEFAULT).items()
     )
     return _table((f"`{DEFAULT}`", "greatest error over the tolerance", "share of a step that just keeps it"), rows)
+
+
+def _costs() -> str:
+    """What `make bench` found."""
+    with (ROOT / "docs" / "speed.csv").open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    lines = (
+        (
+            row["what"],
+            row["how"] if row["how"].startswith("`") or "." not in row["how"] else f"`bench/{row['how']}`",
+            f"{float(row['found']):g} {row['unit']}",
+            f"{row['better']} than {float(row['goal']):g}",
+        )
+        for row in rows
+    )
+    places = dict.fromkeys((row["machine"], row["day"]) for row in rows)
+    where = "; ".join(
+        f"{', '.join(names) if len(places) > 1 else 'all'} on an {machine}, {day}"
+        for machine, day in places
+        if (names := [row["what"] for row in rows if (row["machine"], row["day"]) == (machine, day)])
+    )
+    return _table(("what", "by", "measured", "goal"), lines) + f"\nMeasured: {where}.\n"
 
 
 def _confirmed() -> str:
@@ -229,6 +252,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "references_of_steppers": _confirmed,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
+    "costs": _costs,
     "failures": _failures,
     **{
         f"reading_{name}": partial(_reading, name)

@@ -122,7 +122,7 @@ def test_columns_stay_apart(capsys):
     words = "--load", "-,-300,-", "--displacement", "1e-6,-,-", "--misalignment", "2e-4,0"
     assert cli.main(["bearing", "bearing_6203", *words]) == cli.DONE
     lines = capsys.readouterr().out.splitlines()
-    first = lines.index("stiffness: load [N, N m] for 1 µm or 1 mrad more along") + 1
+    first = lines.index("stiffness: load [N, N mm] for 1 µm or 0.01° more along") + 1
     rows = [[float(cell) for cell in line[22:].split()] for line in lines[first : first + 5]]
     assert [len(row) for row in rows] == [5] * 5
     # light balls in the table of a heavy load: 0.087991 N beside 594 N

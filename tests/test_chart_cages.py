@@ -6,7 +6,7 @@ from bearing_twin.charts import cages
 from bearing_twin.charts.cages import AGAIN, FULLEST, MODELS, PROBLEMS, SPEEDS, CageRow, draw, judge, reading, worst
 from bearing_twin.charts.table import read_table, write_table
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 HELD, FREE_NONE = ("prescribed", "even"), ("free", "none")
 

@@ -8,7 +8,7 @@ from bearing_twin.charts import cost
 from bearing_twin.charts.cost import PARTS, SAMPLES, CostPart, draw, measure, reading
 from bearing_twin.charts.table import write_table
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 
 def made(name, **ms):

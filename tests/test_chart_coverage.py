@@ -10,7 +10,7 @@ from bearing_twin.charts.table import write_table
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.statistics import estimate
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 SEEDS = 300
 SCATTER = 0.026  # twice that of a share of 0.95 among SEEDS

@@ -7,7 +7,7 @@ from bearing_twin.charts.dimensions import AGAIN, BOTH, EARLY, LOADS, DimensionR
 from bearing_twin.charts.table import read_table, write_table
 from bearing_twin.kinds.bearing.adequacy import still_error
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 SHARES = (0.03, 0.3)
 KEYS = ("load_error", "angle_error", "early_load_error", "early_angle_error")

@@ -20,7 +20,7 @@ from bearing_twin.contact.friction import (
 )
 from bearing_twin.reference.spot import spot_friction_exact
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 SHAPES = [name for name, ratio in PROBLEMS.items() if ratio in (1.0, 0.1)]
 COARSE, FINE, FIRST, SECOND = "spot", "spot_fine", "pade1", "pade2"

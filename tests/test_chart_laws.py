@@ -6,7 +6,7 @@ from bearing_twin.charts import laws
 from bearing_twin.charts.laws import CONTESTANTS, PROBLEM, SCIPY, draw, judge, reading, worst
 from bearing_twin.charts.table import DONE, read_table, write_table
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from bearing_twin.charts.paper2 import SHEETS
 from bearing_twin.command.cli import main
 from bearing_twin.reference.struck_beam import strike
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 
 @pytest.fixture(scope="module")

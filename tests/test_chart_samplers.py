@@ -20,7 +20,7 @@ from bearing_twin.charts.samplers import (
 from bearing_twin.charts.table import DONE, read_table, write_table
 from bearing_twin.uq.sampling import SAMPLERS
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 LADDER = (32, 128, 512, 2048, 8192, 32768, 131072)
 

@@ -16,7 +16,7 @@ from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.uq.run import run_study
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 SHEETS = studies.SHEETS.rows
 FIGURES = range(1, 25)

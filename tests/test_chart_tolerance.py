@@ -8,7 +8,7 @@ from bearing_twin.charts.table import DONE, FAILED, read_table
 from bearing_twin.charts.tolerance import CASES, CONTESTS, METHOD, ToleranceRow, reading
 from bearing_twin.run.scene import load_scene
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 
 def here(*names):

@@ -159,12 +159,31 @@ def test_scenes_and_keys_are_listed(capsys):
         (["verify", "none.mcap"], "there is no log"),
         (["recover", "none.mcap", "out.mcap"], "there is no log"),
         (["report", sys.executable], "is not an MCAP file"),
+        (["--json", "scenes"], "options go behind the command: bearing_twin scenes ... --json"),
+        (["help", "simulat"], "did you mean simulate?"),
+        (["chart", "stepers"], "CHART 'stepers' is not known; did you mean steppers?"),
+        (["export", "run.mcap", "--to", "cvs", "--out", "x"], "--to 'cvs' is not known; did you mean csv?"),
+        (["node", "topic", "ecko"], "did you mean echo?"),
+        (["contact", "--bearing", "6203", "--load", "0.05kN"], "must be a number in N; 0.05kN is 50"),
+        (["contact", "--radii-1", "10mm", "--load", "5"], "must be a number in m; 10mm is 0.01"),
+        (["contact", "--bearing", "6203", "--angle", "a lot", "--load", "5"], "'a lot' must be a number in rad;"),
     ],
 )
 def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert sentence in refused(capsys, *words)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_help_is_a_word_too(capsys):
+    for words in (["help"], ["help", "simulate"]):
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 0
+        said = capsys.readouterr().out
+        with pytest.raises(SystemExit):
+            main([*words[1:], "--help"])
+        assert capsys.readouterr().out == said
 
 
 def test_no_subcommand_shows_the_help(capsys):
@@ -207,6 +226,15 @@ def test_as_a_program_standard_output_is_json_alone(capsys):
     assert done.returncode == DONE
     assert json.loads(done.stdout)["samples"] == 21
     assert "nowhere" in refused(capsys, "simulate", "nowhere")
+
+
+def test_a_terminal_without_micro_and_the_shell_of_a_notebook(tmp_path):
+    words = [*COMMAND, "simulate", "two_spheres", "--plot", tmp_path / "spheres.png"]
+    there = os.environ | {"PYTHONIOENCODING": "ascii", "MPLBACKEND": "module://no_such_inline.backend"}
+    done = subprocess.run(words, env=there, capture_output=True, text=True, check=False)
+    assert (done.returncode, "Traceback" in done.stderr) == (DONE, False), done.stderr
+    assert r"426.6 \xb1 1.9 \xb5m" in done.stdout
+    assert (tmp_path / "spheres.png").stat().st_size > 10_000
 
 
 def test_a_reader_of_json_that_goes_away_is_no_error():

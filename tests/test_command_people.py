@@ -49,6 +49,17 @@ def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch
     assert json.loads(capsys.readouterr().out) == RESULT
 
 
+@pytest.mark.parametrize("words", [[], ["--si"], ["--json"]])
+def test_a_doubt_is_told_in_the_units_of_the_table(words, capsys):
+    """An ellipse that is wide along the groove: a sentence with lengths, on both streams."""
+    scene = ["simulate", "two_spheres", "--set", "run.duration=1e-4"]
+    assert cli.main([*scene, *words]) == cli.DONE
+    captured = capsys.readouterr()
+    for text in (captured.err, " ".join(captured.out.split())):
+        assert ("the yield pressure 3200 MPa" in text) is not bool(words), text
+        assert ("the yield pressure 3.2e+09 Pa" in text) is bool(words), text
+
+
 def test_zeros_have_the_unit_of_their_neighbours_and_no_error_beside_them(capsys):
     result = {
         "greatest_approach_m": 0.0,
@@ -160,6 +171,24 @@ def test_lists_of_balls_are_cut_into_tables_and_not_into_numbers(capsys, monkeyp
     words = out.split()
     for values in columns.values():
         assert all(f"{value:.6g}" in words for value in values)
+
+
+def parsers_below(parser):
+    """This parser and all below it."""
+    yield parser
+    for action in parser._actions:
+        for below in dict.fromkeys(action.choices.values()) if isinstance(action.choices, dict) else ():
+            yield from parsers_below(below)
+
+
+def test_every_help_has_an_example_and_fits_eighty_columns(monkeypatch):
+    """An example of `node` that names a type of ROS may be longer: broken, it could not be copied."""
+    monkeypatch.setenv("COLUMNS", "80")
+    for parser in list(parsers_below(cli._parsers()[0]))[1:]:
+        text = parser.format_help()
+        assert re.search(r"^examples?:\n  bearing_twin ", text, flags=re.MULTILINE), text
+        long = [one for one in text.splitlines() if len(one) > 80]
+        assert all(re.search("/(msg|srv|action)/", one) for one in long), long
 
 
 def test_every_command_has_examples_and_each_of_them_parses(capsys):

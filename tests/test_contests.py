@@ -29,7 +29,7 @@ from bearing_twin.command.chart_table import CHARTS
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 WANTED = Wanted((), lambda share: None, 0, 0.0, Kept(None))
 

@@ -42,6 +42,20 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     assert all(len(line) <= 80 for line in result.stdout.splitlines() if line.startswith(("│", "┃")))
 
 
+@pytest.mark.parametrize(
+    ("force", "shown"), [(-1.0, "-1.000"), (-594.7, "-594.70"), (-12345.67, "-12346"), (3e8, "+3.0e+08")]
+)
+def test_the_live_table_fits_80_columns_and_cuts_no_number(force, shown):
+    watch = Watch(8)
+    watch.force[:], watch.torque[:], watch.count[:] = force, -1.234e-5, 123456
+    console = Console(width=80, file=io.StringIO())
+    console.print(demo.ball_table(watch))
+    text = console.file.getvalue()
+    assert max(map(len, text.splitlines())) <= 80
+    assert "…" not in text
+    assert all(word in text for word in (shown, "-0.0123", "[N mm]"))
+
+
 @pytest.mark.parametrize(("load", "outputs"), [(0.5, 51), (12345.67, 20001)])
 def test_the_table_at_the_end_fits_80_columns(load, outputs):
     watch = Watch(8)

@@ -157,7 +157,7 @@ def test_balls_too_far_apart_or_too_near_are_told(off):
     block.values["orbit_angle"][:] = 0.0, np.pi + off
     figures = BearingFigures(scene.parameters, a_choice())
     figures.add(block)
-    assert any("their spacing leaves even by 11 degrees" in flag for flag in figures.flags())
+    assert any("their spacing leaves even by 0.2 rad" in flag for flag in figures.flags())
 
 
 def test_the_second_half_begins_after_the_middle():

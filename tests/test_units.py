@@ -8,7 +8,17 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.parameters import describe
 from bearing_twin.pictures.style import scaled
 from bearing_twin.run.scene import load_scene, scene_names
-from bearing_twin.units import PREFIXES, UNITS, inverse, labelled, named, prefixed, suffix_of, with_unit
+from bearing_twin.units import (
+    PREFIXES,
+    UNITS,
+    inverse,
+    labelled,
+    named,
+    prefixed,
+    sentence_for_people,
+    suffix_of,
+    with_unit,
+)
 from bearing_twin.uq.study import Settings
 
 
@@ -83,3 +93,34 @@ def test_labels_and_densities():
     assert (labelled("load", "N"), labelled("ratio", "1"), labelled("ratio", "")) == ("load [N]", "ratio", "ratio")
     assert (with_unit("N m"), with_unit("1")) == (" N m", "")
     assert (inverse("µs"), inverse("N s"), inverse("1")) == ("1/µs", "1/(N s)", "")
+
+
+@pytest.mark.parametrize(
+    ("si", "people"),
+    [
+        ("friction torque 1.5e-05 ± 0.0012 N m, mostly", "friction torque 0.015 ± 1.2 N mm, mostly"),
+        ("a spot reaches 0.00105 m along its groove", "a spot reaches 1.05 mm along its groove"),
+        ("peak pressure 4.89e+09 Pa is beyond 1.6e+09 Pa: the", "peak pressure 4890 MPa is beyond 1600 MPa: the"),
+        ("told to go from 100 to 250.5 rad/s", "told to go from 955 to 2392 rpm"),
+        ("even by 0.297 rad", "even by 17 °"),
+        ("ball 7, 0 s to 0.002 s", "ball 7, 0 s to 2 ms"),
+        ("sunk by -0.0003 m.", "sunk by -300 µm."),
+        ("2e8 N/m against 3 N", "200 N/µm against 3 N"),
+    ],
+)
+def test_sentences_beside_tables_have_the_units_of_these(si, people):
+    assert sentence_for_people(si) == people
+    assert sentence_for_people(people) == people
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "solver.step = 0.001 s is long; use 1e-05 s or less",  # what one writes into a scene
+        "100 m/s, 1 m/s^2, 5 N m/rad, 3 N m s, 2 m^2, 4 kg",
+        "/data/my run 5 s.mcap and 5 m/run.mcap",
+        "rodas4 at a tolerance of 0.001, 45 modes, mu N R, 16.4 crossings",
+    ],
+)
+def test_what_is_no_si_number_of_people_stays_in_a_sentence(text):
+    assert sentence_for_people(text) == text

@@ -324,7 +324,7 @@ def test_view_shortens_a_long_scene_and_says_so(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("bearing_twin.command.view_command.LONGEST", 0.25)
     monkeypatch.chdir(tmp_path)
     assert main(["view", "ellipsoid_on_plane"]) == DONE
-    assert "0.25 s of its 4.5 s" in capsys.readouterr().err
+    assert "250 ms of its 4.5 s" in capsys.readouterr().err
     assert (tmp_path / "ellipsoid_on_plane.html").is_file()
 
 
@@ -350,7 +350,11 @@ def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, capsys, monkeypat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_film_without_its_library_says_what_to_install(tmp_path, monkeypatch):
+def test_a_film_without_its_library_says_what_to_install_before_a_run(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
+    monkeypatch.chdir(tmp_path)
+    assert main(["view", "two_spheres", "--gif", "film.gif"]) == BAD_INPUT
+    assert "films need the package playwright; install it with: pip install '.[view]'" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
     with pytest.raises(BearingTwinError, match=r"pip install '\.\[view\]'"), film.browser_page():
         pass

@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 LADDERS = {"rodas4": (1e-1, 1e-5), "rk4": (4e-6, 5e-7)}
 

@@ -12,7 +12,7 @@ EXAMPLES = (
     "bearing_twin bearing --list",
     "bearing_twin bearing 6308 --load 0,-3000,0",
     "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
-    "bearing_twin bearing 6308 --load 0,-3000,0 --sweep load=100:5000:20 --plot curves.png",
+    "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
 )
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
@@ -210,19 +210,20 @@ def _sweep(text: str) -> tuple[str, list[float]]:
 def _swept(arguments, given, angle, key, values) -> dict:
     """Curves over a sweep, with how its axis is shown."""
     from bearing_twin.kinds.bearing.quasi_static.sweep import curves_of
+    from bearing_twin.units import with_unit
 
     scene = _bearing_scene(arguments)
     if key == "load":
         size = math.dist(_support(given, scene.parameters).loads[:3], (0.0,) * 3)
         if size == 0.0:
             raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
-        path, axis = key, {"label": "load [N]", "scale": 1.0}
+        path, unit, axis = key, "N", {"label": "load [N]", "scale": 1.0}
 
         def solved(value):
             return _solved(arguments, given, angle, factor=value / size)
     else:
         path = SHORT_KEYS.get(key, key)
-        axis = _axis_of(scene, path, values)
+        unit, axis = _axis_of(scene, path, values)
 
         def solved(value):
             return _solved(arguments, given, angle, overrides=(f"{path}={value!r}",))
@@ -230,20 +231,21 @@ def _swept(arguments, given, angle, key, values) -> dict:
     curves = curves_of(values, solved)
     first = next(k for k, one in enumerate(curves["stiffness"]) if one is not None)
     head = {name: solved(values[first])[name] for name in ("scene", "law", "arm", "control")}
-    flags = [f"{one['value']:g}: {one['reason']}" for one in curves["refused"][:1]]
+    flags = [f"{path} {one['value']:g}{with_unit(unit)}: {one['reason']}" for one in curves["refused"][:1]]
     return head | {"sweep": path, "values": values, "axis": axis} | curves | {"flags": flags}
 
 
-def _axis_of(scene, path: str, values) -> dict:
-    """How the axis of a sweep over a scene's key is shown: words with unit, and the factor into that unit."""
+def _axis_of(scene, path: str, values) -> tuple[str, dict]:
+    """The unit of a scene's key, and how the axis of a sweep over it is shown: words with unit, factor into that."""
     from bearing_twin.kinds import KINDS
     from bearing_twin.parameters import describe, echo, unknown
-    from bearing_twin.units import labelled, prefixed
+    from bearing_twin.units import UNITS, for_people, labelled
 
     rows = {row.key: row for row in describe(KINDS[scene.kind].parameters) if row.type == "number"}
     if path not in rows:
         raise SceneError(
             f"--sweep {echo(path)} is no number of a {scene.kind}; {unknown(path, ['load', *SHORT_KEYS, *rows])}"
         )
-    scale, unit = prefixed(max(map(abs, values)), rows[path].unit)
-    return {"label": labelled(path, unit), "scale": scale}
+    unit = rows[path].unit
+    shown, scale = for_people(max(map(abs, values)), UNITS[unit or "1"])
+    return unit, {"label": labelled(path, shown), "scale": scale}

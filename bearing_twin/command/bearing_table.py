@@ -5,8 +5,11 @@ import textwrap
 
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.terminal import show_text
+from bearing_twin.units import UNITS
 
 NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
+STEP = math.radians(0.01)  # of a tilt: its stiffness is told for so much more
+_DEGREE, _MOMENT, _PRESSURE = (UNITS[symbol].people[1] for symbol in ("rad", "N m", "Pa"))
 PARTS = {"initial": "as made", "shaft_fit": "fit on shaft", "housing_fit": "fit in housing", "temperature": "warmth"}
 
 
@@ -18,18 +21,21 @@ def show_equilibrium(result: dict) -> None:
         show_text(catalogue_table.summary(result["catalogue"]))
     show_text()
     show_text(f"{'inner ring':<22}" + "".join(f"{name:>11}" for name in ("x", "y", "z", "about x", "about y")))
-    _row("displacement", "µm, mrad", [1e6 * one for one in result["ring_displacement_m"]], result["misalignment_rad"])
-    _row("load", "N, N m", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -1.0)
-    show_text("stiffness: load [N, N m] for 1 µm or 1 mrad more along")
-    for name, row in zip(("x", "y", "z", "about x", "about y"), result["stiffness"], strict=True):
-        scales = (1e-6, 1e-6, 1e-6, 1e-3, 1e-3)
-        show_text(f"  {name:<20}" + "".join(f"{_short(one * by):>11}" for one, by in zip(row, scales, strict=True)))
+    moved = [1e6 * one for one in result["ring_displacement_m"]]
+    _row("displacement", "µm, °", moved, result["misalignment_rad"], _DEGREE)
+    _row("load", "N, N mm", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -_MOMENT)
+    show_text("stiffness: load [N, N mm] for 1 µm or 0.01° more along")
+    rises = (1.0, 1.0, 1.0, _MOMENT, _MOMENT)
+    for name, row, rise in zip(("x", "y", "z", "about x", "about y"), result["stiffness"], rises, strict=True):
+        steps = (1e-6, 1e-6, 1e-6, STEP, STEP)
+        cells = (rise * one * step for one, step in zip(row, steps, strict=True))
+        show_text(f"  {name:<20}" + "".join(f"{_short(one):>11}" for one in cells))
     _balls(result)
     _lives(result)
 
 
-def _row(name, units, lengths, turns, sign=1e3):
-    cells = [*lengths, *(0.0 + sign * one for one in turns)]
+def _row(name, units, lengths, turns, scale):
+    cells = [*lengths, *(0.0 + scale * one for one in turns)]
     show_text(f"{name:<13}{units:<9}" + "".join(f"{_short(one):>11}" for one in cells))
 
 
@@ -43,17 +49,17 @@ def _short(value, room=10):
 
 def _balls(result):
     show_text()
-    show_text(f"{'ball':>4}{'azimuth':>9}{'load [N]':>18}{'angle [°]':>15}{'pressure [GPa]':>16}{'inner a x b':>17}")
+    show_text(f"{'ball':>4}{'azimuth':>9}{'load [N]':>18}{'angle [°]':>15}{'pressure [MPa]':>16}{'inner a x b':>17}")
     show_text(f"{'':>4}{'[°]':>9}{'inner':>9}{'outer':>9}{'inner':>8}{'outer':>7}{'inner':>8}{'outer':>8}{'[mm]':>17}")
     for k, azimuth in enumerate(result["ball_azimuth_rad"]):
         load = [result[f"normal_load_{race}_n"][k] for race in ("inner", "outer")]
         angle = [math.degrees(result[f"contact_angle_{race}_rad"][k]) for race in ("inner", "outer")]
-        pressure = [1e-9 * result[f"peak_pressure_{race}_pa"][k] for race in ("inner", "outer")]
+        pressure = [_PRESSURE * result[f"peak_pressure_{race}_pa"][k] for race in ("inner", "outer")]
         size = [1e3 * result[f"semi_{axis}_inner_m"][k] for axis in ("major", "minor")]
         degrees = 180.0 - (180.0 - math.degrees(azimuth)) % 360.0
         show_text(
             f"{k:>4}{degrees:>9.2f}{_short(load[0], 8):>9}{_short(load[1], 8):>9}{angle[0]:>8.3f}{angle[1]:>7.3f}"
-            f"{pressure[0]:>8.4f}{pressure[1]:>8.4f}{size[0]:>9.4f}{size[1]:>8.4f}"
+            f"{pressure[0]:>8.1f}{pressure[1]:>8.1f}{size[0]:>9.4f}{size[1]:>8.4f}"
         )
 
 

@@ -6,7 +6,7 @@ import importlib
 from pathlib import Path
 
 from bearing_twin.command.chart_table import ALL, CHARTS, made_by
-from bearing_twin.command.outcome import Outcome
+from bearing_twin.command.outcome import Outcome, quantity
 from bearing_twin.errors import BearingTwinError
 
 HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--read", action="store_true", default=None, help=text)
     parser.add_argument("--cell", metavar="CELL", help="of stability: one cell of a map, as its table names it")
     which = "CPU seconds after which a contestant is stopped"
-    parser.add_argument("--limit", type=float, metavar="SECONDS", help=f"of contests: {which}; 20 unless given")
+    parser.add_argument("--limit", type=quantity("s"), metavar="SECONDS", help=f"of contests: {which}; 20 unless given")
     parser.add_argument("--workers", type=int, metavar="NUMBER", help="of contests: processes side by side; 2 at most")
 
 

@@ -34,6 +34,14 @@ class _Parser(argparse.ArgumentParser):
     def parse_known_args(self, args=None, namespace=None):
         return super().parse_known_args(_joined(sys.argv[1:] if args is None else args), namespace)
 
+    def _check_value(self, action, value):
+        if action.choices is None or value in action.choices:
+            return
+        from bearing_twin.parameters import echo, unknown
+
+        name = "/".join(action.option_strings) or action.metavar or action.dest
+        raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
+
     def error(self, message):
         raise BearingTwinError(f"{message}; see {self.prog} --help")
 
@@ -41,6 +49,8 @@ class _Parser(argparse.ArgumentParser):
 def program() -> NoReturn:
     """The executable: `main`, after which the process ends at once."""
     seldom_collecting()
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's shell names one that need not be there
+    sys.stdout.reconfigure(errors="backslashreplace")  # a terminal without µ
     try:
         code = main()
     except SystemExit as end:  # --help, or a signal
@@ -80,6 +90,8 @@ def _main(argv) -> int:
     from bearing_twin.command.commands import COMMANDS
     from bearing_twin.command.completion_command import ASKED, complete
 
+    if argv[:1] == ["help"]:
+        argv = [*argv[1:2], "--help"]
     word = next((one for one in argv if not one.startswith("-")), None)
     parser, subparsers = _parsers(None if ASKED in os.environ else word)
     complete(parser, subparsers)
@@ -93,33 +105,35 @@ def _main(argv) -> int:
     arguments, rest = parser.parse_known_args(argv)
     if rest:
         _refuse(rest, subparsers[arguments.command])
-    outcome = COMMANDS[arguments.command].run(arguments)
-    if outcome.result is None:
-        pass  # it was printed as it came
-    elif arguments.json:
-        from bearing_twin.report import json_text
+    from bearing_twin.command.terminal import SI, told
 
-        sys.stdout.write(json_text(outcome.result) + "\n")
-    else:
-        _show(outcome, arguments.si)
-    sys.stdout.flush()
-    for doubt in outcome.doubts:
-        print(f"bearing_twin: doubtful: {doubt}", file=sys.stderr)
+    units = SI.set(arguments.si or arguments.json)
+    try:
+        outcome = COMMANDS[arguments.command].run(arguments)
+        if outcome.result is None:
+            pass  # it was printed as it came
+        elif arguments.json:
+            from bearing_twin.report import json_text
+
+            sys.stdout.write(json_text(outcome.result) + "\n")
+        else:
+            _show(outcome, arguments.si)
+        sys.stdout.flush()
+        for doubt in outcome.doubts:
+            print(f"bearing_twin: doubtful: {told(doubt)}", file=sys.stderr)
+    finally:
+        SI.reset(units)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE
 
 
 def _show(outcome, si: bool) -> None:
-    from bearing_twin.command.terminal import SI, show_result
+    from bearing_twin.command.terminal import show_result
     from bearing_twin.report import plain_json
 
-    units = SI.set(si)
-    try:
-        if outcome.show and not (si and outcome.engineering):
-            outcome.show()
-        else:
-            show_result(plain_json(outcome.result))
-    finally:
-        SI.reset(units)
+    if outcome.show and not (si and outcome.engineering):
+        outcome.show()
+    else:
+        show_result(plain_json(outcome.result))
 
 
 def _parsers(only: str | None = None):
@@ -167,4 +181,6 @@ def _refuse(rest, subparser):
     if not rest[0].startswith("-"):
         raise BearingTwinError(f"{echo(rest[0])} is one word too many; see {subparser.prog} --help")
     options = [name for action in subparser._actions for name in action.option_strings if name.startswith("--")]
+    if rest[0] in options:
+        raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {rest[0]}")
     raise BearingTwinError(f"{echo(rest[0])} is not an option of {subparser.prog}; {unknown(rest[0], options)}")

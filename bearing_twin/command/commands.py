@@ -24,7 +24,7 @@ from bearing_twin.command import (
     view_command,
     watch_command,
 )
-from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path
+from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path, quantity
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
@@ -83,18 +83,18 @@ def _simulate(arguments) -> Outcome:
     scene = load_scene(arguments.scene, overrides)
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 
-    from bearing_twin.command.terminal import progress, said_if_slow, say
+    from bearing_twin.command.terminal import progress, said_if_slow, say, told
     from bearing_twin.run.cost import cost_of
     from bearing_twin.run.simulation import simulate
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:
-        say(f"{scene.name}: {large}")
+        say(told(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
         with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run = simulate(scene, update)
             for warning in run.choice.warnings:
-                say(f"{scene.name}: {warning}")
+                say(told(f"{scene.name}: {warning}"))
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))
         with failure_kept(log.parent if log else Path()):
@@ -170,7 +170,7 @@ def _samples_arguments(parser):
 def _verify_arguments(parser):
     _samples_arguments(parser)
     what = "simulated at most where a log begins late or has gaps; without it, what is long is refused"
-    parser.add_argument("--before", type=float, metavar="SECONDS", help=what)
+    parser.add_argument("--before", type=quantity("s"), metavar="SECONDS", help=what)
 
 
 def _verify(arguments) -> Outcome:
@@ -261,7 +261,7 @@ COMMANDS = {
         _simulate,
         (
             "bearing_twin simulate bearing_6203",
-            "bearing_twin simulate 6308 --set geometry.radial_clearance=-5e-6 --duration 0.1",
+            "bearing_twin simulate 6308 --set geometry.radial_clearance=-5e-6",
             "bearing_twin simulate bearing_6203_loose --out run.mcap --plot run.png",
         ),
     ),

@@ -3,7 +3,7 @@
 import argparse
 import math
 
-from bearing_twin.command.outcome import Outcome, picture_path
+from bearing_twin.command.outcome import Outcome, picture_path, quantity
 from bearing_twin.errors import SceneError
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
@@ -25,12 +25,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bodies = parser.add_argument_group("bodies, in one of four ways")
     bodies.add_argument("--bearing", metavar="NAME", help="a bearing scene or its designation, such as 6203")
     bodies.add_argument("--race", choices=("inner", "outer"), help="the raceway of --bearing (default inner)")
-    bodies.add_argument("--radii-1", nargs="+", type=float, metavar="R", help="radii of body 1 [m] along x and y")
-    bodies.add_argument("--radii-2", nargs="+", type=float, metavar="R", help="of body 2; inf = flat (default)")
+    bodies.add_argument(
+        "--radii-1", nargs="+", type=quantity("m"), metavar="R", help="radii of body 1 [m] along x and y"
+    )
+    bodies.add_argument("--radii-2", nargs="+", type=quantity("m"), metavar="R", help="of body 2; inf = flat (default)")
     bodies.add_argument("--hollow", choices=("x", "y", "both"), help="directions in which body 2 is hollow")
-    bodies.add_argument("--angle", type=float, metavar="RAD", help="turn of body 2's directions about the normal")
-    bodies.add_argument("--curvature-small", type=float, metavar="P", help="gap z = P x^2 + Q y^2 [1/m]")
-    bodies.add_argument("--curvature-large", type=float, metavar="Q", help="Q >= P > 0 [1/m]")
+    bodies.add_argument(
+        "--angle", type=quantity("rad"), metavar="RAD", help="turn of body 2's directions about the normal"
+    )
+    bodies.add_argument("--curvature-small", type=quantity("1/m"), metavar="P", help="gap z = P x^2 + Q y^2 [1/m]")
+    bodies.add_argument("--curvature-large", type=quantity("1/m"), metavar="Q", help="Q >= P > 0 [1/m]")
     bodies.add_argument(
         "--shapes",
         metavar="FILE",
@@ -40,29 +44,39 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "materials: one value for both bodies, or two (default: the scene's, or steel)"
     )
     material.add_argument("--material", nargs="+", metavar="NAME", help="named materials")
-    material.add_argument("--young", nargs="+", type=float, metavar="E", help="Young's modulus [Pa]")
-    material.add_argument("--poisson", nargs="+", type=float, metavar="NU", help="Poisson's ratio")
-    material.add_argument("--yield-strength", type=float, metavar="Y", help="yield strength of the weaker body [Pa]")
+    material.add_argument("--young", nargs="+", type=quantity("Pa"), metavar="E", help="Young's modulus [Pa]")
+    material.add_argument("--poisson", nargs="+", type=quantity("1"), metavar="NU", help="Poisson's ratio")
+    material.add_argument(
+        "--yield-strength", type=quantity("Pa"), metavar="Y", help="yield strength of the weaker body [Pa]"
+    )
     given = parser.add_argument_group("exactly one of")
-    given.add_argument("--load", type=float, metavar="F", help="normal load [N]")
-    given.add_argument("--approach", type=float, metavar="H", help="mutual approach [m]")
-    given.add_argument("--peak-pressure", type=float, metavar="P0", help="pressure at the centre [Pa]")
-    given.add_argument("--semi-major", type=float, metavar="A", help="longer semi-axis of the ellipse [m]")
-    given.add_argument("--semi-minor", type=float, metavar="B", help="shorter semi-axis [m]")
-    given.add_argument("--speed", type=float, metavar="V", help="speed of an elastic impact [m/s], with --mass")
-    given.add_argument("--mass", type=float, metavar="M", help="m1 m2/(m1 + m2) of the impact [kg]")
+    given.add_argument("--load", type=quantity("N"), metavar="F", help="normal load [N]")
+    given.add_argument("--approach", type=quantity("m"), metavar="H", help="mutual approach [m]")
+    given.add_argument("--peak-pressure", type=quantity("Pa"), metavar="P0", help="pressure at the centre [Pa]")
+    given.add_argument("--semi-major", type=quantity("m"), metavar="A", help="longer semi-axis of the ellipse [m]")
+    given.add_argument("--semi-minor", type=quantity("m"), metavar="B", help="shorter semi-axis [m]")
     given.add_argument(
-        "--restitution", type=float, metavar="E", help="with --speed: the damping that gives it, by several formulas"
+        "--speed", type=quantity("m/s"), metavar="V", help="speed of an elastic impact [m/s], with --mass"
+    )
+    given.add_argument("--mass", type=quantity("kg"), metavar="M", help="m1 m2/(m1 + m2) of the impact [kg]")
+    given.add_argument(
+        "--restitution",
+        type=quantity("1"),
+        metavar="E",
+        help="with --speed: the damping that gives it, by several formulas",
     )
     parser.add_argument(
         "--frozen-at",
-        type=float,
+        type=quantity("1"),
         default=1.0,
         metavar="RATIO",
         help="b/a at which the law constant is exact (1)",
     )
     parser.add_argument(
-        "--stiffness", type=float, metavar="K", help="of the law linear [N/m] (default: the slope of exact Hertz here)"
+        "--stiffness",
+        type=quantity("N/m"),
+        metavar="K",
+        help="of the law linear [N/m] (default: the slope of exact Hertz here)",
     )
     parser.add_argument("--plot", metavar="PNG", help="draw ellipse, pressure, stress below and the laws' errors")
 
@@ -245,15 +259,20 @@ def _show(result):
 
 def _show_shapes(result):
     """A pair of bodies as tables."""
-    from bearing_twin.command.terminal import show_quantities, show_rows, show_text
+    from bearing_twin.command.terminal import show_quantities, show_rows, show_text, shown_unit
 
     shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
     show_quantities({key: result[key] for key in shown})
     if result["curvature_small_per_m"] is not None and result["major_axis"] is None:
         show_text("major axis: none, for the spot is circular")
     show_text()
-    rows = ((name, "none here" if row is None else f"{row['error_m']:.3g}") for name, row in result["tracking"].items())
-    show_rows(("opposing points", "off equations (1) by [m]"), rows)
+    off = [row["error_m"] for row in result["tracking"].values() if row is not None]
+    unit, factor = shown_unit("m", max(off, default=0.0))
+    rows = (
+        (name, "none here" if row is None else f"{factor * row['error_m']:.3g}")
+        for name, row in result["tracking"].items()
+    )
+    show_rows(("opposing points", f"off equations (1) by [{unit}]"), rows)
     if result["overlap"]:
         show_text()
         show_quantities(result["overlap"])

@@ -4,6 +4,7 @@ It is for those who have ROS 2 from PyPI, where there is no `ros2`.
 """
 
 import argparse
+import textwrap
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -34,14 +35,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for words, verb in [(one.words, one) for one in VERBS] + [(words, _verb(full)) for words, full in SHORT.items()]:
         for length in range(1, len(words)):
             if words[:length] not in groups:
-                group = groups[words[: length - 1]].add_parser(words[length - 1], help=GROUPS[words[length - 1]])
+                said = [f"  {_line(one.words)}" for one in VERBS if one.words[:length] == words[:length]]
+                group = groups[words[: length - 1]].add_parser(
+                    words[length - 1],
+                    help=GROUPS[words[length - 1]],
+                    epilog="\n".join(["examples:", *said]),
+                    formatter_class=argparse.RawDescriptionHelpFormatter,
+                )
                 groups[words[:length]] = group.add_subparsers(dest="what", metavar="VERB", required=True)
         short = "" if words == verb.words else f" (short for {' '.join(verb.words)})"
         leaf = groups[words[:-1]].add_parser(
             words[-1],
             help=verb.help + short,
-            description=verb.help,
-            epilog=f"example:\n  bearing_twin node {' '.join(words)} {verb.example}".rstrip(),
+            description=textwrap.fill(verb.help, 78),
+            epilog=f"example:\n  {_line(words)}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
@@ -207,7 +214,9 @@ def _verb(words: tuple[str, ...]) -> Verb:
     return next(one for one in VERBS if one.words == words)
 
 
-EXAMPLES = tuple(
-    f"bearing_twin node {' '.join(words)} {_verb(words).example}".rstrip()
-    for words in (("start",), ("topic", "echo"), ("param", "set"), ("study",))
-)
+def _line(words: tuple[str, ...]) -> str:
+    """An example of the verb that these words call."""
+    return f"bearing_twin node {' '.join(words)} {_verb(SHORT.get(words, words)).example}".rstrip()
+
+
+EXAMPLES = tuple(_line(words) for words in (("start",), ("topic", "echo"), ("param", "set"), ("study",)))

@@ -1,5 +1,6 @@
 """What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
 
+import argparse
 import contextlib
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -30,6 +31,20 @@ def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
         show_rows(header, ([row[name] for name in header] for row in rows))
 
     return Outcome({what: rows}, [], show)
+
+
+def quantity(unit: str) -> Callable[[str], float]:
+    """The type of an option whose value is a number in `unit`; a text such as `5kN` is told what to write."""
+
+    def read(text: str) -> float:
+        try:
+            return float(text)
+        except ValueError:
+            from bearing_twin.parameters import echo, read_number
+
+            raise argparse.ArgumentTypeError(f"{echo(text)} {read_number(text, unit)[1]}") from None
+
+    return read
 
 
 def new_log(text) -> Path:

@@ -13,7 +13,7 @@ HELP = "what is uncertain about a scene: distributions in, quantiles with interv
 EXAMPLES = (
     "bearing_twin study --list",
     "bearing_twin study spheres_alpha_4e-5 --plot study.png",
-    "bearing_twin study bearing_6203_tolerances --samples 200 --set run.duration=0.05 --out study.mcap",
+    "bearing_twin study bearing_6203_tolerances --samples 200 --out study.mcap",
 )
 OPEN = "?"  # in an interval: no end on this side
 OPEN_MEANS = f"{OPEN}: the samples are too few to bound the interval on this side; take more"

@@ -17,6 +17,7 @@ from bearing_twin.units import (
     known_digits,
     named,
     readable,
+    sentence_for_people,
     sizes_for_units,
     two_digits,
     unit_suffix,
@@ -48,7 +49,7 @@ def show_result(result: Mapping) -> None:
         elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
             events[key] = value
         elif isinstance(value, (list, tuple)):
-            single.append((named(key)[0], "\n".join(map(str, value)) or "none"))
+            single.append((named(key)[0], "\n".join(told(str(one)) for one in value) or "none"))
         else:
             single.append(_named_value(key, value, errors.get(key), sizes[key]))
     show_text("\n".join(named_values(single, width)))
@@ -79,11 +80,8 @@ def _show_events(title: str, rows: list[dict]) -> None:
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
     """Print a plain table on standard output."""
-    show_text(
-        "\n".join(
-            table(list(header), [["" if cell is None else cell for cell in row] for row in rows], width_of_terminal())
-        )
-    )
+    cells = [["" if cell is None else cell for cell in row] for row in rows]
+    show_text("\n".join(table(list(header), cells, width_of_terminal())))
 
 
 def show_quantities(result: Mapping) -> None:
@@ -135,7 +133,12 @@ def _named_value(key: str, value, error, size: float) -> tuple[str, str]:
 
 def show_paragraph(text: str) -> None:
     """Print a sentence or more of a result on standard output, wrapped between words."""
-    show_text("\n".join(wrapped(text, width_of_terminal())))
+    show_text("\n".join(wrapped(told(text), width_of_terminal())))
+
+
+def told(sentence: str) -> str:
+    """A sentence, as of a doubt, in the units of the tables beside it."""
+    return sentence if SI.get() else sentence_for_people(sentence)
 
 
 def shown_unit(unit: str, size: float) -> tuple[str, float]:
@@ -258,7 +261,7 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     errors = {key.removesuffix(ERROR): _unbounded(value) for key, value in result.items() if key.endswith(ERROR)}
     errors = {key: value for key, value in errors.items() if key in result}
     hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
-    told = {
+    wanted = {
         f"{output} off by": f"{two_digits(_unbounded(one['error']))} {one['norm']}, wanted {one['tolerance']:g}"
         + (f"; {one['where']}" if one["where"] else "")
         for output, one in result.get("wanted_errors", {}).items()
@@ -267,7 +270,7 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
     hidden |= {"wanted_errors", "errors_unknown"} | ({"predicted"} if result.get("predicted") is None else set())
     rest = {key: value for key, value in result.items() if key not in hidden}
-    return rest | told | ({"errors not in these": notes} if notes else {}), errors
+    return rest | wanted | ({"errors not in these": notes} if notes else {}), errors
 
 
 def _unbounded(error):
@@ -292,8 +295,6 @@ def _text(value, factor: float = 1.0, error: float | None = None) -> str:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, int) and factor == 1.0:
-        return str(value)
-    if not isinstance(value, (int, float)):
-        return str(value)
+    if not isinstance(value, (int, float)) or (isinstance(value, int) and factor == 1.0):
+        return told(str(value))
     return known_digits(factor * value, None if error is None else factor * error)

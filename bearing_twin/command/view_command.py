@@ -6,6 +6,7 @@ from typing import Any
 
 from bearing_twin.command.outcome import Outcome, failure_kept
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.extras import wanted
 
 HELP = "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found"
 EXAMPLES = ("bearing_twin view run.mcap", "bearing_twin view bearing_6203_loose --duration 0.5 --out loose.html")
@@ -37,6 +38,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
         for text, suffix in ((arguments.gif, ".gif"), (arguments.mp4, ".mp4"))
         if text is not None
     ]
+    if films:
+        wanted("playwright.sync_api", "view")  # said before a scene is run
     sort = _sort(arguments)
     if sort == "log" and (arguments.set or arguments.duration):
         raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
@@ -117,15 +120,15 @@ def _of_scene(arguments) -> dict[str, Any]:
         overrides.append(f"run.duration={arguments.duration}")
     scene = load_scene(arguments.what, overrides)
     own = scene.parameters.run.duration
-    from bearing_twin.command.terminal import progress, said_if_slow, say
+    from bearing_twin.command.terminal import progress, said_if_slow, say, told
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
     if arguments.duration is None and own > LONGEST:
-        say(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more")
+        say(told(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more"))
         scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
     else:
-        say(f"{scene.name} is run for {own:g} s")
+        say(told(f"{scene.name} is run for {own:g} s"))
     with progress(f"simulating {scene.name}") as update, failure_kept(Path()):
         with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
             run_ = simulate(scene, update)

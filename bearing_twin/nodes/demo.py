@@ -247,8 +247,8 @@ def result_table(title: str, live: Watch, lost: int) -> Table:
     """What was received of each ball, and how many samples were `lost`, for a terminal of 80 columns."""
     table = Table(title=title, padding=0)
     for heading in (
-        "ball", "greatest load\n[N]\ninner  outer", "contact angle\n[deg]\ninner  outer", "ellipse\ninner\na x b [um]",
-        "ellipse\nouter\na x b [um]", "\nwren-\nches", "\nrate\n[Hz]", "sam-\nples\nlost",
+        "ball", "greatest load\n[N]\ninner  outer", "contact angle\n[°]\ninner  outer", "ellipse\ninner\na x b [µm]",
+        "ellipse\nouter\na x b [µm]", "\nwren-\nches", "\nrate\n[Hz]", "sam-\nples\nlost",
     ):  # fmt: skip
         table.add_column(escape(heading), justify="right", no_wrap=True)
     for row in live.rows():

@@ -18,6 +18,7 @@ from bearing_twin.nodes.recording import DEPTH, Sequences, sample_range
 from bearing_twin.run.scene import Scene
 
 RATE_WINDOW = 100  # messages
+ROOM = 7  # columns of a number in the live table
 
 
 class Watch:
@@ -114,24 +115,20 @@ class Watcher(Node):
 
 def ball_table(watch: Watch) -> Table:
     """The wrench of each ball as it was last received, and the rate it comes at."""
-    table = Table(title=f"t = {watch.time_ns * 1e-9:.2f} s, wrench on each ball in bearing_link")
-    for heading in (
-        "ball",
-        "Fx [N]",
-        "Fy [N]",
-        "Fz [N]",
-        "|F| [N]",
-        "Tx [uN m]",
-        "Ty [uN m]",
-        "Tz [uN m]",
-        "rate [Hz]",
-    ):
-        table.add_column(escape(heading), justify="right")
+    table = Table(title=f"t = {watch.time_ns * 1e-9:.2f} s, wrench on each ball in bearing_link", padding=0)
+    forces, torques = ("Fx", "Fy", "Fz", "|F|"), ("Tx", "Ty", "Tz")
+    for heading in ("ball", *(f"{one}\n[N]" for one in forces), *(f"{one}\n[N mm]" for one in torques), "rate\n[Hz]"):
+        table.add_column(escape(heading), justify="right", no_wrap=True)
     for ball, (force, torque, rate) in enumerate(zip(watch.force, watch.torque, watch.rate(), strict=True)):
-        forces = (f"{value:+.3f}" for value in (*force, np.linalg.norm(force)))
-        torques = (f"{value * 1e6:+.2f}" for value in torque)
-        table.add_row(str(ball), *forces, *torques, f"{rate:.1f}")
+        newtons = (_signed(value, 3) for value in (*force, np.linalg.norm(force)))
+        table.add_row(str(ball), *newtons, *(_signed(1e3 * value, 4) for value in torque), f"{rate:.1f}")
     return table
+
+
+def _signed(value: float, decimals: int) -> str:
+    """A number with its sign and so many decimals at most, as many as its column has room for."""
+    told = (f"{value:+.{places}f}" for places in range(decimals, -1, -1))
+    return next((one for one in told if len(one) <= ROOM), f"{value:+.1e}")
 
 
 def load_line(watch: Watch) -> str:

@@ -6,6 +6,7 @@ one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `kn
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -15,6 +16,7 @@ from bearing_twin.parameters import echo, read_number, unknown
 from bearing_twin.units import NO_LIMITS, Limits
 from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, EmpiricalValues
 from bearing_twin.uq.knowledge import greatest_entropy
+from bearing_twin.uq.tabulated import quantiles
 
 LEAST_UNIT, GREATEST_UNIT = 2.0**-54, 1.0 - 2.0**-53  # inside which unit coordinates are kept
 
@@ -35,6 +37,14 @@ class Input:
     def ppf(self, u):
         """Quantile at probability u in (0, 1)."""
         return self._inside(self.distribution.ppf(u))
+
+    def sampled(self, u):
+        """Quantiles (n,) at probabilities (n,) in (0, 1), from a table where it is quicker: to `tabulated.MOST`."""
+        return self._inside((self._table or self.distribution.ppf)(u))
+
+    @cached_property
+    def _table(self):
+        return quantiles(self.distribution_name, self.distribution)
 
     def isf(self, u):
         """Quantile at probability 1 - u, with all digits for small u."""
@@ -194,7 +204,7 @@ class Joint:
             raise ValueError(f"unit points of shape (n, {self.dimension}) are needed, not {unit.shape}")
         if self._root is not None:
             unit = np.clip(ndtr(ndtri(unit) @ self._root.T), LEAST_UNIT, GREATEST_UNIT)
-        columns = [one.ppf(unit[:, index]) for index, one in enumerate(self.inputs)]
+        columns = [one.sampled(unit[:, index]) for index, one in enumerate(self.inputs)]
         return np.stack(columns, axis=1) if columns else np.empty(unit.shape)
 
 

@@ -52,8 +52,9 @@ def chosen(quantities: np.ndarray, first: int, count: int) -> list[int]:
     for column in columns:
         good = np.flatnonzero(np.isfinite(quantities[:, column]))
         if len(good):
-            order = good[np.argsort(quantities[good, column], kind="stable")]
-            rows += [int(order[place]) for place in (len(order) // 2, -1, 0)]
+            found = quantities[good, column]
+            middle = np.partition(found, len(found) // 2)[len(found) // 2]
+            rows += [int(good[place]) for place in (np.argmax(found == middle), np.argmax(found), np.argmin(found))]
     return list(dict.fromkeys(rows))[:count]
 
 

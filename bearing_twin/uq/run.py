@@ -25,6 +25,7 @@ from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.summary import summary_of
+from bearing_twin.uq.tabulated import numbers_kept
 
 WORKING_COPIES = 8  # of one column, while its statistics are made
 SENSITIVITY_COPIES = 5  # of one quantity at the points of Sobol indices, while these are made
@@ -100,7 +101,8 @@ def memory_needed(study: Study) -> float:
     further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
     sums = len(study.histories) * settings.history_points**2
     columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
-    return 8.0 * (settings.samples * row + further + sums + columns)
+    tables = numbers_kept([one.distribution_name for one in study.inputs])
+    return 8.0 * (settings.samples * row + further + sums + columns + tables)
 
 
 def refuse_too_large(study: Study) -> None:

@@ -12,14 +12,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.extras import install
+from bearing_twin.extras import wanted
 
 WIDTH, HEIGHT = 832, 624  # films want multiples of 16
 SECONDS, RATE = 6.0, 12.5  # of a film at most, and its images a second
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
 SOFTWARE = ("--enable-unsafe-swiftshader",)  # where there is no graphics processor
 READY = 60_000  # ms for a page to draw itself
-INSTALL = install("view")
 
 DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))"
 _GO_TO = "([time]) => { bearingView.player.seek(time); }"
@@ -29,16 +28,13 @@ _SPAN = "() => [bearingView.store.first, bearingView.store.last, bearingView.pla
 @contextlib.contextmanager
 def browser_page(width: int = WIDTH, height: int = HEIGHT, dark: bool = False) -> Iterator:
     """A page of playwright in a Chromium without a window; raises BearingTwinError where one is missing."""
-    try:
-        from playwright.sync_api import Error, sync_playwright
-    except ImportError as error:
-        raise BearingTwinError(f"films need the package playwright; install it with {INSTALL}") from error
+    playwright_api = wanted("playwright.sync_api", "view")
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    with sync_playwright() as playwright:
+    with playwright_api.sync_playwright() as playwright:
         arguments = [*SOFTWARE, *_sandbox()]
         try:
             browser = playwright.chromium.launch(executable_path=found, args=arguments)
-        except Error as error:
+        except playwright_api.Error as error:
             raise BearingTwinError(
                 "films need a Chromium on this machine; install one (Debian: apt install chromium; else: playwright "
                 "install chromium)"
@@ -111,11 +107,8 @@ class _Mp4:
     """H.264 by the ffmpeg that comes with imageio-ffmpeg."""
 
     def __init__(self, path: Path):
-        try:
-            import imageio_ffmpeg
-        except ImportError as error:
-            raise BearingTwinError(f"--mp4 needs the package imageio-ffmpeg; install it with {INSTALL}") from error
-        self._path, self._stream = path, imageio_ffmpeg.write_frames(str(path), (WIDTH, HEIGHT), fps=RATE, quality=8)
+        ffmpeg = wanted("imageio_ffmpeg", "view")
+        self._path, self._stream = path, ffmpeg.write_frames(str(path), (WIDTH, HEIGHT), fps=RATE, quality=8)
         self._stream.send(None)
 
     def add(self, content: bytes) -> None:

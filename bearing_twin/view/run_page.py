@@ -12,6 +12,7 @@ from bearing_twin.run.doubt import DONE, DOUBTFUL
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.simulation import Run
 from bearing_twin.sample import Block
+from bearing_twin.units import sentence_for_people
 from bearing_twin.view.frames import Frames, passed_on
 from bearing_twin.view.packing import packed, prefixes
 from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happening_tables
@@ -54,7 +55,7 @@ def document_of_run(stream, blocks: Iterable[Block] | None = None, notes: Sequen
         "kind": "run",
         "title": report.scene or "Recorded run",
         "subtitle": stream.scene.description if stream.scene else "a recording without its scene",
-        "notes": [one for one in said if one],
+        "notes": [sentence_for_people(one) for one in said if one],
         **_told(stream.scene, report),
         "view": described_view(view),
         "packed": packed(frames.time, frames.values, view.series),
@@ -68,18 +69,18 @@ def _told(scene, report: Report) -> dict[str, Any]:
     facts = [
         ("elastic law", report.law or "-"),
         ("method", report.stepper or "-"),
-        ("simulated", f"{report.simulated_seconds:.6g} s"),
+        ("simulated", sentence_for_people(f"{report.simulated_seconds:.6g} s")),
         ("outputs", f"{report.samples}"),
-        ("computed in", f"{report.compute_seconds:.3g} s" if report.compute_seconds else "-"),
+        ("computed in", sentence_for_people(f"{report.compute_seconds:.3g} s") if report.compute_seconds else "-"),
         ("kind of scene", scene.kind if scene else "-"),
     ]
     return {
         "badges": badges(report.status, report.law, report.stepper, len(report.flags) + len(report.warnings)),
         "facts": facts,
-        "reason": report.choice_reason,
-        "status": report.status,
-        "warnings": list(report.warnings),
-        "flags": list(report.flags),
+        "reason": sentence_for_people(report.choice_reason),
+        "status": sentence_for_people(report.status),
+        "warnings": [sentence_for_people(one) for one in report.warnings],
+        "flags": [sentence_for_people(one) for one in report.flags],
         "figures": figure_rows(report.figures, report.errors, meanings),
         "tables": ball_tables(report.figures, report.errors, meanings) + happening_tables(report.figures, meanings),
         "errors": error_notes(report.errors),

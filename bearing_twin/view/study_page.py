@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.units import inverse, known_digits, labelled, prefixed, two_digits
+from bearing_twin.units import inverse, known_digits, labelled, prefixed, sentence_for_people, two_digits
 from bearing_twin.uq.model_error import told_of_model
 from bearing_twin.uq.picture import FAR, ORDERS, exact_of, shares_of
 from bearing_twin.uq.result import StudyResult
@@ -52,7 +52,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "charts": [one for one in charts if one],
         "shares": [*_shares(names, summary)],
         "statistics": [{"title": _words(name), "rows": _statistics(summary["quantities"][name])} for name in names],
-        "flags": [*result.doubts, *_refused(names, summary)],
+        "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary))],
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *_inputs(summary)],

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.units import greatest_error, known_digits, readable, sizes_for_units, two_digits
+from bearing_twin.units import greatest_error, known_digits, readable, sentence_for_people, sizes_for_units, two_digits
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors
@@ -82,7 +82,8 @@ def error_notes(errors: Mapping[str, Any]) -> list[str]:
         for output, one in errors.get("wanted_errors", {}).items()
         if one["error"] is not None
     ]
-    return told + [f"Not in these errors: {name}: {text}" for name, text in errors.get("errors_unknown", {}).items()]
+    told += [f"Not in these errors: {name}: {text}" for name, text in errors.get("errors_unknown", {}).items()]
+    return [sentence_for_people(one) for one in told]
 
 
 def _error(error, factor: float) -> str:

@@ -192,7 +192,7 @@ class BearingFigures:
             return None  # nothing drives the balls, which a warning says; no cage mends that
         off_even = float(self._sums.greatest.off_even[0])
         if off_even > UNEVEN:
-            found.append(f"their spacing leaves even by {math.degrees(off_even):.2g} degrees")
+            found.append(f"their spacing leaves even by {off_even:.2g} rad")
         steady, figures = parameters.initial.motion == "rolling" and not parameters.drive.change.time, self.figures()
         off = figures["cage_speed_rad_s"] / (figures["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
         if SLOW < abs(off) < 1.0:
@@ -214,7 +214,7 @@ class BearingFigures:
         diameter, conformities = geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)
         return gathered(
             pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
-            f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
+            f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
             if pressure > PERMANENT_PRESSURE
             else None,
             groove_doubt(widths, 0.5 * diameter, conformities),

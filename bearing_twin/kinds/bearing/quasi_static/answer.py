@@ -112,7 +112,7 @@ def flags_of(parameters, solver: Solver, support: Support, found: Equilibrium, s
     return gathered(
         f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
         pressure_doubt(pressure, limit),
-        f"peak pressure {pressure:.3g} Pa is beyond 4.2 GPa: real raceways keep dents"
+        f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
         if pressure > PERMANENT_PRESSURE
         else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,

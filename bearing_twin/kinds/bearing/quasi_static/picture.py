@@ -27,7 +27,7 @@ def draw_equilibrium(result: dict, path) -> Path:
     order = np.argsort(azimuth)
     rows = (
         (angles, "contact_angle", "rad", np.degrees(1.0), "contact angle [°]", "Contact angle of each ball"),
-        (pressures, "peak_pressure", "pa", 1e-9, "peak pressure [GPa]", "Greatest Hertz pressure of each ball"),
+        (pressures, "peak_pressure", "pa", 1e-6, "peak pressure [MPa]", "Greatest Hertz pressure of each ball"),
     )
     for axis, name, unit, scale, label, words in rows:
         frame(axis)

@@ -1,0 +1,65 @@
+"""Quantiles from a table, for samplers that take a million of a distribution that looks for each by iteration.
+
+Between nodes even in t = log(u/(1 - u)) stands a cubic with the slopes of the distribution. What is tabulated is the
+logarithm of a positive value, or log(s/(1 - s)) of the share s between two bounds: both are nearly straight far out.
+The table knows its greatest error, halfway between nodes; where it would be above MOST, as of distributions that reach
+down to what doubles cannot hold, quantiles stay the distribution's own.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import expit, logit
+
+MOST = 1e-11  # error, of a positive value relative to it, of one between bounds relative to their distance
+NODES, FARTHEST = 8192, 38.0  # over |t| <= FARTHEST: as far out as doubles reach
+ITERATED = {"gamma": False, "beta": True}  # distributions without closed quantiles: whether they have two bounds
+
+
+class Quantiles(NamedTuple):
+    """`values` and `slopes` (NODES,) of the transformed value, per node; lower bound, width, and the greatest error."""
+
+    values: np.ndarray
+    slopes: np.ndarray
+    low: float
+    width: float
+    bounded: bool
+    error: float
+
+    def __call__(self, u):
+        """Values (n,) at probabilities u (n,) in (0, 1)."""
+        return self._at((logit(u) + FARTHEST) * ((NODES - 1) / (2.0 * FARTHEST)))
+
+    def _at(self, place):
+        node = np.minimum(place.astype(np.intp), NODES - 2)
+        s, first, begin, end = place - node, self.values[node], self.slopes[node], self.slopes[node + 1]
+        rise = self.values[node + 1] - first
+        cubic = first + s * (begin + s * (3.0 * rise - 2.0 * begin - end + s * (begin + end - 2.0 * rise)))
+        return self.low + self.width * (expit if self.bounded else np.exp)(cubic)
+
+
+def numbers_kept(names) -> int:
+    """Numbers held at most while the tables of inputs with distributions of these names are made, one by one."""
+    tables = sum(name in ITERATED for name in names)
+    return NODES * (4 * tables + 22 * (tables > 0))
+
+
+def quantiles(name: str, distribution) -> Quantiles | None:
+    """The table of a SciPy distribution of that name; None where it has closed quantiles or no table is good enough."""
+    if name not in ITERATED:
+        return None
+    bounded, t = ITERATED[name], np.linspace(-FARTHEST, FARTHEST, 2 * NODES - 1)
+    low, high = map(float, distribution.support())
+    width = high - low if bounded else 1.0
+    with np.errstate(all="ignore"):
+        # From the nearer tail, for u has no digits left near 1.
+        x = np.where(t < 0.0, distribution.ppf(expit(t)), distribution.isf(expit(-t)))
+        share = (x - low) / width
+        inner = np.clip(share, 1e-300, np.nextafter(1.0, 0.0) if bounded else np.inf)
+        steepness = distribution.pdf(x) * width * inner * (1.0 - inner if bounded else 1.0)
+        slopes = np.nan_to_num(expit(t) * expit(-t) / steepness, posinf=0.0) * (2.0 * FARTHEST / (NODES - 1))
+        values = logit(inner) if bounded else np.log(inner)
+        table = Quantiles(values[::2], slopes[::2], low, width, bounded, 0.0)
+        found = (table._at(np.arange(NODES - 1) + 0.5) - low) / width
+        error = np.max(np.abs(found - share[1::2]) / (1.0 if bounded else share[1::2]))
+    return table._replace(error=float(error)) if error <= MOST else None

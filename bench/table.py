@@ -1,0 +1,264 @@
+"""What everything costs in the user's hand, as one table: `python bench/table.py [--write] [part of a row's name ...]`.
+
+CPU time, one core where nothing else is said. Goals are those of a machine on which a contact of ball and raceway takes
+10.5 ns; what is measured stands beside them as it is, and the table says what a contact takes here. `--write` keeps the
+rows that ran in docs/speed.csv, from which docs/accuracy.md is written (`python tests/doc_tables.py`).
+"""
+
+import csv
+import importlib.util
+import os
+import platform
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import astuple, dataclass, fields, replace
+from datetime import date
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from native import compared
+from speed import STAGES, kernel_time, set_up, times_real_time
+from static_solve import solved
+
+from bearing_twin import load_scene, load_study, run_study, simulate
+from bearing_twin.charts.bearing_cells import motion_of
+from bearing_twin.charts.contest_picture import cheapest
+from bearing_twin.charts.work_precision import CASES, FINER, WANTED, judge
+from bearing_twin.uq.study_file import parse_study
+
+TABLE = Path(__file__).resolve().parent.parent / "docs" / "speed.csv"
+LOOSE, TOUCHING = "geometry.radial_clearance=1e-5", ("geometry.balls=13", "geometry.pitch_diameter=28.1888e-3")
+STEPPERS = ("rodas4", "rodas3", "rodas4_landing")  # of which the cheapest within WANTED is told
+REPEATS, SPAN = 5, 0.2  # of each timing; s of simulated time
+START = ("simulate", "bearing_6203", "--set", "run.duration=0.001")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A row: what, how it is measured, the goal, whether more or less is better, and what was found where and when."""
+
+    what: str
+    how: str
+    goal: float
+    better: str
+    unit: str
+    found: float = np.nan
+    machine: str = ""
+    day: str = ""
+
+
+@cache
+def _settled():
+    scene = load_scene("bearing_6203", ["run.duration=20"])
+    return scene, simulate(scene).simulation._motion
+
+
+def _stage(name: str) -> float:
+    """Times real time of one way to take a run."""
+    scene, yardstick = _settled()
+    return times_real_time(STAGES[name], scene, yardstick)[1]
+
+
+def _held(problem: str) -> float:
+    """Times real time of the cheapest run whose errors in load and friction are small enough."""
+    rows = [judge(problem, one, setting, 0.0) for one in STEPPERS for setting in FINER[one]]
+    return max(1.0 / row.seconds for one in STEPPERS if (row := cheapest(rows, problem, one, WANTED)))
+
+
+def _seconds(motion, times) -> float:
+    """CPU seconds of a motion from its start, the median."""
+    spans = []
+    for _ in range(REPEATS + 1):
+        motion.reset()
+        began = time.process_time()
+        motion.advance(times, float(times[-1]))
+        spans.append(time.process_time() - began)
+    return float(np.median(spans[1:]))
+
+
+def _spot_over_point(problem: str) -> float:
+    """Seconds of friction over a spot over those of friction at a point, at the same tolerance."""
+    case = CASES[problem]
+    motions = [motion_of(case, "rodas4", "hertz", f"contact.friction={one}") for one in ("spot", "point")]
+    spot, point = (_seconds(motion, case.times) for motion in motions)
+    return spot / point
+
+
+def _a_step(*overrides: str) -> float:
+    """CPU seconds of a step of one ball."""
+    case = CASES["sliding"]._replace(overrides=("initial.motion=rest", *overrides))
+    motion = motion_of(case, "rodas4")
+    spent = _seconds(motion, case.times)
+    motion.reset()
+    before = motion.costs()["ball_steps"]
+    motion.advance(case.times, float(case.times[-1]))
+    return spent / (motion.costs()["ball_steps"] - before)
+
+
+def _many_balls() -> float:
+    """Cost a ball of 512 over that of 8, each of the same motion."""
+    spent = []
+    for balls in (8, 512):
+        wide = f"geometry.pitch_diameter={balls * 28.5e-3 / 8}"
+        motion = motion_of(CASES["settled"]._replace(overrides=(f"geometry.balls={balls}", wide)), "rodas4")
+        spent.append(_seconds(motion, CASES["settled"].times) / balls)
+    return spent[1] / spent[0]
+
+
+def _blocks(name: str, *overrides: str) -> float:
+    """Times real time of iterating the blocks of a scene, with its companion and set-up."""
+    spans, scene = [], load_scene(name, overrides)
+    for _ in range(REPEATS):
+        began = time.process_time()
+        for _ in simulate(scene).blocks():
+            pass
+        spans.append(time.process_time() - began)
+    return scene.parameters.run.duration / float(np.median(spans[1:]))
+
+
+def _cage_over_none() -> float:
+    """Seconds of a held ring with an even cage over those without a cage, a tenth of a second at 1500 rpm."""
+    cases = [
+        CASES["settled"]._replace(overrides=("drive.speed=157.08", f"cage.kind={one}")) for one in ("even", "none")
+    ]
+    even, none = (_seconds(motion_of(case, "rodas4"), case.times) for case in cases)
+    return even / none
+
+
+def _study(name, whole: int, *overrides: str) -> float:
+    """CPU seconds of `whole` realisations with their statistics, from as many as the study takes, by one worker."""
+    load = load_study if isinstance(name, str) else lambda mapping, words: parse_study(mapping, "spheres", words)
+    run_study(load(name, ["samples=4", "workers=1"]))
+    study = load(name, ["workers=1", *overrides])
+    began = _spent()
+    done = len(run_study(study).status)
+    return (_spent() - began) * whole / done
+
+
+def _spent() -> float:
+    """CPU seconds of this process and of those that it has started and seen end."""
+    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+
+def _start(cold: bool) -> float:
+    """CPU seconds of a command that simulates a millisecond, with an empty cache or a full one."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = os.environ | ({"XDG_CACHE_HOME": folder} if cold else {})
+        spans = []
+        for _ in range(1 if cold else REPEATS):
+            began = _spent()
+            command = [sys.executable, "-m", "bearing_twin", *START]
+            subprocess.run(command, env=environment, check=True, capture_output=True)
+            spans.append(_spent() - began)
+    return float(np.median(spans))
+
+
+@cache
+def _nodes(outputs: int, messages: int):
+    from node_cost import measured  # needs ROS
+
+    with tempfile.TemporaryDirectory() as folder:
+        return measured(outputs, messages, Path(folder))
+
+
+def _native() -> float:
+    found = compared(0.05)
+    return found[1] / found[0] if found else np.nan
+
+
+SETTLED, REAL = "6203 settled, outputs at 1 kHz: ", "times real time"
+SPHERES = {
+    "scene": "two_spheres",
+    "method": "ensemble",
+    "inputs": {"contact.measured_alpha": {"distribution": "gamma", "mean": 1.138e-4, "std": 4e-5}},
+    "quantities": ["contact_duration", "peak_force"],
+    "samples": 1_000_000,
+}
+RIG = ("run.duration=1", "run.output_rate=1000")
+ROWS: dict[Measured, Callable[[], float]] = {
+    Measured(f"{SETTLED}motion", "speed.py", 350, "more", REAL): lambda: _stage("motion and outputs"),
+    Measured(f"{SETTLED}blocks", "speed.py", 200, "more", REAL): lambda: _stage("iterate blocks"),
+    Measured(f"{SETTLED}samples", "speed.py", 120, "more", REAL): lambda: _stage("iterate samples"),
+    Measured(f"{SETTLED}log", "speed.py", 60, "more", REAL): lambda: _stage("log on disk"),
+    Measured("from rest, errors 1e-3", "`chart steppers`", 5, "more", REAL): lambda: _held("sliding"),
+    Measured("lift-off, errors 1e-3", "`chart steppers`", 70, "more", REAL): lambda: _held("lift-off"),
+    Measured("sudden, its worst millisecond", "`chart steppers`", 1.3, "more", REAL): lambda: _held("sudden"),
+    Measured("sudden, the scene at 1 kHz", "blocks", 12, "more", REAL): lambda: _blocks(
+        "bearing_6203_sudden", "run.output_rate=1000"
+    ),
+    Measured("friction at 0.1 mm/s", "`chart steppers`", 60, "more", REAL): lambda: _held("sticking"),
+    Measured("spot, settled", "motion", 1.4, "less", "of point"): lambda: _spot_over_point("settled"),
+    Measured("spot, from rest", "motion", 2.5, "less", "of point"): lambda: _spot_over_point("sliding"),
+    Measured("spot, lift-off", "motion", 2.5, "less", "of point"): lambda: _spot_over_point("lift-off"),
+    Measured("13 balls that touch, a step", "motion", 3, "less", "of one alone"): lambda: (
+        _a_step(*TOUCHING) / _a_step()
+    ),
+    Measured("rk4 at 0.5 us", "native.py", 0.8, "more", "of C++"): _native,
+    Measured("512 balls, a ball", "motion", 1.3, "less", "of 8 balls"): _many_balls,
+    Measured("set-up of 8 balls", "speed.py", 1, "less", "ms"): lambda: set_up(*_settled())[0],
+    Measured("1e6 spheres with statistics", "`run_study`", 0.5, "less", "s"): lambda: _study(SPHERES, 1_000_000),
+    Measured("1e4 bearings with tolerances", "`run_study`", 70, "less", "s"): lambda: _study(
+        "bearing_6203_tolerances", 10_000, "samples=1000", "stop.relative_tolerance=1e-6"
+    ),
+    Measured("static solve, cold", "static_solve.py", 20, "less", "us"): lambda: solved(157.08)["cold"],
+    Measured("static solve, warm", "static_solve.py", 8, "less", "us"): lambda: solved(157.08)["warm"],
+    Measured("loads of a held ring", "static_solve.py", 1.5, "less", "us"): lambda: solved(157.08)["held"],
+    Measured("rig 1000 N, even cage", "blocks", 20, "more", REAL): lambda: _blocks("bearing_6203_rig_1000N", *RIG),
+    Measured("rig 1000 N, pockets", "blocks", 8, "more", REAL): lambda: _blocks(
+        "bearing_6203_rig_1000N", *RIG, "cage.kind=pockets"
+    ),
+    Measured("even cage, ring held", "motion", 1.1, "less", "of no cage"): _cage_over_none,
+    Measured("start, kernels kept", "command", 1.3, "less", "s"): lambda: _start(False),
+    Measured("start, kernels compiled", "command", 18, "less", "s"): lambda: _start(True),
+    Measured("sim_node, outputs at 100 Hz", "node_cost.py", 5, "less", "% of a core"): lambda: _nodes(100, 100).alone,
+    Measured("sim_node, outputs at 1 kHz", "node_cost.py", 10, "less", "% of a core"): lambda: _nodes(1000, 1000).alone,
+    Measured("recorder_node at 1 kHz", "node_cost.py", 20, "less", "% of a core"): lambda: _nodes(1000, 1000).recorder,
+}
+
+
+def _machine() -> str:
+    """The processor's name, and what a contact takes on it."""
+    names = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
+    name = names[0].partition(":")[2].strip() if names else platform.machine()
+    return f"{name}, {kernel_time(_settled()[1]):.2g} ns a contact"
+
+
+def keep(rows: list[Measured]) -> None:
+    """Puts rows into the table, those of the same name replaced, in the order of ROWS."""
+    with TABLE.open(newline="", encoding="utf-8") if TABLE.exists() else open(os.devnull, encoding="utf-8") as stream:
+        old = {line["what"]: line for line in csv.DictReader(stream)}
+    names = [field.name for field in fields(Measured)]
+    new = {row.what: dict(zip(names, astuple(row), strict=True)) for row in rows}
+    with TABLE.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.DictWriter(stream, names, lineterminator="\n")
+        table.writeheader()
+        table.writerows((old | new)[row.what] for row in ROWS if row.what in old | new)
+
+
+def main(*words: str) -> None:
+    """Prints one line a row; --write keeps them."""
+    parts = [word for word in words if word != "--write"]
+    machine, rows = _machine(), []
+    print(f"{machine}, {date.today()}")
+    for row, measure in ROWS.items():
+        if parts and not any(part in row.what for part in parts):
+            continue
+        if "_node" in row.what and not importlib.util.find_spec("rclpy"):
+            print(f"{row.what}: left out, there is no ROS here (source env.bash)", file=sys.stderr)
+            continue
+        rows.append(replace(row, found=float(f"{measure():.2g}"), machine=machine, day=str(date.today())))
+        missed = (
+            "" if (rows[-1].found >= row.goal) == (row.better == "more") or rows[-1].found == row.goal else "missed"
+        )
+        print(f"{row.what:40}{rows[-1].found:8g} {row.unit:16}{row.better} than {row.goal:<6g}{missed}", flush=True)
+    if "--write" in words:
+        keep(rows)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
