@@ -24,6 +24,7 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.types import Callable
@@ -88,7 +89,7 @@ class CodeCache(_Cache):
             if kept_key != key:
                 return None
             libraries = code_linking.load(needed)
-            found = code_linking.rebuilt(target_context, form)
+            found = CompileResult._rebuild(target_context, *form)
             found.library.needs = needed
             code_linking.introduce(found.library, identity, by_name, libraries)
             code_linking.complete(found.environment, constants)

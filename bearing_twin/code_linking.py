@@ -15,10 +15,9 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 import numba
 from numba.core import sigutils
-from numba.core.compiler import Compiler, CompileResult, Flags
+from numba.core.compiler import Compiler, Flags
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
-
-from bearing_twin.stopping import signals_waiting
 
 SMALL = 120  # instructions up to which a kernel is put into its callers: there LLVM would put it by itself
 
@@ -81,7 +80,17 @@ class _Dispatcher(CPUDispatcher):
     """Numba's table of a function's compiled forms, where a form that only compiled code calls has no way in."""
 
     def compile(self, sig):
-        """The way into the form for these types, compiled with one where Python wants it and there is none."""
+        """The way into the form for these types, compiled with one where Python wants it and there is none.
+
+        Never in the main thread: a handler of a signal can raise there between what LLVM did and what Python notes of
+        it, after which memory is freed twice, or where LLVM asks Python for code and takes none for an answer. The main
+        thread waits, which a signal ends at once.
+        """
+        if threading.current_thread() is threading.main_thread() and not global_compiler_lock.is_locked():
+            return _in_another_thread(lambda: self._compiled(sig))
+        return self._compiled(sig)
+
+    def _compiled(self, sig):
         form = self.overloads.get(tuple(sigutils.normalize_signature(sig)[0]))
         if form is not None and wanted_by_python() and not has_way_in(form):
             del self.overloads[tuple(form.signature.args)]
@@ -93,6 +102,25 @@ class _Dispatcher(CPUDispatcher):
             super().add_overload(cres)
         else:
             self.overloads[tuple(cres.signature.args)] = cres
+
+
+def _in_another_thread(work):
+    """What `work` returns or raises in a thread of its own, which goes on where the wait for it is interrupted."""
+    found = []
+
+    def run():
+        try:
+            found.append((work(), None))
+        except BaseException as error:
+            found.append((None, error))
+
+    thread = threading.Thread(target=run, name="compilation", daemon=True)
+    thread.start()
+    thread.join()
+    value, error = found.pop()
+    if error is not None:
+        raise error
+    return value
 
 
 def dispatcher(function, options):
@@ -150,16 +178,6 @@ def introduce(library, identity, by_name, kept=()) -> None:
         library._shared_module = llvm.parse_assembly(str(library.codegen._create_empty_module(library.name)))
     elif kept:
         library._linking_libraries = list(kept)
-
-
-def rebuilt(target_context, form) -> CompileResult:
-    """A compiled form from what was kept of it.
-
-    LLVM asks Python for the code. Where a handler of a signal raises there, the exception is dropped, and LLVM compiles
-    what little is kept beside the code: wrong code. So signals wait.
-    """
-    with signals_waiting():
-        return CompileResult._rebuild(target_context, *form)
 
 
 def complete(environment, constants) -> None:

@@ -11,11 +11,12 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from bearing_twin.errors import Interrupted, Stopped
+from bearing_twin.signals import RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
 LOST, SHARE = 1.0, 0.2  # s of computing that interruptions may cost before it is earned, and what it earns a second
@@ -40,6 +41,8 @@ def heeding_signals() -> Iterator[None]:
     if _FILE < 0 or threading.current_thread() is not threading.main_thread():
         yield
         return
+    if RAISED:  # the exception was swallowed on its way
+        signal.raise_signal(RAISED[-1])
     previous = signal.set_wakeup_fd(_FILE, warn_on_full_buffer=False)
     try:
         yield
@@ -99,63 +102,3 @@ class Halt:
             if came or earned > 0.0:
                 self._credit = min(self._credit + earned * (time.perf_counter() - began), LOST)
         return bool(came)
-
-
-class Unbroken:
-    """Within it, in the main thread, handlers of signals wait for its end: an exception of theirs splits nothing.
-
-    `watch` takes the handlers over, `release` gives them back; other threads never run any.
-    """
-
-    SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-    def __init__(self):
-        self._handlers: dict[int, Callable] = {}
-        self._main, self._depth, self._came = threading.main_thread().ident, 0, []
-
-    def watch(self) -> None:
-        """Handlers of this process wait from now on; those of the system, which end it at once, do not."""
-        if threading.get_ident() != self._main:
-            return
-        for number in self.SIGNALS:
-            handler = signal.getsignal(number)
-            if callable(handler):
-                self._handlers[number] = handler
-                signal.signal(number, self._heard)
-
-    def release(self) -> None:
-        """Gives back the handlers that nobody has replaced meanwhile."""
-        if threading.get_ident() != self._main:
-            return
-        while self._handlers:
-            number, handler = self._handlers.popitem()
-            if signal.getsignal(number) == self._heard:
-                signal.signal(number, handler)
-
-    def __enter__(self):
-        if threading.get_ident() == self._main:
-            self._depth += 1
-
-    def __exit__(self, *_):
-        if threading.get_ident() == self._main:
-            self._depth -= 1
-            while self._came and not self._depth:
-                self._heard(self._came.pop(0), None)
-
-    def _heard(self, number, frame) -> None:
-        if self._depth:
-            self._came.append(number)
-        elif number in self._handlers:
-            self._handlers[number](number, frame)
-
-
-@contextlib.contextmanager
-def signals_waiting() -> Iterator[None]:
-    """Within it, in the main thread, handlers of signals wait for its end."""
-    unbroken = Unbroken()
-    unbroken.watch()
-    try:
-        with unbroken:
-            yield
-    finally:
-        unbroken.release()

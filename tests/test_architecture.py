@@ -14,6 +14,7 @@ from bearing_twin.kinds import KINDS
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
     "errors",
+    "signals",
     "stopping",
     "source_state",
     "code_linking",

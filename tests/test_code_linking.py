@@ -161,23 +161,23 @@ def test_a_signal_while_code_is_loaded_leaves_no_wrong_code(root):
 
     def signalled():
         engine = cpu_target.target_context.codegen()._engine._ee
-        given, load, asked = engine._object_cache_getbuffer, code_cache.CodeCache.load_overload, []
+        given, compile_, asked = engine._object_cache_getbuffer, code_linking._Dispatcher.compile, []
 
         def interrupted(module):
             asked.append(module.name)
             signal.raise_signal(signal.SIGINT)
             return given(module)
 
-        def again(*words):
+        def again(self, sig):
             try:
-                return load(*words)
+                return compile_(self, sig)
             except KeyboardInterrupt:
-                print(f"interrupted after {len(asked)}", file=sys.stderr)
                 engine._object_cache_getbuffer = given
-                return load(*words)
+                print(f"interrupted after {len(asked)}", file=sys.stderr)
+                return compile_(self, sig)
 
         signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
-        engine._object_cache_getbuffer, code_cache.CodeCache.load_overload = interrupted, again
+        engine._object_cache_getbuffer, code_linking._Dispatcher.compile = interrupted, again
 
     values, compiled, said = started(root, [UPPER], signalled)
     assert (values, compiled) == ([TRUTH], [])

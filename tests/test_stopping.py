@@ -1,5 +1,6 @@
 """Everything can be stopped: signals and other threads end a compiled loop that would run for ever."""
 
+import importlib
 import signal
 import subprocess
 import sys
@@ -11,7 +12,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bearing_twin.command.cli import _ended_by_signals
 from bearing_twin.errors import Interrupted, Stopped
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import raw_messages, read_log
@@ -21,6 +21,7 @@ from bearing_twin.run.chunks import CHUNK_OUTPUTS, chunk_outputs
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.sample import AT_ONCE
+from bearing_twin.signals import RAISED, Unbroken, ended_by_signals
 from bearing_twin.stopping import LOST, SIGNALLED, Halt, heeding_signals
 
 MANY = ("geometry.balls=4000", "geometry.pitch_diameter=12.0")
@@ -120,12 +121,70 @@ def test_a_signal_whose_exception_python_drops_comes_again(number, ended):
     end = time.monotonic() + PATIENCE
     previous = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
     try:
-        with pytest.raises(ended), _ended_by_signals():  # noqa: PT012 - what a command does meanwhile
+        with pytest.raises(ended), ended_by_signals():  # noqa: PT012 - what a command does meanwhile
             Collected()
             while time.monotonic() < end:
                 time.sleep(0.01)
     finally:
         signal.signal(signal.SIGINT, previous)
+
+
+@pytest.mark.parametrize(("number", "ended"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
+def test_a_signal_waits_for_the_end_of_an_import(number, ended, tmp_path, monkeypatch):
+    """An exception there became an ImportError or RuntimeError of the library, with a traceback, or was swallowed."""
+    (tmp_path / "signalled.py").write_text(
+        f"import signal\nsignal.raise_signal({int(number)})\nfor i in range(1000):\n    pass\nWHOLE = True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(ended), ended_by_signals():  # noqa: PT012 - what a command does meanwhile
+            module = importlib.import_module("signalled")
+            time.sleep(PATIENCE)
+    finally:
+        signal.signal(signal.SIGINT, previous)
+        sys.modules.pop("signalled", None)
+    assert module.WHOLE
+
+
+@pytest.mark.parametrize(("number", "ended"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
+@pytest.mark.parametrize("swallowed", [True, False])
+def test_what_became_of_a_signal_is_that_signal(number, ended, swallowed):
+    """Where a library makes an error of its own of the exception, or none."""
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(ended), ended_by_signals():  # noqa: PT012 - what a command does meanwhile
+            try:
+                signal.raise_signal(number)
+            except BaseException as error:
+                if not swallowed:
+                    raise ImportError("initialization failed") from error
+            with heeding_signals():
+                pytest.fail("goes on as if nothing had been")
+    finally:
+        signal.signal(signal.SIGINT, previous)
+    assert not RAISED
+
+
+@pytest.mark.parametrize("give_back", [signal.getsignal, signal.signal])
+def test_no_signal_is_lost_while_handlers_are_given_back(give_back, monkeypatch):
+    heard = []
+    previous = signal.signal(signal.SIGTERM, lambda *_: heard.append("term"))
+    try:
+        unbroken = Unbroken()
+        unbroken.watch()
+
+        def signalled(number, *handler):
+            if number == signal.SIGTERM:
+                monkeypatch.undo()
+                signal.raise_signal(signal.SIGTERM)
+            return give_back(number, *handler)
+
+        monkeypatch.setattr(signal, give_back.__name__, signalled)
+        unbroken.release()
+        assert heard == ["term"]
+    finally:
+        signal.signal(signal.SIGTERM, previous)
 
 
 @pytest.mark.parametrize(
@@ -145,8 +204,7 @@ def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, co
             said = process.communicate(timeout=PATIENCE)[1].decode()
         finally:
             process.kill()
-    # Python ends itself by SIGINT where that came while it made a class; a shell shows 130 either way.
-    assert process.returncode in (code, -number), said
+    assert process.returncode == code, said
     assert "Traceback" not in said
     assert path.exists() is False or len(list(read_log(path))) <= 1
 

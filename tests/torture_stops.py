@@ -54,9 +54,9 @@ def _set(changes: list[str]) -> list[str]:
     return [word for change in changes for word in ("--set", change)]
 
 
-def stops(share: float, folder: Path) -> Found:
+def stops(share: float, folder: Path, seed: int = 9) -> Found:
     """Each ended by SIGINT and by SIGTERM some seconds after its start: gone within 500 ms, without a traceback."""
-    chance, times, silent, slow = random.Random(9), [], 0, []
+    chance, times, silent, slow = random.Random(seed), [], 0, []
     both = [(words, number) for words in commands() for number in (signal.SIGINT, signal.SIGTERM)]
     for words, number in both[:: max(1, round(1.0 / share))]:
         said = folder / "said.txt"
@@ -74,9 +74,13 @@ def stops(share: float, folder: Path) -> Found:
             process.kill()
             process.wait()
         times.append(time.monotonic() - began)
-        silent += process.returncode not in (0, 130, 143) or "Traceback" in said.read_text()
+        what = f"{signal.Signals(number).name} to {' '.join(words[2:])}"
+        if process.returncode not in (0, 130, 143) or "Traceback" in said.read_text():
+            silent += 1
+            slow.append(f"exit code {process.returncode} after {what}")
+            print(f"torture: {slow[-1]}\n{said.read_text()[-3000:]}", file=sys.stderr)
         if times[-1] > ENDED:
-            slow.append(f"{1e3 * times[-1]:.0f} ms of {' '.join(words[3:])}")
+            slow.append(f"{1e3 * times[-1]:.0f} ms after {what}")
     figures = f"ended {1e3 * np.median(times):.0f} ms (greatest {1e3 * max(times):.0f})"
     return Found(
         len(times), sum(one < ENDED for one in times), 0, silent, figures + "".join(f"; {one}" for one in slow)

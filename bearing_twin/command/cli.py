@@ -7,26 +7,20 @@ Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss 
 """
 
 import argparse
-import contextlib
 import os
 import re
-import signal
 import sys
 import textwrap
-import threading
 from typing import NoReturn
 
 from bearing_twin import __version__
-from bearing_twin.command.commands import COMMANDS
-from bearing_twin.command.completion_command import ASKED, complete
 from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.pipes import leave, while_read
 from bearing_twin.processors import one_processor, seldom_collecting
-from bearing_twin.report import json_text, plain_json
+from bearing_twin.signals import ended_by_signals
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
-AGAIN = 0.01  # s until a signal that was dropped is sent again
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
@@ -73,7 +67,7 @@ def main(argv=None) -> int:
 def _told(argv) -> int:
     """The exit code, with one sentence for what a user can cause."""
     try:
-        with _ended_by_signals():
+        with ended_by_signals():
             return _main(argv)
     except BearingTwinError as error:
         print(f"bearing_twin: {error}", file=sys.stderr)
@@ -92,6 +86,10 @@ def _told(argv) -> int:
 
 
 def _main(argv) -> int:
+    # Late: a signal meanwhile finds somebody who knows what to do.
+    from bearing_twin.command.commands import COMMANDS
+    from bearing_twin.command.completion_command import ASKED, complete
+
     if argv[:1] == ["help"]:
         argv = [*argv[1:2], "--help"]
     word = next((one for one in argv if not one.startswith("-")), None)
@@ -115,6 +113,8 @@ def _main(argv) -> int:
         if outcome.result is None:
             pass  # it was printed as it came
         elif arguments.json:
+            from bearing_twin.report import json_text
+
             sys.stdout.write(json_text(outcome.result) + "\n")
         else:
             _show(outcome, arguments.si)
@@ -128,6 +128,7 @@ def _main(argv) -> int:
 
 def _show(outcome, si: bool) -> None:
     from bearing_twin.command.terminal import show_result
+    from bearing_twin.report import plain_json
 
     if outcome.show and not (si and outcome.engineering):
         outcome.show()
@@ -137,6 +138,8 @@ def _show(outcome, si: bool) -> None:
 
 def _parsers(only: str | None = None):
     """The parser and those of its commands by name; where `only` one is wanted, the others know no arguments."""
+    from bearing_twin.command.commands import COMMANDS
+
     parser = _Parser(prog="bearing_twin", description="Digital twin of a ball bearing.", allow_abbrev=False)
     parser.add_argument("--version", action="version", version=f"bearing_twin {__version__}")
     group = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -181,38 +184,3 @@ def _refuse(rest, subparser):
     if rest[0] in options:
         raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {rest[0]}")
     raise BearingTwinError(f"{echo(rest[0])} is not an option of {subparser.prog}; {unknown(rest[0], options)}")
-
-
-@contextlib.contextmanager
-def _ended_by_signals():
-    """SIGTERM and SIGHUP unwind like an exception, so that a log being written is closed with its index."""
-
-    def leave(number, _):
-        raise SystemExit(128 + number)
-
-    previous = {}
-    with contextlib.suppress(ValueError):  # not in the main thread: signals are somebody else's business
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            if signal.getsignal(number) == signal.SIG_IGN:  # as under nohup
-                continue
-            previous[number] = signal.signal(number, leave)
-    hook = sys.unraisablehook
-    sys.unraisablehook = lambda dropped: _signalled_again(dropped) or hook(dropped)
-    try:
-        yield
-    finally:
-        sys.unraisablehook = hook
-        for number, handler in previous.items():
-            signal.signal(number, handler)
-
-
-def _signalled_again(dropped) -> bool:
-    """Sends a signal again whose exception Python drops, as where its handler ran in a callback of the collector."""
-    number = signal.SIGINT if isinstance(dropped.exc_value, KeyboardInterrupt) else None
-    if isinstance(dropped.exc_value, SystemExit) and isinstance(dropped.exc_value.code, int):
-        number = dropped.exc_value.code - 128
-    if number not in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        return False
-    main_thread = threading.main_thread().ident
-    threading.Timer(AGAIN, lambda: signal.pthread_kill(main_thread, number)).start()
-    return True

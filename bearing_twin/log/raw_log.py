@@ -20,7 +20,7 @@ from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
 from bearing_twin.log.thinning import Thinning
-from bearing_twin.stopping import Unbroken
+from bearing_twin.signals import Unbroken
 
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # what a recorder received and what was lost; the last one counts
