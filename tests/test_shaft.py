@@ -257,9 +257,9 @@ def test_the_figures_tell_speed_torque_and_time_to_it():
     assert "run_up_time_s" not in prescribed.report.figures
 
 
-def test_studies_ask_for_the_speed_where_a_torque_makes_it():
+def test_studies_ask_for_the_time_to_speed_where_a_torque_makes_it():
     from bearing_twin.kinds import KINDS
 
-    quantity = KINDS["bearing"].quantities_of()["speed_at_end"]
+    quantity = KINDS["bearing"].quantities_of()["run_up_time"]
     assert quantity.missing(load_scene("bearing_6203_run_up").parameters) == ""
     assert "drive.kind: torque" in quantity.missing(load_scene("bearing_6203").parameters)

@@ -19,8 +19,8 @@ def _held(first: int, after: int):
 
 
 def _prescribed(parameters) -> str:
-    """A prescribed speed is no result."""
-    say = "the scene prescribes the inner ring's speed, so that it is no result; turn it by drive.kind: torque"
+    """Nothing runs up to a prescribed speed."""
+    say = "the scene prescribes the inner ring's speed, so that nothing runs it up; turn it by drive.kind: torque"
     return "" if parameters.drive.kind == TORQUE else say
 
 
@@ -44,9 +44,7 @@ def quantities() -> dict[str, Quantity]:
         "drive_torque": Quantity(
             "N m", "that turns the inner ring, mean of the second half of the run", read_off("drive_torque_nm")
         ),
-        "speed_at_end": Quantity(
-            "rad/s", "of the inner ring", read_off("inner_ring_speed_at_end_rad_s"), missing=_prescribed
-        ),
+        "speed_at_end": Quantity("rad/s", "of the inner ring", read_off("inner_ring_speed_at_end_rad_s")),
         "run_up_time": Quantity(
             "s",
             "until 99 % of the change of the inner ring's speed was made",
