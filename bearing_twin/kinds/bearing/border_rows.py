@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.kinds.bearing.layout import PLACES
 from bearing_twin.numerics.steppers import MOST_STAGES
 
-WIDTH = 24  # numbers kept for BORDER of them
+WIDTH = 20  # numbers kept for BORDER of them
 
 # States: where the rates are taken, at a step's start, at its end. The rates' explicit change with time, the rates; a
 # stage's right-hand side and what it solves to; the terms of the interpolant; 1 / what a step may err by; the stages.
