@@ -14,7 +14,6 @@ from bearing_twin.kinds.bearing.layout import (
     BORDER,
     BORDER_BY_BALL,
     BORDER_MOTION,
-    BORDERED_ROWS,
     CAGE_X,
     CAGE_Y,
     CENTRE,
@@ -25,6 +24,7 @@ from bearing_twin.kinds.bearing.layout import (
     MOTION,
     PLACES,
     RING_SPEED,
+    SHAFT_ROWS,
     from_blocks,
     into_blocks,
     new_blocks,
@@ -33,6 +33,7 @@ from bearing_twin.kinds.bearing.layout import (
 from bearing_twin.kinds.bearing.linear_system import couple_jacobians, new_coupling
 from bearing_twin.kinds.bearing.pairs import add_pairs
 from bearing_twin.kinds.bearing.rates import lane_rates
+from bearing_twin.kinds.bearing.shaft import turning
 
 AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
 FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")
@@ -71,7 +72,7 @@ class System:
 
     def evaluated(self, state, border):
         coupling = new_coupling(self.near, self.balls, self.partners, border)
-        blocks = new_blocks(len(state), BORDERED_ROWS)
+        blocks, drive = new_blocks(len(state), SHAFT_ROWS), turning(coupling.border, self.drive, 0.0, at.NOW)
         into_blocks(state, blocks, AXIS_DISTANCE)
         put_pockets(self.bearing, self.balls, blocks)
         follow_cage(coupling.border, at.NOW, blocks, AXIS_DISTANCE)
@@ -83,11 +84,11 @@ class System:
                 moving[centre] = 0.0
             lanes[BORDER_MOTION * LANES : (BORDER_MOTION + 2 * PLACES) * LANES] = np.repeat(moving, LANES)
             for k in range(LANES):
-                put(lanes, RING_SPEED, k, self.drive.speed)
+                put(lanes, RING_SPEED, k, drive.speed)
             lane_rates(self.bearing, lanes)
         if self.near.any():
             add_pairs(self.bearing, coupling.pairs, blocks, blocks, LANE_RATES)
-        border_rates(self.bearing, self.drive, coupling.border, 0.0, blocks)
+        border_rates(self.bearing, drive, coupling.border, 0.0, blocks)
         return coupling, blocks
 
     def rates(self, state, border):
@@ -121,9 +122,12 @@ class System:
         )
 
 
-def disturbed(name, seed=3):
+def disturbed(name, seed=3, more=()):
     """A system in which every ball slides, spins and is pressed differently, in and out of pockets, the ring tilted."""
-    moving, rng = motion(*CASES[name], "gravity=[3.0,-9.8,1.0]", "contact.damping=0.3"), np.random.default_rng(seed)
+    moving, rng = (
+        motion(*CASES[name], *more, "gravity=[3.0,-9.8,1.0]", "contact.damping=0.3"),
+        np.random.default_rng(seed),
+    )
     state, border = moving.state.copy(), moving.border.copy()
     state[:, :MOTION] += BALL * rng.uniform(-1.0, 1.0, (len(state), MOTION))
     system = System(moving, state, border, near="may touch" in name)

@@ -83,7 +83,7 @@ def test_contacts_state_and_joints_are_the_sample():
     x, v = sample["position"], sample["velocity"]
     rates = (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / (x[:, 0] ** 2 + x[:, 1] ** 2)
     assert state.cage_speed == pytest.approx(rates.mean())
-    assert state.drive_torque == -sample["inner_ring_torque"][2]
+    assert state.drive_torque == sample["drive_torque"]
     assert state.orientation.tobytes() == sample["orientation"].tobytes()
     assert state.dissipated == sample["dissipated"]
     _, joints = named(messages, "joint_states")[1]

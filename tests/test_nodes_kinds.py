@@ -178,7 +178,7 @@ def test_topics_stand_in_the_namespace_of_the_kind(kind):
         spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in names), "discovery")
         assert node.get_namespace() == f"/{kind}"
         obeyed = {command.name for command in KINDS[kind].commands()}
-        heard_of = {"command/speed", "command/speed_stamped", "command/load"}
+        heard_of = {"command/speed", "command/speed_stamped", "command/torque", "command/load"}
         assert {name for name in heard_of if watcher.count_subscribers(f"/{kind}/{name}")} == obeyed
         assert obeyed == (heard_of if kind == "bearing" else set())
         assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}

@@ -109,8 +109,8 @@ class Topic(NamedTuple):
 class Command(NamedTuple):
     """A topic that a running simulation obeys: name below the kind's namespace, ROS type, what to do, meaning.
 
-    `order(message)` gives the name of a method of the simulation, `set_speed` or `set_load`, and its arguments; it
-    raises BearingTwinError for what cannot be meant. A message with a header must be in `frame`, or name none.
+    `order(message)` gives the name of a method of the simulation, such as `set_load`, and its arguments; it raises
+    BearingTwinError for what cannot be meant. A message with a header must be in `frame`, or name none.
     """
 
     name: str
@@ -226,12 +226,11 @@ class Kind:
     itself. `steered`: its companion also makes it more exact. `doubt`: see `Doubt`. `animated`: to a .gif.
     `commands`: topics obeyed under way. Its motion then has `take_back()`, which puts it back to before the last
     `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises nothing,
-    `set_load(force, moment)`; None for both is the scene's own load. `rechosen(parameters, choice, motion, load)` looks
-    at the model again after each command, and raises nothing but Stopped.
-    `operating_point(parameters, law, sample)` raises BearingTwinError where none is. `view(facts, channels)`: a
-    `views.View`. `moved` maps keys of earlier versions to those: refused in scenes; `upgraded` rewrites a scene in an
-    old log. `catalogue()` maps names to the plain data of scenes; `completed(scene)` fills them in, or says why not.
-    `place_of(channel, index)` names body and contact.
+    `set_load(force, moment)`; None for both is the scene's own load. `check_drive(parameters, law, key, value, load)`
+    refuses a "speed", or a "torque" for `set_torque`. `rechosen(parameters, choice, motion, load)` looks at the model
+    after each command; nothing but Stopped is raised. `operating_point(parameters, law, sample)` raises where none is.
+    `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier versions to those; `upgraded` rewrites a scene
+    in an old log. `catalogue()` maps names to plain data of scenes; `completed(scene)` fills them in, or says why not.
     """
 
     name: str
@@ -253,6 +252,7 @@ class Kind:
     brief: bool = False
     steered: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
+    check_drive: Callable[..., None] | None = None
     check_load: Callable[..., None] | None = None
     rechosen: Callable[..., Rechosen] | None = None
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None

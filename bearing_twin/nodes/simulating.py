@@ -148,6 +148,10 @@ class SimulationLoop:
         check_speed(speed)
         self.simulation.set_speed(speed)
 
+    def set_torque(self, now: int, torque: float) -> None:
+        """New torque on the inner ring [N m]; raises BearingTwinError where the drive takes none."""
+        self.simulation.set_torque(torque)
+
     def reset(self, now: int) -> str:
         """Back to time 0 and the scene's own speed; a log is completed and the next run goes to a new one."""
         log = self._open_log(self.runs + 1)  # before anything changes: where none can be opened, the run goes on

@@ -75,8 +75,7 @@ class Simulation:
         self._motion.reset()
         self._load = None, None  # commanded; None = the scene's own
         self.sequence, self.time_ns = -1, -self.output_period_ns
-        self._pending: Block | None = None
-        self._given: Block | None = None
+        self._pending = self._given = None  # blocks: computed and not given out yet; given out last
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._commanded_until = 0  # number of an output: those before it follow a command closely
         made_of = self.scene.parameters, self.choice
@@ -120,12 +119,19 @@ class Simulation:
     def set_speed(self, speed: float) -> None:
         """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration from now on.
 
-        Raises BearingTwinError, and changes nothing, where the load is not carried at this speed.
+        Raises BearingTwinError, and changes nothing, where the load is not carried at this speed, or a torque turns it.
         """
-        if self.kind.check_load is not None:
-            self.kind.check_load(self.scene.parameters, self.law, float(speed), *self._load)
+        if self.kind.check_drive is not None:
+            self.kind.check_drive(self.scene.parameters, self.law, "speed", float(speed), self._load)
         self._to_last_output()
         self._motion.goal_speed = float(speed)
+
+    def set_torque(self, torque: float) -> None:
+        """New torque [N m] on the inner ring about +z; raises BearingTwinError where the speed is prescribed."""
+        self._refuse_without(self.kind.check_drive, "torque")
+        self.kind.check_drive(self.scene.parameters, self.law, "torque", float(torque), self._load)
+        self._to_last_output()
+        self._motion.set_torque(float(torque))
 
     def set_load(self, force, moment) -> None:
         """New force (3,) [N] and moment (2,) or (3,) [N m] on the inner ring about its centre, from now on.
@@ -205,12 +211,10 @@ class Simulation:
         return Block(self.channels, first, time_ns, arrays.numbers, self.looks.notes() | self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
-        start = time.perf_counter()
-        period = 1e-9 * self.output_period_ns
-        here = (first - 1) * self.output_period_ns
+        start, here = time.perf_counter(), (first - 1) * self.output_period_ns
         self.choice, self._motion = self.looks.again(here, self._load, self.choice, self._motion)
         until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
-        times = period * np.arange(1, until - first + 1)
+        times = 1e-9 * self.output_period_ns * np.arange(1, until - first + 1)
         state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
         try:
             with heeding_signals(), self._halt.interruptible(self._motion):
@@ -230,8 +234,7 @@ class Simulation:
 
     def report(self) -> Report:
         """What the run cost and how far to trust it, up to the last output given out."""
-        # Outputs computed but not given out took their share of the seconds.
-        given = self.sequence + 1
+        given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         return self._gathering.report(self.scene.name, share * self._compute_seconds, self.looks.costs(self._motion))
 
@@ -292,7 +295,6 @@ def simulate(
 ) -> Run:
     """A run of the scene (or the scene of that name); nothing is computed before it is iterated.
 
-    `progress` is called with the share done after each block. With a `failure` of another run of the scene it goes on
-    from the last good state of that.
+    `progress` is called with the share done after each block. It goes on from the last good state of a `failure`.
     """
     return Run(load_scene(scene) if isinstance(scene, str) else scene, progress, failure)

@@ -4,6 +4,7 @@ They are the border of the linear system. A state holds six places (the ring's c
 y [rad], the cage's angle [rad]), their velocities, and integrals that only listen [J]: the work of the loads on
 the ring, and what its support loses. All is in `bearing_link`. A cage whose centre moves has it in the places of the
 tilt, which such a ring does not have, and a third integral, the drive's work through its land (`land`, `moving_cage`).
+Where a torque turns the ring (`shaft`), its angle, its speed and the torque's work follow.
 
 Ring: M dv/dt = load + weight - sum of what the balls do - D v - K (q - rest), and about its axes, with the speed W of
 the drive, I_t d2(theta_x) + I_p W d(theta_y) = M_x, I_t d2(theta_y) - I_p W d(theta_x) = M_y (small tilts).
@@ -21,8 +22,9 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.equations import Bearing
-from bearing_twin.kinds.bearing.land import add_land
+from bearing_twin.kinds.bearing.land import add_land, land_moment
 from bearing_twin.kinds.bearing.layout import (
+    AXIAL_PUSH,
     AXIS_DISTANCE,
     BORDER,
     BORDER_PUSH,
@@ -34,6 +36,9 @@ from bearing_twin.kinds.bearing.layout import (
     PLACES,
     POCKET,
     RADIAL_VELOCITY,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    SHAFT_WORK,
     SHARES,
     TANGENTIAL_VELOCITY,
     WORK_DONE,
@@ -51,9 +56,11 @@ class Partners(NamedTuple):
     """What meets all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
     `ring` is empty where the ring is held: kernels then know the cage alone. `land` is empty where the cage stays
-    centred, else what guides it (`land.Land`). `free` is 1 where a place follows its
-    loads, else 0. `load` grows by `load_rate` a second; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead of
-    it. `scales` (2 PLACES,) are the errors a step may make; `light` [m] is as `error_scales.light_approach` says.
+    centred, else what guides it (`land.Land`). `shaft` is empty where the ring's speed is prescribed, else what a
+    torque turns (`shaft.Shaft`). `free` is 1 where a place follows its loads, else 0. `load` grows by `load_rate` a
+    second, in the cage's place the torque on the shaft; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead.
+    `scales` (2 PLACES + 1,) are the errors a step may make, the last of the shaft's speed; `light` [m] is as
+    `error_scales.light_approach` says.
     """
 
     ring: tuple
@@ -61,6 +68,7 @@ class Partners(NamedTuple):
     even: bool
     varying: bool
     land: tuple
+    shaft: tuple
     free: np.ndarray
     mass: np.ndarray
     stiffness: np.ndarray
@@ -79,7 +87,7 @@ class Partners(NamedTuple):
 class Border(NamedTuple):
     """Ring and cage in a step of so many balls: `numbers` (NUMBERS,) as `border_rows` names them.
 
-    `ring`, `active`, `even`, `varying` and `land` are those of the `Partners`.
+    `ring`, `active`, `even`, `varying`, `land` and `shaft` are those of the `Partners`.
     """
 
     ring: tuple
@@ -87,6 +95,7 @@ class Border(NamedTuple):
     even: bool
     varying: bool
     land: tuple
+    shaft: tuple
     count: int
     numbers: np.ndarray
 
@@ -107,7 +116,10 @@ def new_border(partners, count, state):
             numbers[at.INVERSE_SCALES + i] = 1.0 / partners.scales[i]
     numbers[at.POLAR_INERTIA], numbers[at.UNBALANCE] = partners.polar_inertia, partners.unbalance
     numbers[at.PHASE], numbers[at.LIGHT] = partners.phase, partners.light
-    return Border(partners.ring, partners.active, partners.even, partners.varying, partners.land, count, numbers)
+    if len(partners.shaft) > 0:
+        numbers[at.TURNS], numbers[at.INVERSE_SCALES + SHAFT_SPEED] = 1.0, 1.0 / partners.scales[2 * PLACES]
+    given = partners.ring, partners.active, partners.even, partners.varying, partners.land, partners.shaft
+    return Border(*given, count, numbers)
 
 
 @inlined
@@ -239,6 +251,21 @@ def border_rates(bearing, drive, border, time, blocks):
             add_land(border.land, drive.speed + drive.acceleration * time, numbers)
     for i in range(first, PLACES):
         numbers[at.RATES + PLACES + i] *= numbers[at.INVERSE + i]
+    _turn_shaft(border.shaft, border.land, drive.speed, time, border.count, numbers, blocks)
+
+
+@inlined
+def _turn_shaft(shaft, land, speed, time, count, numbers, blocks):
+    """Fills the rates of a shaft that turns at `speed` [rad/s]: J dw/dt = T - c w + what balls and land do."""
+    if len(shaft) > 0:
+        leave_out_spares(count, blocks, AXIAL_PUSH, 1)
+        torque = numbers[at.LOAD + CAGE] + time * numbers[at.LOAD_RATE + CAGE]
+        moment = torque - shaft.damping * speed + land_moment(land, numbers, speed)
+        for block in range(len(blocks)):
+            moment += sum_of(blocks[block], AXIAL_PUSH)
+        numbers[at.RATES + SHAFT_ANGLE], numbers[at.RATES + SHAFT_SPEED] = speed, moment / shaft.inertia
+        numbers[at.RATES + SHAFT_WORK] = torque * speed
+        numbers[at.RATES + LOST] += shaft.damping * speed * speed
 
 
 @inlined

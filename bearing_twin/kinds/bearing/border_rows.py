@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.kinds.bearing.layout import PLACES
 from bearing_twin.numerics.steppers import MOST_STAGES
 
-WIDTH = 16  # numbers kept for BORDER of them
+WIDTH = 20  # numbers kept for BORDER of them
 
 # States: where the rates are taken, at a step's start, at its end. The rates' explicit change with time, the rates; a
 # stage's right-hand side and what it solves to; the terms of the interpolant; 1 / what a step may err by; the stages.
@@ -28,4 +28,16 @@ OWN = INVERSE + PLACES
 CORNER = OWN + PLACES * 2 * PLACES
 LAND_LOSS = CORNER + PLACES * PLACES
 LAND_POWER = LAND_LOSS + 2 * PLACES
-NUMBERS = LAND_POWER + 2 * PLACES
+
+# Of a shaft that a torque turns: 1 where there is one; how the torque of the inner ring's land answers to places and
+# velocities; the rates of the border by the shaft's speed, and by its angle; its acceleration by places and velocities,
+# and by its speed; what the border comes to for its speed in a stage; and the inverse of what elimination leaves.
+TURNS = LAND_POWER + 2 * PLACES
+LAND_TURN = TURNS + 1
+BY_SHAFT = LAND_TURN + 2 * PLACES
+BY_ANGLE = BY_SHAFT + WIDTH
+SHAFT_ROW = BY_ANGLE + WIDTH
+SHAFT_BY_SPEED = SHAFT_ROW + 2 * PLACES
+SHAFT_SOLVED = SHAFT_BY_SPEED + 1
+SHAFT_PIVOT = SHAFT_SOLVED + WIDTH
+NUMBERS = SHAFT_PIVOT + 1

@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.layout import BORDER, PLACES
+from bearing_twin.kinds.bearing.layout import BORDER, PLACES, SHAFT_SPEED
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.steppers import five, rosenbrock_dense
 
@@ -60,6 +60,8 @@ def border_finish(dense, numbers):
         total += ratio * ratio
     for i in range(PLACES):
         count += 2.0 * numbers[at.FREE + i]
+    ratio = numbers[at.SOLUTION + SHAFT_SPEED] * numbers[at.INVERSE_SCALES + SHAFT_SPEED]
+    total, count = total + ratio * ratio, count + numbers[at.TURNS]
     numbers[at.ERROR] = math.sqrt(total / max(count, 1.0))
 
 

@@ -51,7 +51,7 @@ from bearing_twin.numerics.rotation import dot
 
 
 @inlined
-def _to_cage(row, by_border, lanes, k):
+def to_cage(row, by_border, lanes, k):
     """Turns what a row of answers says of orbit angle and tangential velocity over to the even cage.
 
     What it says of the ball's motion begins at `row`, of the border at `by_border`.
@@ -86,13 +86,13 @@ def _make_even(bearing, border, lanes):
         for i in range(stride):
             put(lanes, BORDER_BY_BORDER + CAGE * stride + i, k, lever * get(lanes, tangential + i, k))
             put(lanes, tangential + i, k, 0.0)
-        _to_cage(entry(RADIAL_VELOCITY, 0), BALL_BY_BORDER, lanes, k)
+        to_cage(entry(RADIAL_VELOCITY, 0), BALL_BY_BORDER, lanes, k)
         for rate in range(AXIAL_VELOCITY, COLUMNS):
-            _to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
+            to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
         if len(border.ring) > 0:
             for i in range(CAGE):
-                _to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
-        _to_cage(BORDER_BY_BALL + CAGE * MOTION, BORDER_BY_BORDER + CAGE * stride, lanes, k)
+                to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
+        to_cage(BORDER_BY_BALL + CAGE * MOTION, BORDER_BY_BORDER + CAGE * stride, lanes, k)
 
 
 @lean_kernel

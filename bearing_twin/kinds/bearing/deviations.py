@@ -96,6 +96,8 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
     seconds = float(part.times[rows][-1] - before)
     integrals = np.abs((mine - theirs)[-1].mean(axis=0))  # what one ball gets too much another may get too little
     speed = abs(part.drive.speed) + abs(part.drive.acceleration) * part.duration
+    if part.partners.shaft:
+        speed = float(np.abs(part.out["inner_ring_speed"][rows]).max())
     ring = [0.0, 0.0]
     if place is None:
         names = "inner_ring_offset", "inner_ring_force"

@@ -11,6 +11,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.drilling import SIDES, drilling_of
+from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
@@ -137,8 +138,8 @@ class BearingDoubt:
             **{f"contact_angle_{side}_rad": [seen["contact_angle"]] * balls for side in SIDES},
             "cage_speed_rad_s": seen["orbit_speed"],
             "roll_rate_rad_s": seen["roll_rate"],
-            "drive_torque_nm": torque,
             "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
+            **self._turned(figures, torque),
             "dissipated_j": balls * seen["loss"] * self._seconds,
             "ring_displacement_m": [moved] * 3,
             # A tilt is integrated as exactly as the displacement that it makes at the balls.
@@ -221,7 +222,15 @@ class BearingDoubt:
             "drive_work_j": share * power * self._seconds,
             "friction_torque_nm": [share * float(one) for one in most],
         }
-        return found | ({"drive_torque_nm": share * power / speed} if speed > 0.0 else {})
+        return found | (self._turned(figures, share * power / speed) if speed > 0.0 else {})
+
+    def _turned(self, figures: Mapping[str, Any], torque: float) -> dict[str, float]:
+        """What friction that is off by this torque [N m] does: to the drive's torque, or to the speed that it makes."""
+        if self.parameters.drive.kind != TORQUE:
+            return {"drive_torque_nm": torque}
+        faster = torque * self._seconds / shaft_inertia(self.parameters)
+        work = abs(figures["drive_torque_nm"]) * faster * self._seconds
+        return {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
 
     def _promises(self, law: np.ndarray | None) -> tuple[Promise, ...]:
         """What is wanted: loads, and friction unless loads alone are."""

@@ -26,6 +26,7 @@ from bearing_twin.contact.elasticity import Elasticity, carries, in_lanes, lane_
 from bearing_twin.contact.friction import friction_factor
 from bearing_twin.kinds.bearing.carried import carried_coefficient, gap_at
 from bearing_twin.kinds.bearing.layout import (
+    AXIAL_PUSH,
     AXIS_DISTANCE,
     BORDER_PUSH,
     CARRIED_INNER,
@@ -102,7 +103,8 @@ class RingDrive(NamedTuple):
 class RacewayContact(NamedTuple):
     """One ball-raceway contact in the ball's frame; `force` is on the ball, `arm` from its centre to the contact.
 
-    `drilling` [N m] is the friction torque on the ball about `normal`: zero for friction at a point.
+    `drilling` [N m] is the friction torque on the ball about `normal`: zero for friction at a point. `axial_moment`
+    [N m] is that of `force` about the ring's axis: times the ring's speed it is `drive_power`.
     """
 
     approach: float
@@ -120,6 +122,7 @@ class RacewayContact(NamedTuple):
     force: tuple[float, float, float]
     torque: tuple[float, float, float]
     drive_power: float
+    axial_moment: float
     dissipation: float
 
 
@@ -196,6 +199,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
         force=force,
         torque=cross(arm, friction),
         drive_power=dot(force, raceway_velocity),
+        axial_moment=point[0] * force[1] - point[1] * force[0],
         dissipation=resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate,
     )
 
@@ -219,6 +223,7 @@ def brought_back(axes, contact):
         force=combined(contact.force, axes),
         torque=combined(contact.torque, axes),
         drive_power=contact.drive_power,
+        axial_moment=contact.axial_moment,
         dissipation=contact.dissipation,
     )
 
@@ -401,6 +406,7 @@ def rates_of_raceways(bearing, lanes):
         put(lanes, LANE_RATES + DRIVE_WORK, k, inner.drive_power)
         put(lanes, LANE_RATES + DISSIPATED, k, inner.dissipation + outer.dissipation)
         put(lanes, LANE_RATES + GROSS_WORK, k, abs(inner.drive_power))
+        put(lanes, AXIAL_PUSH, k, -inner.axial_moment)
         _put_push(ring, place, cosine, sine, position, inner, lanes, k)
 
 

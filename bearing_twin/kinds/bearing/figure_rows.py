@@ -1,5 +1,6 @@
 """The figures of a bearing run: what each is, and of which part of the bearing; one without its part does not exist."""
 
+from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.rings import BALLS, free_coordinates, moving_centre
 
 HALF = "over the second half of the run"
@@ -7,6 +8,8 @@ LATE = f"mean {HALF}"
 PEAK = "at the contact's greatest load"
 MEANINGS = {
     "inner_ring_speed_at_end_rad_s": "of the inner ring, at the end",
+    "run_up_time_s": "until 99 % of the change of the inner ring's speed over the run was first made; none where its "
+    "speed is prescribed",
     "cage_speed_rad_s": f"of the balls about the axis, {LATE}",
     "cage_speed_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
     "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
@@ -45,6 +48,7 @@ MEANINGS = {
 """What each key of the figures is, in their order."""
 FIGURES_OF = {
     "losses": ("dissipated_j", "drive_torque_nm"),
+    "run-up": ("run_up_time_s",),
     "displacement": ("ring_displacement_m", "ring_displacement_range_m"),
     "tilt": ("misalignment_rad",),
     "cage": ("cage_slip", "greatest_pocket_force_n"),
@@ -61,6 +65,7 @@ def missing(parameters, still: bool) -> frozenset[str]:
     free, moving = free_coordinates(parameters), moving_centre(parameters)
     there = {
         "losses": not still,
+        "run-up": parameters.drive.kind == TORQUE,
         "displacement": any(free[:3]),
         "tilt": any(free[3:]),
         "cage": parameters.cage.kind != "none" and not still,

@@ -24,6 +24,7 @@ from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.run_up import RunUp
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, centre_figures, columns_of, mean_torque
 from bearing_twin.kinds.bearing.windows import WINDOW, is_watched
@@ -48,7 +49,7 @@ class BearingFigures:
         self.switches = Switches()
         self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
-        self._sums = Sums(self._balls)
+        self._sums, self._run_up = Sums(self._balls), RunUp(parameters)
         self._layout, self._columns = None, None
 
     def add(self, block: Block) -> None:
@@ -57,6 +58,7 @@ class BearingFigures:
         if layout is not self._layout:
             self._layout, self._columns = layout, columns_of(layout)
         self._sums.add(block, self._columns)
+        self._run_up.add(block)
         self.switches.add(block.records.get(CHOICE.name, ()))
         if not self.first:
             self.first = self._instant(block, 0)
@@ -256,6 +258,7 @@ class BearingFigures:
                 pairs[f"{key}_{ring}_{unit}".rstrip("_")] = [float(v) for v in array[:, side]]
         found = {
             "inner_ring_speed_at_end_rad_s": self.last["inner_ring_speed"],
+            "run_up_time_s": self._run_up.time_to(self.last["inner_ring_speed"]),
             "cage_speed_rad_s": float(orbit / span) if span > 0.0 else 0.0,
             "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
             "roll_rate_rad_s": float(late["roll_rate"] / late["count"]),

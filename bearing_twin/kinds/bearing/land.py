@@ -151,6 +151,14 @@ def add_land(land, speed, numbers):
 
 
 @inlined
+def land_moment(land, numbers, speed):
+    """The land's torque on the inner ring [N m] in the state `NOW`; 0 without one, or where the outer ring has it."""
+    if len(land) > 0:
+        return carried_by_ring(land) * touch_at(land, numbers, at.NOW, speed).ring_torque
+    return 0.0
+
+
+@inlined
 def _put_column(land, speed, numbers, column, change):
     """Adds one column of answers to the border's own Jacobian and to those of its integrals."""
     force, cage_torque, ring_torque, loss = change
@@ -162,6 +170,7 @@ def _put_column(land, speed, numbers, column, change):
     numbers[own + CAGE * stride] += numbers[at.INVERSE + CAGE] * cage_torque
     numbers[at.LAND_LOSS + column] = loss
     numbers[at.LAND_POWER + column] = -ring * speed * ring_torque
+    numbers[at.LAND_TURN + column] = ring * ring_torque
 
 
 @lean_kernel
@@ -184,6 +193,37 @@ def land_answers(land, speed, numbers):
             _put_column(land, speed, numbers, PLACES + i, change)
         change = _change(land, off, moving, turning, surface, nothing, nothing, 1.0)
         _put_column(land, speed, numbers, PLACES + CAGE, change)
+
+
+@inlined
+def _answer_to_spin(land, speed, numbers):
+    ring, turning = carried_by_ring(land), numbers[at.NOW + PLACES + CAGE]
+    off, moving = _against(land, numbers, at.NOW), _against(land, numbers, at.NOW + PLACES)
+    distance = math.sqrt(off[0] * off[0] + off[1] * off[1])
+    if ring == 0.0 or not distance > land.clearance:
+        return 0.0
+    surface = -land.side * land.radius / distance  # a cage that moves along the land by this slips as much
+    push = (-surface * off[1], surface * off[0])
+    force, cage_torque, ring_torque, loss = _change(land, off, moving, turning, speed, (0.0, 0.0), push, 0.0)
+    first = at.BY_SHAFT + PLACES
+    for i in range(2):
+        numbers[first + i] -= numbers[at.INVERSE + i] * force[i]
+        numbers[first + CAGE_X + i] += numbers[at.INVERSE + CAGE_X + i] * force[i]
+    numbers[first + CAGE] += numbers[at.INVERSE + CAGE] * cage_torque
+    numbers[at.BY_SHAFT + LOST] += loss
+    numbers[at.BY_SHAFT + LAND_WORK] -= speed * ring_torque + touch_at(land, numbers, at.NOW, speed).ring_torque
+    return ring_torque
+
+
+@lean_kernel
+def answer_to_spin(land, speed, numbers):
+    """Adds how cage and ring answer through the land to the inner ring's `speed`, where a torque turns that.
+
+    Returns how the torque on the ring answers [N m s].
+    """
+    if len(land) > 0:
+        return _answer_to_spin(land, speed, numbers)
+    return 0.0
 
 
 @lean_kernel

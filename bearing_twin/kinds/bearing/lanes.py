@@ -39,10 +39,10 @@ from bearing_twin.kinds.bearing.linear_system import (
     factorise_alone,
     factorise_together,
     solve_alone,
-    solve_together,
 )
 from bearing_twin.kinds.bearing.pairs import add_pairs
 from bearing_twin.kinds.bearing.rates import rates_in_lanes
+from bearing_twin.kinds.bearing.shaft import factorise_shaft, solve_with_shaft, turning
 from bearing_twin.kinds.bearing.stage_places import mixed_stages, place_stage, place_start
 from bearing_twin.kinds.bearing.step_ends import finish_lanes, weigh_light
 from bearing_twin.numerics.lean import lean_kernel
@@ -133,6 +133,7 @@ def _linearise(varies, coupling, bearing, drive, blocks):
             border_slope(SLOPE_STEP, coupling.border.numbers)
         couple_jacobians(bearing.pockets, bearing, drive, _moment(0.0, blocks), coupling, blocks)
         factorise_together(coupling, blocks)
+        factorise_shaft(coupling.border.shaft, drive, bearing, _moment(0.0, blocks), coupling, blocks)
     else:
         for block in range(len(blocks)):
             factorise_alone(blocks[block])
@@ -145,7 +146,7 @@ def _solve_stage(stage, method, coupling, drive, blocks):
         _stage_right(method.c[stage], method.d[stage], blocks[block])
     if len(coupling) > 0:
         border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), coupling.border.numbers)
-        solve_together(drive, _moment(0.0, blocks), coupling, blocks)
+        solve_with_shaft(coupling.border.shaft, drive, _moment(0.0, blocks), coupling, blocks)
         border_keep(stage, coupling.border.numbers)
     else:
         for block in range(len(blocks)):
@@ -173,20 +174,21 @@ def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
         alpha = method.alpha[stage] if stage >= 0 else SLOPE_STEP
         if len(coupling) > 0:
             _stage_of_border(stage, method, coupling.border.numbers)
+        now = turning(border, drive, _moment(alpha, blocks), at.NOW)
         for block in range(len(blocks)):
             if stage > 0:
-                place_stage(border, drive, alpha, method.a[stage], blocks[block])
+                place_stage(border, now, alpha, method.a[stage], blocks[block])
             else:
-                place_start(method.gamma, border, drive, alpha, blocks[block])
+                place_start(method.gamma, border, now, alpha, blocks[block])
             rates_in_lanes(bearing, blocks[block])
         if len(coupling) > 0:
-            _add_coupled(coupling, bearing, drive, alpha, blocks)
+            _add_coupled(coupling, bearing, now, alpha, blocks)
         if stage < 0:
             _keep_rates(border, blocks)
             continue
         if stage == 0:
-            _linearise(varies, coupling, bearing, drive, blocks)
-        _solve_stage(stage, method, coupling, drive, blocks)
+            _linearise(varies, coupling, bearing, now, blocks)
+        _solve_stage(stage, method, coupling, turning(border, drive, _moment(0.0, blocks), at.BEGIN), blocks)
     if len(coupling) > 0:
         border_finish(method.dense, coupling.border.numbers)
     for block in range(len(blocks)):

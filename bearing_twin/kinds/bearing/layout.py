@@ -40,15 +40,16 @@ PLACES = 6
 RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE = np.arange(PLACES)
 CAGE_X, CAGE_Y = TILT_X, TILT_Y  # a cage whose centre moves has its places there, and the ring does not tilt
 WORK_DONE, LOST, LAND_WORK = 12, 13, 14
-BORDER = 15
+SHAFT_ANGLE, SHAFT_SPEED, SHAFT_WORK = 15, 16, 17  # of a shaft that a torque turns: angle, speed, work of the torque
+BORDER = 18
 
 # What the rates need besides the motion: speed of the ring, load coefficients, what a law carries (see `carried`),
 # motion of ring and cage, the cage's angle to the ball's pocket, place and velocity of its centre; what a ball does to
-# ring and cage; the rates; and what friction over the spots works with.
+# ring and cage, and to the ring about its axis; the rates; and what friction over the spots works with.
 RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, BORDER_MOTION, POCKET = _rows(
     COLUMNS, 1, 1, 1, 4, 4, 2 * PLACES
 )
-CENTRE, BORDER_PUSH, _RATES = _rows(POCKET + 1, 4, PLACES)
+CENTRE, BORDER_PUSH, AXIAL_PUSH, _RATES = _rows(POCKET + 1, 4, PLACES, 1)
 LANE_RATES, _SPOT_ROWS, LANE_ROWS = _rows(_RATES, COLUMNS, 16)
 CARRIED_COLUMNS = 8
 # The motion in a spot's frame, its semi-axes, and three means over it, each in two rows, inner contacts and outer ones:
@@ -95,6 +96,11 @@ OWN_BY_OWN, OWN_BY_AHEAD, AHEAD_BY_OWN, AHEAD_BY_AHEAD, UPPER, LOWER, PAIR_ROWS 
 ANSWERING = COLUMNS - VELOCITY
 BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, SHARES, CLOSING, BORDERED_ROWS = _rows(
     ROSENBROCK_ROWS, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, PLACES, 1
+)
+# A shaft that a torque turns: rates of a ball from VELOCITY on by its speed; its acceleration by a ball's motion, by
+# places and velocities of the border and by its speed; and what a ball's state comes to for its speed in a stage.
+BALL_BY_SHAFT, SHAFT_BY_BALL, SHAFT_BY_BORDER, SHAFT_OWN, SHAFT_ANSWER, SHAFT_ROWS = _rows(
+    BORDERED_ROWS, ANSWERING, MOTION, 2 * PLACES, 1, COLUMNS
 )
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
+from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.numerics.steppers import ROSENBROCK
@@ -100,6 +101,8 @@ def unmeasured(parameters) -> str:
         return "a cage"
     if dimension_of(parameters) == FREE_RING:
         return "a ring that moves"
+    if parameters.drive.kind == TORQUE:
+        return "a shaft that a torque turns"
     contact, geometry = parameters.contact, parameters.geometry
     if 0.0 < contact.relaxation_time < LEAST_DAMPING:
         return "so little damping"

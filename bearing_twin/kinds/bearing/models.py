@@ -15,6 +15,7 @@ from bearing_twin.kinds.bearing.adequacy import (
     share_at_start,
     still_error,
 )
+from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, error_of, of_asked, predictions, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
@@ -40,8 +41,10 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
     """(dimension, why); what it leaves out, or does without, joins the warnings."""
     asked, dimension = parameters.model.dimension != "auto", dimension_of(parameters)
     if dimension == FREE_RING:
-        return FREE_RING, "free, as the scene asks: the inner ring moves with its mass, in one step with all balls"
-    loads_alone = not asked and dimension == PRESCRIBED and parameters.wanted.outputs == LOADS
+        why = "as the scene asks" if asked else "because a torque turns the ring under a load"
+        return FREE_RING, f"free, {why}: the inner ring moves with its mass, in one step with all balls"
+    turned = parameters.drive.kind == TORQUE
+    loads_alone = not (asked or turned) and dimension == PRESCRIBED and parameters.wanted.outputs == LOADS
     if dimension == PRESCRIBED and not loads_alone:
         warnings += of_held_ring(parameters)
         why = "as the scene asks" if asked else "because friction torque, slip and losses are among the outputs"

@@ -10,11 +10,20 @@ from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
 from bearing_twin.kinds.bearing.integrate import Chunk, Instants, check, integrated
-from bearing_twin.kinds.bearing.layout import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, ORBIT_ANGLE, PLACES
+from bearing_twin.kinds.bearing.layout import (
+    CARRIED_COLUMNS,
+    DRIVE_WORK,
+    GROSS_WORK,
+    ORBIT_ANGLE,
+    PLACES,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+)
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
-from bearing_twin.kinds.bearing.overload import explained
+from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_start, partners_of, settled_start
+from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
 from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
@@ -25,7 +34,6 @@ from bearing_twin.stopping import SIGNALLED
 NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
-MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "_load", "_load_rate")
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
@@ -55,7 +63,7 @@ class BearingMotion:
             start, self._start_border = settled_start(parameters, choice.law, partners)
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
-            start, self._start_border = caged_start(start, partners)
+            start, self._start_border = caged_start(start, partners, parameters.drive.speed)
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0
@@ -107,30 +115,12 @@ class BearingMotion:
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        arrays = {name: getattr(self, name).tolist() for name in (*MOVING, "counts", "_load", "_load_rate")}
-        arrays["commanded"] = self.loading.load.tolist() if self.loading.commanded else []
-        rest = {"drive": list(self.drive), "goal_speed": self.goal_speed, "offset": list(self.bearing.offset)}
-        fixed = {"fixed_step": self.step} if self.stepper in FIXED_STEP else {}
-        moving = {"elapsed": self.elapsed, "changed": self._changed, "acceleration": self._acceleration}
-        return arrays | rest | fixed | moving
+        return snapshot_of(self)
 
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another bearing."""
         self.reset()
-        if kept["commanded"]:
-            self.loading.set(kept["commanded"][:3], kept["commanded"][3:])
-        self._load, self._load_rate = self._load.copy(), self._load_rate.copy()
-        for name in (*MOVING, "_load", "_load_rate"):
-            array, given = getattr(self, name), np.array(kept[name], float)
-            if given.shape != array.shape or not np.isfinite(given).all():
-                raise ValueError(name)
-            array[...] = given
-        if not (self.steps > 0.0).all():
-            raise ValueError("steps")
-        self.counts[:] = kept["counts"]
-        self.drive = RingDrive(*map(float, kept["drive"]))
-        self.goal_speed, self.elapsed = float(kept["goal_speed"]), float(kept["elapsed"])
-        self._changed, self._acceleration = kept["changed"], float(kept["acceleration"])
+        put_back(self, kept)
         self.bearing = self._bearing._replace(offset=tuple(map(float, kept["offset"])))
         self._keep()
 
@@ -228,17 +218,20 @@ class BearingMotion:
 
         They are taken as `operating.check_load` let them pass.
         """
-        self.loading = Loading(self.parameters)
-        if force is not None:
-            self.loading.set(force, moment)
+        self.loading = self.loading.loaded(self.parameters, force, moment)
+
+    def set_torque(self, torque: float) -> None:
+        """Has this torque [N m] turn the shaft from now on, in place of the scene's."""
+        self.loading.set_torque(torque)
 
     def _partners(self):
         """Ring and cage with the loads from now to their next jump."""
         if not self.partners.active:
             return self.partners
-        load, rate = self.loading.at(self.elapsed)
+        found = zip(self.loading.at(self.elapsed), self.loading.torque_at(self.elapsed), strict=True)
+        load, rate = (np.append(*one) for one in found)
         varying = self.partners.varying or bool(np.any(rate))
-        return self.partners._replace(load=np.append(load, 0.0), load_rate=np.append(rate, 0.0), varying=varying)
+        return self.partners._replace(load=load, load_rate=rate, varying=varying)
 
     def _part(self, times, duration, out, first):
         """Integrates over a part of constant acceleration and writes its outputs from row `first` on."""
@@ -273,12 +266,17 @@ class BearingMotion:
             pointer = self._integrate(drive, partners, near, times, duration, filled)
         write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
         given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])
+        check_speed(self.parameters, partners, self.elapsed + times, filled[2])
         self._look(Part(self.bearing, drive, partners, near, times, duration, before, filled, *given))
+        self.elapsed += duration
+        if partners.shaft:
+            self.drive = RingDrive(*self.border[[SHAFT_ANGLE, SHAFT_SPEED]].tolist(), 0.0)
+            self.goal_speed = self.drive.speed
+            return
         angle = drive.angle + duration * (drive.speed + 0.5 * drive.acceleration * duration)
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
         self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
-        self.elapsed += duration
 
     def _pointer(self, instants: int) -> np.ndarray:
         return np.zeros((0, 0, 0))  # room (N, instants, POINTED) for what `pointing` notes; empty: nothing is noted

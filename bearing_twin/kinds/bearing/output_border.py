@@ -5,7 +5,7 @@ import math
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, outside_load
 from bearing_twin.kinds.bearing.cage import bump
-from bearing_twin.kinds.bearing.equations import ball_vector
+from bearing_twin.kinds.bearing.equations import RingDrive, ball_vector
 from bearing_twin.kinds.bearing.land import carried_by_ring, touch_at
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -17,11 +17,15 @@ from bearing_twin.kinds.bearing.layout import (
     ORBIT_ANGLE,
     PLACES,
     RADIAL_VELOCITY,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    SHAFT_WORK,
     SPIN,
     VELOCITY,
     WORK_DONE,
 )
 from bearing_twin.kinds.bearing.moving_cage import seen, wall
+from bearing_twin.kinds.bearing.output_lanes import DRIVE_TORQUE
 
 
 @inlined
@@ -90,6 +94,19 @@ def _hold_even(bearing, partners, state, border, row, first, force):
                 row[first + k] = mass * radius * growth + swing - along
 
 
+@inlined
+def _write_shaft(shaft, partners, border, time, row, torque, shared):
+    """Writes the torque on a shaft into column `torque`; its spin and that torque's work join the energies.
+
+    What balls and land take of the work stays in the bearing.
+    """
+    if len(shaft) > 0:
+        row[torque] = partners.load[CAGE] + time * partners.load_rate[CAGE]
+        row[shared] += 0.5 * shaft.inertia * border[SHAFT_SPEED] * border[SHAFT_SPEED]
+        row[shared + 3] = border[WORK_DONE] + border[SHAFT_WORK]
+        row[shared + 5] += abs(border[SHAFT_WORK])
+
+
 @kernel
 def write_border(bearing, partners, drive, rolling, times, states, borders, places, out, first):
     """Adds ring and cage to the rows of `out` from `first` on, at `times` [s] into a part with these loads.
@@ -99,8 +116,11 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
     shared = places.shared + 12  # the energies follow four vectors
     for sample in range(len(times)):
         row, border, time = out[first + sample], borders[sample], times[sample]
+        now = drive
+        if len(partners.shaft) > 0:
+            now = RingDrive(border[SHAFT_ANGLE] - time * border[SHAFT_SPEED], border[SHAFT_SPEED], 0.0)
         for i in range(3):
-            row[places.ring + 12 + i] = outside_load(partners, drive, time, i)
+            row[places.ring + 12 + i] = outside_load(partners, now, time, i)
         for i in range(PLACES):
             speed, off = border[PLACES + i], border[i] - partners.rest[i]
             row[shared] += 0.5 * partners.free[i] * partners.mass[i] * speed * speed
@@ -111,8 +131,8 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
         row[shared + 4] += border[LOST]
         row[shared + 5] += abs(border[WORK_DONE]) + abs(border[LAND_WORK])
         if partners.free[CAGE] > 0.0:
-            cage, pocket = places.ring + 16, places.ring + 19
-            turning = drive.speed + drive.acceleration * time
+            cage, pocket = places.ring + DRIVE_TORQUE + 1, places.ring + DRIVE_TORQUE + 4
+            turning = row[places.ring + 1]
             speed = rolling * turning
             row[cage], row[cage + 1] = border[CAGE], border[CAGE_SPEED]
             row[cage + 2] = 1.0 - border[CAGE_SPEED] / speed if speed != 0.0 else 0.0
@@ -124,3 +144,5 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
                 row[shared + 1] += _write_moving(
                     pockets, bearing, partners.land, turning, state, border, row, pocket, places.shared
                 )
+                row[places.ring + DRIVE_TORQUE] = -row[places.shared + 5]
+        _write_shaft(partners.shaft, partners, border, time, row, places.ring + DRIVE_TORQUE, shared)

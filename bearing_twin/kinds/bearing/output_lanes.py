@@ -31,6 +31,8 @@ from bearing_twin.kinds.bearing.layout import (
     ORBIT_ANGLE,
     PLACES,
     RING_SPEED,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
     SPIN,
     VELOCITY,
     get,
@@ -66,6 +68,7 @@ SHARED_WIDTHS = (3, 3, 3, 3, 1, 1, 1, 1, 1, 1)  # of those that are sums over th
     DRILLING_OUT, INNER_FORCE, INNER_TORQUE, OUTER_FORCE, OUTER_TORQUE, KINETIC, ELASTIC, POTENTIAL, WORK, LOST, GROSS,
     OWN_ORIENTATION, ENERGIES, OUTPUT_ROWS,
 ) = LANE_ROWS + np.cumsum((0, *OWN_WIDTHS, *SHARED_WIDTHS, 4, 2))  # fmt: skip
+DRIVE_TORQUE = 16  # columns after the ring's angle
 OWN_ROWS, SHARED_ROWS = sum(OWN_WIDTHS), sum(SHARED_WIDTHS)
 
 
@@ -230,11 +233,12 @@ def _write_ring(ring, border, row, first):
 
 
 @kernel
-def write_rows(bearing, drive, times, states, orientations, borders, places, out, first):
+def write_rows(bearing, drive, times, states, orientations, borders, turned, places, out, first):
     """Fills `out` from row `first` on with the states (count, N, columns), orientations (count, N, 4) at `times` [s].
 
     `borders` (count, BORDER) are those of ring and cage, where the bearing's `ring` is not empty. `times`
-    count from the instant the drive's angle and speed belong to.
+    count from the instant the drive's angle and speed belong to; where a ring is `turned` by a torque, they are those
+    of the border.
     """
     balls, lanes, flat = bearing.balls, new_lanes(OUTPUT_ROWS), out.reshape(-1)
     sample, ball, begin = np.zeros((3, LANES), np.int64)
@@ -244,7 +248,8 @@ def write_rows(bearing, drive, times, states, orientations, borders, places, out
             pair = min(done + k, total - 1)
             sample[k], ball[k] = pair // balls, pair % balls
             begin[k] = (first + sample[k]) * width
-            put(lanes, RING_SPEED, k, drive.speed + drive.acceleration * times[sample[k]])
+            speed = borders[sample[k], SHAFT_SPEED] if turned else drive.speed + drive.acceleration * times[sample[k]]
+            put(lanes, RING_SPEED, k, speed)
             _put_ring(bearing.ring, borders, sample[k], lanes, k)
         _load(states, orientations, sample, ball, lanes)
         give_coefficients(bearing, lanes)
@@ -257,10 +262,13 @@ def write_rows(bearing, drive, times, states, orientations, borders, places, out
         row, time = out[first + sample], times[sample]
         row[places.ring] = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
         row[places.ring + 1] = drive.speed + drive.acceleration * time
+        if turned:
+            row[places.ring], row[places.ring + 1] = borders[sample, SHAFT_ANGLE], borders[sample, SHAFT_SPEED]
         for axis in range(3):
             row[places.ring + 2 + axis] = bearing.offset[axis]
         for column in range(places.ring + 5, places.shared):
             row[column] = 0.0
+        row[places.ring + DRIVE_TORQUE] = -row[places.shared + 5]
         _write_ring(bearing.ring, borders[sample], row, places.ring + 2)
         for column in range(places.neighbours + balls, len(row)):
             row[column] = 0.0

@@ -58,6 +58,9 @@ def _channels(n: int) -> tuple[Channel, ...]:
         ),
         Channel("inner_ring_load", "N", (3,), "on a ring with mass from outside, its weight left out; 0 where held"),
         Channel("inner_ring_load_work", "J", (), "of that load since the start; 0 where held"),
+        Channel(
+            "drive_torque", "N m", (), "on the inner ring about +z: what keeps a prescribed speed, its inertia left out"
+        ),
         Channel("cage_angle", "rad", (), "of the cage, which is 0 where ball 0 is in the middle; 0 without a cage"),
         Channel("cage_speed", "rad/s", (), "of the cage about +z; 0 without one"),
         Channel("cage_slip", "1", (), "1 - cage speed / that of balls that roll at contact angle 0; 0 without a cage"),
@@ -69,7 +72,7 @@ def _channels(n: int) -> tuple[Channel, ...]:
         Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre"),
         Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),
         Channel("outer_ring_torque", "N m", (3,), "on the outer ring by the balls, about its centre"),
-        Channel("kinetic_energy", "J", (), "of balls, cage and a ring with mass, its spin left out"),
+        Channel("kinetic_energy", "J", (), "of balls, cage and a ring with mass; of its spin where a torque turns it"),
         Channel("elastic_energy", "J", (), "of all contacts, and the springs of the ring's support"),
         Channel("potential_energy", "J", (), "of gravity on balls and a ring with mass, zero at the bearing's centre"),
         Channel("drive_work", "J", (), "of the drive and of the loads on a ring with mass since the start"),
@@ -138,7 +141,7 @@ def outputs_alone(bearing, drive, times, states, orientations, borders) -> dict[
     (count, balls), layout = states.shape[:2], layout_of(_channels(1))
     rows = Rows(layout, np.empty((count * balls, layout.width)))
     alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), np.tile(borders, (count, 1))
-    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, _places(1), rows.numbers, 0)
+    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, False, _places(1), rows.numbers, 0)
     # A channel of each ball has one ball here.
     shapes = (channel.shape[1:] if place < OWN else channel.shape for place, channel in enumerate(layout.channels))
     return {name: rows[name].reshape(count, balls, *shape) for name, shape in zip(layout.places, shapes, strict=True)}
@@ -160,7 +163,8 @@ def write_outputs(parameters, bearing, partners, drive, times, states, orientati
     (count, BORDER) are those of the `partners`, ring and cage. Every column of a row is written.
     """
     places = _places(parameters.geometry.balls)
-    write_rows(bearing, drive, times, states, orientations, _tilting(partners, borders), places, out, first)
+    bodies = _tilting(partners, borders)
+    write_rows(bearing, drive, times, states, orientations, bodies, len(partners.shaft) > 0, places, out, first)
     if partners.active:
         pitch = parameters.geometry.ball_diameter / parameters.geometry.pitch_diameter
         write_border(bearing, partners, drive, 0.5 * (1.0 - pitch), times, states, borders, places, out, first)

@@ -1,12 +1,14 @@
-"""Why a run broke off, where a load is the reason: one that the bearing does not carry in balance."""
+"""Why a run broke off, where what acts on the ring is the reason: a load that nothing carries, or a torque."""
+
+import numpy as np
 
 from bearing_twin.errors import BearingTwinError, IntegrationError
-from bearing_twin.kinds.bearing.border import outside_load
+from bearing_twin.kinds.bearing.border import Partners, outside_load
 from bearing_twin.kinds.bearing.integrate import Chunk
-from bearing_twin.kinds.bearing.layout import CAGE, TILT_X
+from bearing_twin.kinds.bearing.layout import CAGE, SHAFT_SPEED, TILT_X
 from bearing_twin.kinds.bearing.quasi_static.operating import check_load
 
-OVERLOAD = "overload"  # the reason of such an error
+OVERLOAD, TOO_FAST = "overload", "too fast"  # reasons of such errors
 
 
 def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin: float) -> IntegrationError:
@@ -31,3 +33,19 @@ def _load(chunk: Chunk, into: float) -> list[float]:
     weights = (partners.free * partners.weight)[:CAGE].tolist()
     weights[TILT_X:CAGE] = 0.0, 0.0  # there a cage whose centre moves has its weight
     return [outside_load(partners, chunk.drive, into, i) + weight for i, weight in enumerate(weights)]
+
+
+def check_speed(parameters, partners: Partners, times, borders) -> None:
+    """Raises IntegrationError at the first of the `times` (n,) [s] at which a shaft that a torque turns is too fast.
+
+    `borders` (n, BORDER) are those of the `partners` then.
+    """
+    limit, speeds = parameters.drive.greatest_speed, borders[:, SHAFT_SPEED]
+    beyond = ~(np.abs(speeds) <= limit)
+    if partners.shaft and beyond.any():
+        seconds, speed = float(times[beyond.argmax()]), float(speeds[beyond.argmax()])
+        sentence = (
+            f"at {seconds:.9g} s the inner ring turns at {speed:.6g} rad/s, beyond drive.greatest_speed = {limit:g} "
+            "rad/s: nothing holds the torque; lower it, or add drive.damping"
+        )
+        raise IntegrationError(sentence, TOO_FAST, seconds, "inner ring")

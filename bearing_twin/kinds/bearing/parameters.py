@@ -9,7 +9,8 @@ from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import numbers_missing
 from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
-from bearing_twin.kinds.bearing.rings import Cage, Model, Rings, ring_problems
+from bearing_twin.kinds.bearing.drive import Drive, torque_problems
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
 from bearing_twin.kinds.sections import (
     Friction,
     PointElastic,
@@ -86,26 +87,6 @@ CONTACT = BearingContact(
     friction_coefficient=0.08,
     friction_regularisation=0.01,
 )
-
-
-@dataclass(frozen=True)
-class Change:
-    """One change of the drive while it runs, added to what it was."""
-
-    time: float = quantity(0.0, "s", "when the drive changes; 0 = never", at_least=0.0)
-    speed: float = quantity(0.0, "rad/s", "added to the wanted speed, which is approached at drive.acceleration")
-    offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "added to the inner ring's offset, at once")
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Prescribed motion of the inner ring; the outer ring is at rest."""
-
-    speed: float = quantity(183.26, "rad/s", "speed of the inner ring about +z")
-    acceleration: float = quantity(2000.0, "rad/s^2", "rate at which a commanded speed is approached", above=0.0)
-    offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "displacement of the inner ring's centre")
-    tilt: tuple[float, float] = quantity((0.0, 0.0), "rad", "misalignment of the inner ring about x and y")
-    change: Change = section(Change)
 
 
 @dataclass(frozen=True)
@@ -241,6 +222,7 @@ def check(parameters: BearingScene) -> list[str]:
             problems.append(found)
             break
     problems += ring_problems(parameters)
+    problems += torque_problems(parameters, dimension_of(parameters) == QUASI_STATIC)
     problems += numbers_missing(parameters.contact)
     problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})
     problems += check_run(run)

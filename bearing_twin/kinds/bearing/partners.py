@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, Partners
+from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.land import NO_LAND, Land
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
@@ -15,6 +16,7 @@ from bearing_twin.kinds.bearing.layout import (
     HEIGHT,
     ORBIT_ANGLE,
     PLACES,
+    SHAFT_SPEED,
     SPIN,
     TANGENTIAL_VELOCITY,
 )
@@ -39,6 +41,7 @@ from bearing_twin.kinds.bearing.rings import (
     land_radius,
     moving_centre,
 )
+from bearing_twin.kinds.bearing.shaft import Shaft
 from bearing_twin.kinds.bearing.start import cage_inertia
 
 NEVER = math.inf
@@ -57,38 +60,73 @@ class Loading:
         )
         self.change_time = ring.change.time or NEVER
         self.knots, self.commanded = np.array(ring.table).reshape(-1, 6), False
+        drive = parameters.drive
+        self.torque, self.torque_knots = drive.torque, np.array(drive.torque_table).reshape(-1, 2)
+        self.torque_commanded = False
 
     def set(self, force, moment) -> None:
         """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
         self.load = np.array([*force, *moment], float)[:CAGE]
         self.change_time, self.knots, self.commanded = NEVER, np.empty((0, 6)), True
 
+    def loaded(self, parameters: BearingScene, force, moment) -> "Loading":
+        """The same with other loads, or the scene's own where both are None; a commanded torque stays."""
+        found = Loading(parameters)
+        if force is not None:
+            found.set(force, moment)
+        if self.torque_commanded:
+            found.set_torque(self.torque)
+        return found
+
+    def set_torque(self, torque: float) -> None:
+        """From now on `torque` [N m] turns the shaft in place of the scene's."""
+        self.torque, self.torque_knots, self.torque_commanded = float(torque), np.empty((0, 2)), True
+
     def until_next(self, elapsed: float) -> float:
         """Seconds until the load jumps, or grows otherwise."""
-        times = np.append(self.knots[:, 0], self.change_time)
+        times = np.concatenate((self.knots[:, 0], self.torque_knots[:, 0], [self.change_time]))
         return float(np.min(times[times > elapsed * (1.0 + SAME)], initial=NEVER)) - elapsed
 
     def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
         """Load (5,) at `elapsed` [s] and its rate (5,), which hold until the next jump."""
         jumped = elapsed >= self.change_time * (1.0 - SAME)
-        load, rate, knots = self.load + self.change if jumped else self.load, np.zeros(5), self.knots
-        if not len(knots):
-            return load, rate
-        row = int(np.searchsorted(knots[:, 0], elapsed * (1.0 + SAME), side="right")) - 1
-        if row < 0 or row + 1 == len(knots):
-            return load + knots[max(row, 0), 1:], rate
-        rate = (knots[row + 1, 1:] - knots[row, 1:]) / (knots[row + 1, 0] - knots[row, 0])
-        return load + knots[row, 1:] + rate * (elapsed - knots[row, 0]), rate
+        load = self.load + self.change if jumped else self.load
+        more, rate = _between(self.knots, elapsed)
+        return load if more is None else load + more, rate
+
+    def torque_at(self, elapsed: float) -> tuple[float, float]:
+        """Torque [N m] on the shaft at `elapsed` [s] and its rate, which hold until the next jump."""
+        more, rate = _between(self.torque_knots, elapsed)
+        return (self.torque, 0.0) if more is None else (self.torque + float(more[0]), float(rate[0]))
+
+
+def _between(knots: np.ndarray, elapsed: float) -> tuple[np.ndarray | None, np.ndarray]:
+    """What a table (n, 1 + m), time first, has at `elapsed` [s], None where it has no row, and its rate (m,)."""
+    rate = np.zeros(knots.shape[1] - 1)
+    if not len(knots):
+        return None, rate
+    row = int(np.searchsorted(knots[:, 0], elapsed * (1.0 + SAME), side="right")) - 1
+    if row < 0 or row + 1 == len(knots):
+        return knots[max(row, 0), 1:], rate
+    rate = (knots[row + 1, 1:] - knots[row, 1:]) / (knots[row + 1, 0] - knots[row, 0])
+    return knots[row, 1:] + rate * (elapsed - knots[row, 0]), rate
 
 
 def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
-    """Errors (2 PLACES,) that a step of ring and cage may make, from those of a ball (MOTION,)."""
+    """Errors (2 PLACES + 1,) that a step of ring, cage and shaft may make, from those of a ball (MOTION,)."""
     pitch = 0.5 * parameters.geometry.pitch_diameter
     # Little stops a shaft that rings, so that errors of its motion add up for longer than those of balls and cage.
     place, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
     about = 1.0 if moving_centre(parameters) else pitch
     found = np.array(
-        [*(place,) * 3, *(place / about,) * 2, place / pitch, *(speed,) * 3, *(speed / about,) * 2, speed / pitch]
+        [
+            *(place,) * 3,
+            *(place / about,) * 2,
+            place / pitch,
+            *(speed,) * 3,
+            *(speed / about,) * 2,
+            *(speed / pitch,) * 2,
+        ]
     )
     if parameters.cage.kind == POCKETS:
         found[[CAGE, CAGE_SPEED]] /= RING_SHARE
@@ -116,13 +154,15 @@ def partners_of(parameters: BearingScene) -> Partners:
         free[CAGE_X:CAGE] = 1.0
     about = (ring.inertia[0] or 1.0) if centred else cage.mass
     weight = np.asarray(parameters.gravity, float)
+    turned = parameters.drive.kind == TORQUE
     inertia = cage_inertia(parameters) if caged else 1.0
     return Partners(
         ring=(1.0,) if moving else (),
-        active=moving or caged,
+        active=moving or caged or turned,
         even=cage.kind == EVEN,
         varying=moving and ring.unbalance != 0.0,
         land=land_of(parameters),
+        shaft=Shaft(shaft_inertia(parameters), float(parameters.drive.damping)) if turned else (),
         free=free,
         mass=np.array([*(ring.mass or 1.0,) * 3, about, about, inertia]),
         stiffness=np.array([*support.stiffness, *(support.tilt_stiffness * centred,) * 2, 0.0]),
@@ -134,7 +174,7 @@ def partners_of(parameters: BearingScene) -> Partners:
         polar_inertia=ring.inertia[1] * centred,
         unbalance=ring.unbalance if moving else 0.0,
         phase=0.0,
-        scales=np.zeros(2 * PLACES),
+        scales=np.zeros(2 * PLACES + 1),
         light=0.0,
     )
 
@@ -179,6 +219,7 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     found = _settled(solver, _support(parameters, partners), partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates
+    border[SHAFT_SPEED] = speed if partners.shaft else 0.0
     if partners.land:
         border[CAGE_X:CAGE] = _resting(parameters, partners, border)
     state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
@@ -203,9 +244,10 @@ def _resting(parameters: BearingScene, partners: Partners, border: np.ndarray) -
     return middle + (land.clearance + size / land.stiffness) * weight / size
 
 
-def caged_start(state: np.ndarray, partners: Partners) -> tuple[np.ndarray, np.ndarray]:
-    """A start of balls round a ring that is held, in a cage that goes round with their mean."""
+def caged_start(state: np.ndarray, partners: Partners, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    """A start of balls round a ring that is held, at `speed` [rad/s], in a cage that goes round with their mean."""
     border = np.zeros(BORDER)
+    border[SHAFT_SPEED] = speed if partners.shaft else 0.0
     if partners.free[CAGE]:
         border[CAGE_SPEED] = np.mean(state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE])
         state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * border[CAGE_SPEED]

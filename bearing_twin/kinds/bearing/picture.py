@@ -10,6 +10,7 @@ from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
 from bearing_twin import __version__
 from bearing_twin.errors import LogError
+from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.history import LoadHistory
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of, moving_centre
@@ -33,8 +34,10 @@ from bearing_twin.sample import Block, Sample
 
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
-MOVED = "inner_ring_offset", "cage_offset"
-WORDS = "Inner ring's centre, from where it started", "Cage's centre, off the axis"
+WORDS = {
+    "inner_ring_offset": "Inner ring's centre, from where it started",
+    "cage_offset": "Cage's centre, off the axis",
+}
 GREATEST_NUMBERED = 40
 RING = 0.55  # radial thickness of a drawn ring, in ball radii
 ARROW = 2.0  # length of the longest load arrow, in ball radii
@@ -49,6 +52,7 @@ class BearingPicture:
         parameters = facts.scene.parameters if facts.scene else None
         self._moved = [LoadHistory("inner_ring_offset")] if parameters and dimension_of(parameters) == FREE_RING else []
         self._moved += [LoadHistory("cage_offset")] if parameters and moving_centre(parameters) else []
+        self._moved += [LoadHistory("inner_ring_speed")] if parameters and parameters.drive.kind == TORQUE else []
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
@@ -65,16 +69,16 @@ class BearingPicture:
         FigureCanvasAgg(figure)
         edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
-        left = grid[0].subgridspec(2 + len(self._moved), 1, hspace=(0.16, 0.24, 0.34)[len(self._moved)])
+        left = grid[0].subgridspec(2 + len(self._moved), 1, hspace=(0.16, 0.24, 0.34, 0.44)[len(self._moved)])
         right = grid[1].subgridspec(3, 1, height_ratios=(4.0, 0.95, 0.7), hspace=0.2)
         loads = [figure.add_subplot(left[row]) for row in (0, 1)]
         _draw_loads(figure, loads, history)
         above = loads[1]
-        for row, (moved, name, words) in enumerate(zip(self._moved, MOVED, WORDS, strict=False)):
+        for row, moved in enumerate(self._moved):
             above.tick_params(labelbottom=False)
             above.set_xlabel("")
             above = figure.add_subplot(left[2 + row])
-            _draw_displacement(above, moved, name, words)
+            (_draw_displacement if moved.channel in WORDS else _draw_speed)(above, moved)
         _draw_bearing(figure.add_subplot(right[0]), history.last, scene)
         _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
         return finish(figure, _title(history, scene), _footer(self._facts, history), path, worth=worth)
@@ -102,15 +106,27 @@ def _draw_loads(figure, axes, history):
     axes[1].set_xlabel(f"time [{unit}]")
 
 
-def _draw_displacement(axis, history, name, words):
+def _draw_speed(axis, history):
+    """The speed that a torque gives the inner ring."""
+    time, low, high = _shown(history) or history.envelope()
+    (scale, unit), turns = scaled(time[-1], "s"), np.stack([low, high], axis=1).ravel() * 30.0 / np.pi
+    frame(axis)
+    axis.plot(np.repeat(time * scale, 2), turns, linewidth=1.6, color=STYLE["ink"])
+    heading(axis, "Speed of the inner ring, turned by a torque")
+    axis.set(xlabel=f"time [{unit}]", ylabel="speed [rpm]")
+    axis.margins(x=0.0)
+
+
+def _draw_displacement(axis, history):
     """How far the centre of a ring with mass is from where it started, or of a cage from the axis, along each axis."""
     time, low, high = _shown(history) or history.envelope()
-    (scale, unit), start = scaled(time[-1], "s"), history.first[name] * (name == MOVED[0])
+    (scale, unit), name = scaled(time[-1], "s"), history.channel
+    start = history.first[name] * (name == "inner_ring_offset")
     frame(axis)
     for i, along in enumerate("xyz"[: len(start)]):
         path = 1e6 * (np.stack([low[:, i], high[:, i]], axis=1).ravel() - start[i])
         axis.plot(np.repeat(time * scale, 2), path, linewidth=1.6, label=along, color=BALL_COLOURS[i])
-    heading(axis, words)
+    heading(axis, WORDS[name])
     axis.set(xlabel=f"time [{unit}]", ylabel="displacement [µm]")
     axis.margins(x=0.0)
     axis.legend(ncols=3, frameon=False, fontsize=10, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
@@ -260,8 +276,7 @@ def _arrow(axis, centre, radius, share, raceway, pitch):
 
 
 def _words(axis, sample, scene, greatest, reach):
-    ink = {"fontsize": 11, "color": STYLE["ink"]}
-    left = -1.3 * reach
+    ink, left = {"fontsize": 11, "color": STYLE["ink"]}, -1.3 * reach
     heading(axis, f"The bearing at {sample.time_ns * 1e-9:.6g} s: load on each ball")
     axis.text(left, 0.93 * reach, f"longest arrow {greatest:.4g} N", **ink)
     for row, (word, colour) in enumerate(zip(("inner ring", "outer ring"), RACEWAY_COLOURS, strict=True)):

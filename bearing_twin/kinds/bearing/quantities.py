@@ -2,6 +2,7 @@
 
 import math
 
+from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.rings import free_coordinates
 from bearing_twin.kinds.contract import Quantity, read_off
 
@@ -15,6 +16,12 @@ def _held(first: int, after: int):
     """Of a ring that is held along all these coordinates its place is what the scene says, and no result."""
     say = "the scene holds the inner ring there, so that it is no result; free it with rings.inner.free"
     return lambda parameters: "" if any(free_coordinates(parameters)[first:after]) else say
+
+
+def _prescribed(parameters) -> str:
+    """Nothing runs up to a prescribed speed."""
+    say = "the scene prescribes the inner ring's speed, so that nothing runs it up; turn it by drive.kind: torque"
+    return "" if parameters.drive.kind == TORQUE else say
 
 
 def quantities() -> dict[str, Quantity]:
@@ -36,6 +43,13 @@ def quantities() -> dict[str, Quantity]:
         "roll_rate": Quantity("rad/s", "mean, second half of the run", read_off("roll_rate_rad_s")),
         "drive_torque": Quantity(
             "N m", "that turns the inner ring, mean of the second half of the run", read_off("drive_torque_nm")
+        ),
+        "speed_at_end": Quantity("rad/s", "of the inner ring", read_off("inner_ring_speed_at_end_rad_s")),
+        "run_up_time": Quantity(
+            "s",
+            "until 99 % of the change of the inner ring's speed was made",
+            read_off("run_up_time_s"),
+            missing=_prescribed,
         ),
         "dissipated_energy": Quantity("J", "lost in the contacts during the run", read_off("dissipated_j")),
         "ring_displacement": Quantity(

@@ -143,7 +143,7 @@ def _move_balls(other: BearingMotion, motion: QuasiStaticMotion, here) -> None:
     for ball in state:
         found = rolling(bearing, speed, ball[ORBIT_ANGLE], ball[AXIS_DISTANCE], ball[HEIGHT])
         ball[TANGENTIAL_VELOCITY], ball[SPIN : SPIN + 3] = found[0], found[1:]
-    state, border = caged_start(state, other.partners)
+    state, border = caged_start(state, other.partners, speed)
     border[CAGE] = here.cage_angle[0] if other.partners.free[CAGE] else 0.0
     moved = {"state": state.tolist(), "orientation": here.orientation[0].tolist(), "border": border.tolist()}
     drive = {"drive": [float(here.inner_ring_angle[0]), speed, 0.0], "goal_speed": motion.goal_speed}

@@ -85,7 +85,7 @@ def _vector_answer(seat, d, u, w, value, by_place, by_velocity, by_spin):
 
 
 @inlined
-def _number_answer(seat, d, u, w, by_place, by_velocity, by_spin):
+def number_answer(seat, d, u, w, by_place, by_velocity, by_spin):
     """The answer of a number."""
     velocity, spin = combined(by_velocity, seat.axes), combined(by_spin, seat.axes)
     place = combined(minus(by_place, cross(velocity, seat.turning)), seat.axes)
@@ -110,8 +110,8 @@ def seated_gradient(ring, bearing, given, slope, place, cosine, sine, speed, pos
         offset=offset,
         force=_vector_answer(seat, offset, relative, against, contact.force, by.force_p, by.force_v, by.force_s),
         torque=_vector_answer(seat, offset, relative, against, contact.torque, by.torque_p, by.torque_v, by.torque_s),
-        power=_number_answer(seat, offset, relative, against, by.power_p, by.power_v, by.power_s),
-        loss=_number_answer(seat, offset, relative, against, by.loss_p, by.loss_v, by.loss_s),
+        power=number_answer(seat, offset, relative, against, by.power_p, by.power_v, by.power_s),
+        loss=number_answer(seat, offset, relative, against, by.loss_p, by.loss_v, by.loss_s),
     )
 
 
@@ -180,7 +180,8 @@ def _put_turned_row(lanes, at, k, cosine, sine, size, place, turn, velocity, rat
 
 
 @inlined
-def _put_number(lanes, at, k, cosine, sine, sign, answer):
+def put_number(lanes, at, k, cosine, sine, sign, answer):
+    """Writes how a number answers to the ring's places and velocities, times `sign`, from row `at` on."""
     _put_turned_row(lanes, at, k, cosine, sine, sign, answer.place, answer.turn, answer.velocity, answer.rate)
 
 
@@ -249,10 +250,10 @@ def put_answers(bearing, found, lanes, k, cosine, sine):
     _put_columns(lanes, BALL_BY_BORDER, stride, k, cosine, sine, 1.0 / bearing.ball_mass, found.force)
     _put_columns(lanes, BALL_BY_BORDER + 3 * stride, stride, k, cosine, sine, 1.0 / bearing.ball_inertia, found.torque)
     work = BALL_BY_BORDER + (ANSWERING - 3) * stride
-    _put_number(lanes, work, k, cosine, sine, 1.0, found.power)
-    _put_number(lanes, work + stride, k, cosine, sine, 1.0, found.loss)
+    put_number(lanes, work, k, cosine, sine, 1.0, found.power)
+    put_number(lanes, work + stride, k, cosine, sine, 1.0, found.loss)
     sign = math.copysign(1.0, found.contact.drive_power)
-    _put_number(lanes, work + 2 * stride, k, cosine, sine, sign, found.power)
+    put_number(lanes, work + 2 * stride, k, cosine, sine, sign, found.power)
     _put_reaction(lanes, 0, True, k, cosine, sine, found.contact.force, found.force)
     value, answer = _moment(found)
     _put_reaction(lanes, 3, False, k, cosine, sine, value, answer)

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin import tables
+from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.parameters import choice, quantity, section
 
 LOAD_COLUMNS = (("time", "s"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
@@ -133,10 +134,15 @@ def free_coordinates(parameters) -> tuple[bool, ...]:
 
 
 def dimension_of(parameters) -> str:
-    """The dimension a scene asks for; `auto` is quasi_static where the ring is loaded, free or tilted."""
+    """The dimension a scene asks for; `auto` is quasi_static where the ring is loaded, free or tilted.
+
+    Where a torque turns the ring it is free then.
+    """
     asked = parameters.model.dimension
     if asked != "auto":
         return asked
+    if parameters.drive.kind == TORQUE:
+        return FREE_RING if any(free_coordinates(parameters)) else PRESCRIBED
     return QUASI_STATIC if any(free_coordinates(parameters)) or any(parameters.drive.tilt) else PRESCRIBED
 
 
@@ -213,6 +219,7 @@ def _unmet(parameters, dimension) -> list[str]:
     cage, stepper, problems = parameters.cage, parameters.solver.stepper, []
     moving = [words for words, is_so in (
         ("a ring with mass", dimension == FREE_RING),
+        ("a shaft by a torque", parameters.drive.kind == TORQUE and dimension != QUASI_STATIC),
         ("a cage", cage.kind != "none" and dimension != QUASI_STATIC),
     ) if is_so]  # fmt: skip
     if moving and stepper not in ("auto", "rodas4", "rodas3"):

@@ -20,7 +20,6 @@ from bearing_twin.kinds.bearing.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.flight import NOTHING, cut_steps
 from bearing_twin.kinds.bearing.lanes import rosenbrock_step
 from bearing_twin.kinds.bearing.layout import (
-    BORDERED_ROWS,
     CARRIED_INNER,
     COLUMNS,
     END,
@@ -28,6 +27,7 @@ from bearing_twin.kinds.bearing.layout import (
     LANES,
     ORIENTATION,
     ROSENBROCK_ROWS,
+    SHAFT_ROWS,
     SHARE,
     START,
     STEP,
@@ -218,7 +218,7 @@ def _judge(task, coupling, ball, count, dense, results, blocks):
 def _blocks_of(coupling, balls):
     """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
     if len(coupling) > 0:
-        return new_blocks(balls, BORDERED_ROWS)
+        return new_blocks(balls, SHAFT_ROWS)
     return new_blocks(1, ROSENBROCK_ROWS)
 
 

@@ -23,6 +23,7 @@ BEARING = Kind(
     quantities=late(f"{HERE}.quantities:quantities"),
     steered=True,
     commands=late(f"{HERE}.topics:commands"),
+    check_drive=late(f"{HERE}.quasi_static.operating:check_drive"),
     check_load=late(f"{HERE}.quasi_static.operating:check_load"),
     rechosen=late(f"{HERE}.rechoice:rechosen"),
     operating_point=late(f"{HERE}.quasi_static.operating:operating_point"),

@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.equations import lane_position, raceway_contact
 from bearing_twin.kinds.bearing.layout import (
     ACROSS,
     ALONG,
+    AXIAL_PUSH,
     DISSIPATED,
     DRIVE_WORK,
     GIVEN_INNER,
@@ -62,13 +63,15 @@ class Spot(NamedTuple):
 class SpotAnswer(NamedTuple):
     """What friction over a spot does: force and torque on the ball, power of the ring on it and power lost [W].
 
-    `drilling` [N m] is the torque's part about the contact normal, the rest is the force's about the ball's centre.
+    `drilling` [N m] is the torque's part about the contact normal, the rest is the force's about the ball's centre;
+    `turning` [N m] is the moment on the ball about the ring's axis.
     """
 
     friction: tuple[float, float, float]
     drilling: float
     torque: tuple[float, float, float]
     drive_power: float
+    turning: float
     dissipation: float
 
 
@@ -106,6 +109,7 @@ def spot_answer(coefficient, ring_speed, contact, spot, along, across, moment):
         drilling=drilling,
         torque=torque,
         drive_power=ring_speed * turning,
+        turning=turning,
         dissipation=limit * loss,
     )
 
@@ -214,6 +218,7 @@ def _add_all(coefficient, bearing, lanes):
         put(lanes, LANE_RATES + DRIVE_WORK, k, power)
         increase(lanes, LANE_RATES + DISSIPATED, k, one.dissipation + two.dissipation)
         put(lanes, LANE_RATES + GROSS_WORK, k, abs(power))
+        put(lanes, AXIAL_PUSH, k, -(inner.axial_moment + one.turning))
 
 
 @kernel

@@ -13,6 +13,7 @@ from bearing_twin.contact.friction import COARSE_POINTS, spot_slopes
 from bearing_twin.kinds.bearing.layout import (
     ACROSS,
     ALONG,
+    BALL_BY_SHAFT,
     DISSIPATED,
     DRIVE_WORK,
     GROSS_WORK,
@@ -23,6 +24,8 @@ from bearing_twin.kinds.bearing.layout import (
     RING_SPEED,
     SEMI_MAJOR,
     SEMI_MINOR,
+    SHAFT_BY_BALL,
+    SHAFT_OWN,
     SLIP_MAJOR,
     SLIP_MINOR,
     SPIN,
@@ -42,7 +45,7 @@ from bearing_twin.numerics.rotation import add, scaled
 GIVEN = 5  # numbers that the means over a spot depend on: both slips, spin, both semi-axes
 SUMS = 12  # over a spot's points, from which the slopes of its means follow
 ANSWERED = (*range(VELOCITY, VELOCITY + 3), *range(SPIN, SPIN + 3), DRIVE_WORK, DISSIPATED)  # rates that spots add to
-ANSWERS = len(ANSWERED) + 1
+ANSWERS = len(ANSWERED) + 2
 # Rows after those of the rates: sums and slopes of both spots of a lane, what the spots answer, and what they did.
 SUM, SLOPES, ANSWER, BASE, ROOM_ROWS = LANE_ROWS + np.cumsum((0, 2 * SUMS, 6 * GIVEN, ANSWERS, ANSWERS))
 NUDGE = 1e-6  # relative: for the differences of a model that is not in lanes
@@ -159,7 +162,10 @@ def _answer_near(coefficient, ring_speed, contact, spot, room, k):
 
 @kernel
 def answers_near(coefficient, bearing, room):
-    """What friction over both spots gives each lane, and the drive's power without it, into the rows of `ANSWER`."""
+    """What friction over both spots gives each lane, into the rows of `ANSWER`.
+
+    Then the drive's power without it, and its moment on the ball about the ring's axis.
+    """
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         speed = get(room, RING_SPEED, k)
@@ -171,6 +177,27 @@ def answers_near(coefficient, bearing, room):
         put(room, ANSWER + 6, k, one.drive_power)
         put(room, ANSWER + 7, k, one.dissipation + two.dissipation)
         put(room, ANSWER + 8, k, inner.drive_power)
+        put(room, ANSWER + 9, k, one.turning)
+
+
+@owning_kernel
+def _room_near(spot, bearing, lanes):
+    """The lanes with the slopes of the means over their spots, and what the spots did.
+
+    All in one array: the compiler knows then that what is written is not what is read, and takes lanes at once.
+    """
+    room = np.empty(ROOM_ROWS * LANES)
+    for i in range(LANE_ROWS * LANES):
+        room[i] = lanes[i]
+    if spot[2]:
+        sum_slopes(bearing.friction_regularisation, room)
+        _slopes_of_sums(room)
+    else:
+        _slopes_one_by_one(spot[1], bearing.friction_regularisation, room)
+    answers_near(spot[0], bearing, room)
+    for i in range(ANSWERS * LANES):
+        put(room, BASE, i, get(room, ANSWER, i))
+    return room
 
 
 @owning_kernel
@@ -181,19 +208,7 @@ def add_spot_slopes(spot, bearing, lanes):
     law that is looked up counts as constant here.
     """
     if len(spot) > 0:
-        # All in one array: the compiler knows then that what is written is not what is read, and takes lanes at once.
-        room = np.empty(ROOM_ROWS * LANES)
-        for i in range(LANE_ROWS * LANES):
-            room[i] = lanes[i]
-        if spot[2]:
-            sum_slopes(bearing.friction_regularisation, room)
-            _slopes_of_sums(room)
-        else:
-            _slopes_one_by_one(spot[1], bearing.friction_regularisation, room)
-        answers_near(spot[0], bearing, room)
-        for i in range(ANSWERS * LANES):
-            put(room, BASE, i, get(room, ANSWER, i))
-        steps = nudges(bearing)
+        room, steps = _room_near(spot, bearing, lanes), nudges(bearing)
         for column in range(MOTION):
             for k in range(LANES):
                 put(room, column, k, get(lanes, column, k) + steps[column])
@@ -201,8 +216,44 @@ def add_spot_slopes(spot, bearing, lanes):
             for k in range(LANES):
                 inverse = 1.0 / (get(room, column, k) - get(lanes, column, k))
                 put(room, column, k, get(lanes, column, k))
-                for answer in range(ANSWERS - 1):
+                for answer in range(len(ANSWERED)):
                     change = get(room, ANSWER + answer, k) - get(room, BASE + answer, k)
                     increase(lanes, entry(ANSWERED[answer], column), k, change * inverse)
                 sign = math.copysign(1.0, get(room, BASE + 6, k) + get(room, BASE + 8, k))
                 put(lanes, entry(GROSS_WORK, column), k, sign * get(lanes, entry(DRIVE_WORK, column), k))
+
+
+@owning_kernel
+def add_spot_turning(spot, bearing, lanes):
+    """Adds what friction over the spots does to how balls answer to the inner ring's speed, and its moment to them.
+
+    After `shaft_gradient.put_shaft_answers`; nothing where the bearing's `spot` is empty.
+    """
+    if len(spot) > 0:
+        room, steps = _room_near(spot, bearing, lanes), nudges(bearing)
+        for column in range(MOTION):
+            for k in range(LANES):
+                put(room, column, k, get(lanes, column, k) + steps[column])
+            answers_near(spot[0], bearing, room)
+            for k in range(LANES):
+                inverse = 1.0 / (get(room, column, k) - get(lanes, column, k))
+                put(room, column, k, get(lanes, column, k))
+                increase(
+                    lanes, SHAFT_BY_BALL + column, k, -inverse * (get(room, ANSWER + 9, k) - get(room, BASE + 9, k))
+                )
+        for k in range(LANES):
+            put(room, RING_SPEED, k, get(lanes, RING_SPEED, k) + steps[MOTION - 1])
+        answers_near(spot[0], bearing, room)
+        for k in range(LANES):
+            inverse = 1.0 / (get(room, RING_SPEED, k) - get(lanes, RING_SPEED, k))
+            for answer in range(len(ANSWERED)):
+                change = get(room, ANSWER + answer, k) - get(room, BASE + answer, k)
+                increase(lanes, BALL_BY_SHAFT + ANSWERED[answer] - VELOCITY, k, change * inverse)
+            increase(lanes, SHAFT_OWN, k, -inverse * (get(room, ANSWER + 9, k) - get(room, BASE + 9, k)))
+            sign = math.copysign(1.0, get(room, BASE + 6, k) + get(room, BASE + 8, k))
+            put(
+                lanes,
+                BALL_BY_SHAFT + GROSS_WORK - VELOCITY,
+                k,
+                sign * get(lanes, BALL_BY_SHAFT + DRIVE_WORK - VELOCITY, k),
+            )

@@ -19,8 +19,8 @@ from bearing_twin.sample import Sample
 FRAME = BEARING.frame
 STATE_ARRAYS = ("orbit_angle", "position", "velocity", "orientation", "angular_velocity", "roll_rate")
 STATE_NUMBERS = (
-    "inner_ring_angle", "inner_ring_speed", "kinetic_energy", "elastic_energy", "potential_energy", "drive_work",
-    "dissipated",
+    "inner_ring_angle", "inner_ring_speed", "drive_torque", "kinetic_energy", "elastic_energy", "potential_energy",
+    "drive_work", "dissipated",
 )  # fmt: skip
 
 
@@ -68,6 +68,10 @@ def commands() -> tuple[Command, ...]:
     """The topics that a running bearing obeys."""
     return (
         Command("command/speed", FLOAT, lambda message: ("set_speed", message.data), "speed of the inner ring [rad/s]"),
+        Command(
+            "command/torque", FLOAT, lambda message: ("set_torque", message.data),
+            "torque on the inner ring about +z [N m], of a scene whose drive.kind is torque; held until the next",
+        ),
         Command("command/speed_stamped", TWIST, _turning, "the same with a header: twist.angular.z alone", FRAME),
         Command(
             "command/load", WRENCH, _load, "load on the inner ring about its centre, held until the next", FRAME
@@ -96,7 +100,6 @@ def state(output: Output) -> dict:
         "cage_speed": orbit_rates(sample).mean(axis=-1),
         "inner_ring_offset": sample["inner_ring_offset"],
         "inner_ring_tilt": sample["inner_ring_tilt"],
-        "drive_torque": -sample["inner_ring_torque"][..., 2],
         **{name: sample[name] for name in STATE_ARRAYS + STATE_NUMBERS},
     }
 

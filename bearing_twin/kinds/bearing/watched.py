@@ -18,11 +18,12 @@ from bearing_twin.kinds.bearing.companion import Companion
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.meetings import as_met, meetings
-from bearing_twin.kinds.bearing.motion import MOVING, BearingMotion
+from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
 from bearing_twin.kinds.bearing.pointing import POINTED
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
+from bearing_twin.kinds.bearing.snapshots import MOVING
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, bumps, followed, is_watched, off_by, unseen
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
@@ -41,7 +42,14 @@ SPARED = 0.5  # ... up to this share of what was too rough
 HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
-BEGUN = ("drive", "elapsed", "_acceleration", "_load", "_load_rate")  # what a part changes besides arrays in place
+BEGUN = (
+    "drive",
+    "goal_speed",
+    "elapsed",
+    "_acceleration",
+    "_load",
+    "_load_rate",
+)  # what a part changes besides arrays in place
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.kinds.bearing.drive import SPEED, TORQUE
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Solver,
     Support,
@@ -27,7 +28,7 @@ def commanded_loads(force, moment) -> tuple[float, ...]:
         raise BearingTwinError(f"force {_words(force)} N and torque {_words(moment)} N m must be finite")
     if any(values[5:]):
         raise BearingTwinError(
-            f"the torque of {values[5]:g} N m about z is the drive's, which keeps the speed; command the speed instead"
+            f"the torque of {values[5]:g} N m about z is the drive's; command its speed, or its torque, instead"
         )
     return tuple(map(float, values[:5]))
 
@@ -55,6 +56,21 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
         first = load_line(support) + math.pi / balls * place / (PLACES - 1)
         azimuths = azimuths_of(balls, first)
         Solver(setting, azimuths, weights_of(parameters, setting, azimuths)).solve(support)
+
+
+def check_drive(parameters, law: str, key: str, value: float, load: tuple) -> None:
+    """Raises BearingTwinError for a commanded `key`, speed [rad/s] or torque [N m], that is not the drive's to take.
+
+    Also for a speed at which the `load` (force, moment) is not carried, None for both being the scene's own.
+    """
+    kind = parameters.drive.kind
+    if key != kind:
+        why = "the speed follows from the torque" if kind == TORQUE else "the torque follows from the speed"
+        raise BearingTwinError(f"drive.kind = {kind}: {why}; command the {kind} instead")
+    if not math.isfinite(value):
+        raise BearingTwinError(f"a {key} of {value:g} is not finite")
+    if key == SPEED:
+        check_load(parameters, law, value, *load)
 
 
 def operating_point(parameters, law: str, sample) -> OperatingPoint:

@@ -1,0 +1,265 @@
+"""A shaft that a torque turns, in time: closed forms, balances, an integration by SciPy, commands, refusals."""
+
+import numpy as np
+import pytest
+from bearings import motion, stored_energy
+from scipy.integrate import solve_ivp
+
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.kinds.bearing.equations import RingDrive, single_contact
+from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
+from bearing_twin.kinds.bearing.layout import (
+    AXIS_DISTANCE,
+    HEIGHT,
+    MOTION,
+    ORBIT_ANGLE,
+    SHAFT_SPEED,
+    SPIN,
+    TANGENTIAL_VELOCITY,
+    VELOCITY,
+)
+from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.numerics.rotation import about_z
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+
+TORQUE = ("drive.kind=torque", "drive.inertia=1.0e-5")
+FROM_REST = (*TORQUE, "drive.torque=0.01", "drive.speed=0", "initial.motion=rest")
+STILL = ("gravity=[0,0,0]",)
+RIG = "bearing_6203_rig_400N"
+CAGES = (("cage.kind=none",), ("cage.kind=even",), ("cage.kind=pockets",))
+
+
+def advanced(moving, period, count):
+    """The outputs, with those at the start in front."""
+    first, times = moving.first_outputs(), period * np.arange(1, count + 1)
+    out = moving.advance(times, times[-1])
+    return first, out
+
+
+def joined(name, first, out):
+    return np.concatenate([getattr(first, name), getattr(out, name)])
+
+
+def closure(first, out):
+    """Energy made by the numbers over the work moved."""
+    made = stored_energy(out)[-1] - stored_energy(first)[0] + out.dissipated[-1] - out.drive_work[-1]
+    return made / out.gross_work[-1]
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3])
+def test_without_friction_the_torque_and_its_drag_alone_make_the_speed(damping):
+    """w = T t / J, and w = T / c (1 - exp(-c t / J)); the drag is lost, and none of it is the balls'."""
+    moving = motion(*FROM_REST, *STILL, "contact.friction_coefficient=0", f"drive.damping={damping}")
+    first, out = advanced(moving, 1e-4, 200)
+    time = 1e-4 * np.arange(1, 201)
+    wanted = 1e3 * time if damping == 0.0 else 0.01 / damping * -np.expm1(-damping * time / 1e-5)
+    assert out.inner_ring_speed == pytest.approx(wanted, rel=1e-5)
+    assert out.kinetic_energy == pytest.approx(0.5 * 1e-5 * wanted**2, rel=3e-5, abs=1e-9)
+    assert out.drive_work[-1] == pytest.approx(0.01 * out.inner_ring_angle[-1], rel=1e-9)
+    assert abs(closure(first, out)) < 1e-6
+
+
+def test_balls_that_roll_add_their_share_of_inertia():
+    """Z (m (w_c d_m / 2)^2 + I (w_c - w_r)^2) / w^2, by rolling at contact angle 0; a cage adds J_c (w_c / w)^2."""
+    for cage in CAGES[:2]:
+        moving = motion(*FROM_REST, *STILL, *cage, "contact.friction_regularisation=1e-3")
+        geometry, bearing = moving.parameters.geometry, moving.bearing
+        size = geometry.ball_diameter, geometry.pitch_diameter
+        orbit, roll = cage_speed(1.0, *size), roll_rate(1.0, *size)
+        share = bearing.ball_mass * (0.5 * size[1] * orbit) ** 2 + bearing.ball_inertia * (orbit - roll) ** 2
+        inertia = 1e-5 + 8.0 * share + (5e-3 * (0.5 * size[1] * orbit) ** 2 if cage == CAGES[1] else 0.0)
+        _, out = advanced(moving, 1e-3, 20)
+        assert 8.0 * share > 0.02 * inertia
+        assert np.ptp(out.inner_ring_speed[[9, -1]]) / 0.01 == pytest.approx(0.01 / inertia, rel=1e-3)
+
+
+def test_angular_momentum_of_all_that_turns_is_what_torque_and_outer_ring_give():
+    """J w + sum (m r v_t + I s_z) about the axis, with friction over the spots, drag and a torque that changes."""
+    moving = motion(
+        *TORQUE, *STILL, "drive.speed=50", "initial.motion=rest", "contact.friction=spot", "drive.damping=1e-5",
+        "drive.torque_table=[[0,0.02],[0.001,-0.01],[0.0015,0.03]]",
+    )  # fmt: skip
+    moving.advance(np.array([]), 4e-4)  # slip begins within nanoseconds
+    first, out = advanced(moving, 2e-6, 1000)
+    position, velocity = joined("position", first, out), joined("velocity", first, out)
+    orbital = moving.bearing.ball_mass * (position[..., 0] * velocity[..., 1] - position[..., 1] * velocity[..., 0])
+    spin = moving.bearing.ball_inertia * joined("angular_velocity", first, out)[..., 2]
+    speed = joined("inner_ring_speed", first, out)
+    held = (orbital + spin).sum(axis=1) + 1e-5 * speed
+    given = joined("drive_torque", first, out) - 1e-5 * speed - joined("outer_ring_torque", first, out)[:, 2]
+    gained = np.concatenate([[0.0], np.cumsum(0.5 * (given[1:] + given[:-1])) * 2e-6])
+    assert np.ptp(held) > 1e-5
+    assert held - held[0] == pytest.approx(gained, abs=2e-4 * np.ptp(held))
+    balls = joined("inner_ring_torque", first, out)[:, 2]
+    slope = np.gradient(1e-5 * speed, 2e-6)
+    there = slice(50, 250)
+    assert slope[there] == pytest.approx(
+        (given + joined("outer_ring_torque", first, out)[:, 2] + balls)[there], abs=1e-4
+    )
+
+
+def by_scipy(moving, torque, damping, duration):
+    """States of the balls and the shaft's speed by DOP853, with the moment of each contact added up one by one."""
+    bearing, near = moving.bearing, np.zeros(8, np.bool_)
+    count, columns = moving.state.shape
+    inertia = moving.partners.shaft.inertia
+
+    def right(time, flat):
+        state, speed, rates = flat[:-1].reshape(count, columns), flat[-1], np.zeros((count, columns))
+        bearing_rates(bearing, RingDrive(0.0, speed, 0.0), near, 0.0, state, rates)
+        moment = torque(time) - damping * speed
+        for ball in state:
+            centre = about_z(np.cos(ball[ORBIT_ANGLE]), -np.sin(ball[ORBIT_ANGLE]), bearing.offset)
+            place = ball[AXIS_DISTANCE], 0.0, ball[HEIGHT]
+            motion_of = tuple(ball[VELOCITY : VELOCITY + 3]), tuple(ball[SPIN : SPIN + 3])
+            found = single_contact(bearing, bearing.inner, centre, speed, place, *motion_of)
+            at = np.subtract(place, centre) + found.arm
+            moment -= np.cross(at, found.force)[2]
+        return np.append(rates.ravel(), moment / inertia)
+
+    start = np.append(moving.state.ravel(), moving.border[SHAFT_SPEED])
+    found = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-15, first_step=1e-7)
+    return found.y[:-1, -1].reshape(count, columns), found.y[-1, -1]
+
+
+SMOOTH = (
+    "drive.kind=torque", "drive.inertia=2e-6", "drive.torque_table=[[0,0.05],[1,500.05]]", "drive.damping=1e-5",
+    "drive.offset=[2.0e-6,-1.0e-6,5.0e-6]", "contact.friction_regularisation=0.3", "wanted.tolerance=1e-6",
+)  # fmt: skip
+
+
+def test_a_run_is_that_of_scipy_and_halved_steps_are_of_order_four():
+    """Balls that ring under an offset, a torque that grows: the state after 48 us, and by 8, 16 and 32 equal steps."""
+    span, errors, balls = 4.8e-5, [], np.arange(8)
+    for steps in (0, 8, 16, 32):
+        moving = motion(*SMOOTH)
+        moving.advance(np.array([]), 1e-4)
+        moving.state[:, VELOCITY] += 0.03 * np.cos(2.4 * balls)
+        moving.state[:, VELOCITY + 1] += 0.03 * np.cos(1.1 * balls)
+        if not steps:
+            exact, exact_speed = by_scipy(moving, lambda time: 0.05 + 500.0 * (time + 1e-4), 1e-5, span)
+        else:
+            moving.scales[:], moving.partners.scales[:] = np.inf, np.inf
+        rejected = moving.costs()["ball_rejections"]
+        for _ in range(steps or 1):
+            moving.steps[:] = 1.0 if steps else 1e-7
+            moving.advance(np.array([]), span / (steps or 1))
+        assert moving.costs()["ball_rejections"] == rejected or not steps
+        off = np.abs(moving.state - exact)[:, :MOTION].max(axis=0) / np.abs(exact[:, :MOTION]).max(axis=0)
+        errors.append((abs(moving.border[SHAFT_SPEED] - exact_speed) / exact_speed, off[TANGENTIAL_VELOCITY]))
+    whole, *halved = np.array(errors)
+    assert np.all(whole < 1e-7), errors
+    assert np.all(np.log2(halved[1] / halved[2]) > 3.5), errors
+
+
+@pytest.mark.parametrize("cage", CAGES, ids=lambda keys: keys[0])
+@pytest.mark.parametrize("more", [(), ("rings.inner.unbalance=1e-4",), ("rings.inner.free=all",)], ids=str)
+def test_energy_closes_with_the_work_of_the_torque(cage, more):
+    """A ring with mass under a load, gravity and a torque: its gyroscopic moment and unbalance at the speed that is."""
+    table = "drive.torque_table=[[0,0.1],[0.01,0.05],[0.02,-0.1]]"
+    moving = motion("drive.kind=torque", "drive.damping=1e-4", table, *cage, *more, scene=RIG)
+    first, out = advanced(moving, 1e-4, 300)
+    assert abs(closure(first, out)) < 1e-5
+    speed, torque = joined("inner_ring_speed", first, out), joined("drive_torque", first, out)
+    power = speed * torque
+    work = np.sum(0.5 * (power[1:] + power[:-1])) * 1e-4
+    assert out.drive_work[-1] - out.inner_ring_load_work[-1] == pytest.approx(work, rel=1e-3)
+    assert torque[[100, 200]] == pytest.approx([0.05, -0.1], rel=1e-9)
+
+
+def test_a_cage_on_the_land_of_the_inner_ring_turns_its_shaft():
+    """Without a torque J w changes by the impulse of the moments of balls and land."""
+    moving = motion("drive.kind=torque", scene="bearing_6203_guided_cage")
+    first, out = advanced(moving, 2e-7, 20000)
+    assert abs(closure(first, out)) < 1e-5
+    moment, speed = joined("inner_ring_torque", first, out)[:, 2], joined("inner_ring_speed", first, out)
+    gained = np.sum(0.5 * (moment[1:] + moment[:-1])) * 2e-7
+    assert abs(gained) > 1e-8
+    assert 1e-4 * (speed[-1] - speed[0]) == pytest.approx(gained, abs=5e-9)
+
+
+def test_the_numbers_do_not_depend_on_how_a_run_is_cut_or_taken_up_again():
+    scene = load_scene("bearing_6203_run_up", ("run.duration=0.03",))
+    whole, cut = Simulation(scene), Simulation(scene)
+    wanted = whole.advance(30).matrix()
+    rows = [cut.advance(count).matrix() for count in (1, 7, 2, 20)]
+    assert np.concatenate(rows).tobytes() == wanted.tobytes()
+    begun, again = motion(*FROM_REST), motion(*FROM_REST)
+    times = 1e-4 * np.arange(1, 51)
+    begun.set_torque(0.02)
+    begun.advance(times, times[-1])
+    again.resume(begun.snapshot())
+    assert again.advance(times, times[-1]).numbers.tobytes() == begun.advance(times, times[-1]).numbers.tobytes()
+    assert again.first_outputs().drive_torque[0] == 0.02
+
+
+def test_a_torque_is_commanded_where_it_turns_the_shaft_and_a_speed_where_it_is_prescribed():
+    turned = Simulation(load_scene("bearing_6203", (*FROM_REST, "solver.companion=off")))
+    turned.advance(11)
+    turned.set_torque(-0.02)
+    block = turned.advance(10)
+    speed, torque = block.values["inner_ring_speed"], block.values["drive_torque"]
+    assert torque == pytest.approx(np.full(10, -0.02))
+    assert np.diff(speed) == pytest.approx(np.full(9, -0.02 / 1.042e-5 * 1e-3), rel=1e-2)
+    with pytest.raises(BearingTwinError, match=r"drive\.kind = torque: .*command the torque instead"):
+        turned.set_speed(10.0)
+    with pytest.raises(BearingTwinError, match="a torque of nan is not finite"):
+        turned.set_torque(float("nan"))
+    turned.reset()
+    assert turned.advance(1).values["drive_torque"][0] == 0.01
+    with pytest.raises(BearingTwinError, match=r"drive\.kind = speed: .*command the speed instead"):
+        Simulation(load_scene("bearing_6203")).set_torque(0.01)
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        (("drive.kind=torque",), "wants an inertia about the axis; give drive.inertia"),
+        ((*TORQUE, "drive.inertia=0"), "wants an inertia about the axis"),
+        ((*TORQUE, "drive.inertia=-1e-5"), "drive.inertia"),
+        ((*TORQUE, "drive.torque=nan"), "drive.torque"),
+        ((*TORQUE, "drive.torque_table=[[0,1],[0,2]]"), "time must grow from row to row"),
+        ((*TORQUE, "drive.torque_table=[[0,1],[1,.nan]]"), "drive.torque_table"),
+        ((*TORQUE, "drive.torque_table=[[0]]"), "2 numbers a row"),
+        ((*TORQUE, "drive.change={time: 0.01, speed: 5}"), "drive.change changes a prescribed speed"),
+        (("drive.torque=0.1",), "drive.torque act where drive.kind is torque"),
+        ((*TORQUE, "model.dimension=quasi_static"), "has the speed follow from friction"),
+        ((*TORQUE, "rings.inner.load=[0,-100,0]"), "wants rings.inner.mass"),
+        ((*TORQUE, "solver.stepper=rk4"), "does not move a shaft by a torque"),
+        ((*TORQUE, "drive.speed=2e4"), "must be below drive.greatest_speed"),
+    ],
+)
+def test_what_contradicts_itself_is_refused(keys, words):
+    with pytest.raises(SceneError, match=words):
+        load_scene("bearing_6203", keys)
+
+
+def test_a_shaft_that_runs_away_ends_the_run_at_the_first_output_beyond_the_limit():
+    moving = motion(*FROM_REST, "drive.greatest_speed=10")
+    with pytest.raises(IntegrationError, match=r"beyond drive\.greatest_speed = 10 rad/s") as caught:
+        advanced(moving, 1e-3, 40)
+    assert (caught.value.reason, caught.value.body) == ("too fast", "inner ring")
+    assert caught.value.seconds == pytest.approx(0.011)
+
+
+def test_the_figures_tell_speed_torque_and_time_to_it():
+    """With drag the change of speed is made to 99 % at ln(100) J / c; the torque is given."""
+    keys = ("drive.damping=4.2e-3", "contact.friction_coefficient=0", "run.duration=0.03", "run.output_rate=5000")
+    done = simulate(load_scene("bearing_6203", (*FROM_REST, *STILL, *keys)))
+    assert sum(map(len, done.blocks())) == 151
+    figures = done.report.figures
+    assert figures["run_up_time_s"] == pytest.approx(np.log(100.0) * 1e-5 / 4.2e-3, rel=5e-3)
+    assert figures["inner_ring_speed_at_end_rad_s"] == pytest.approx(0.01 / 4.2e-3, rel=1e-4)
+    assert figures["drive_torque_nm"] == pytest.approx(0.01, rel=1e-9)
+    prescribed = simulate(load_scene("bearing_6203", ("run.duration=0.001",)))
+    assert len(list(prescribed)) == 2
+    assert "run_up_time_s" not in prescribed.report.figures
+
+
+def test_studies_ask_for_the_time_to_speed_where_a_torque_makes_it():
+    from bearing_twin.kinds import KINDS
+
+    quantity = KINDS["bearing"].quantities_of()["run_up_time"]
+    assert quantity.missing(load_scene("bearing_6203_run_up").parameters) == ""
+    assert "drive.kind: torque" in quantity.missing(load_scene("bearing_6203").parameters)
