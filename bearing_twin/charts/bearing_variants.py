@@ -1,4 +1,4 @@
-"""Variants of shipped bearing scenes to which nothing was fitted: they show what chooser and companion are worth.
+"""Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
 
 Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds.
 """
