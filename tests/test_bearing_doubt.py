@@ -442,8 +442,6 @@ def test_what_errors_follow_from_does_not_depend_on_how_outputs_are_cut():
                 doubt.add(piece)
             assert len(seen) == doubt.windows == 30
             sums = (*doubt.load.flat, *doubt.curvatures.flat, *doubt.rubbed.flat)
-            found.append((doubt.outputs, doubt.steepest, *sums, *seen))
+            found.append((doubt.outputs, doubt.least, *sums, *seen))
         assert found[0] == found[1]
-        turned, load = np.diff(block.values["orbit_angle"], axis=0)[..., None], block.values["normal_load"]
-        within = np.diff((first + np.arange(330)) // 50) == 0
-        assert found[0][1] == pytest.approx(np.abs(np.diff(load, axis=0) / turned)[within].max())
+        assert found[0][1] == block.values["normal_load"].min()

@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.bearing_variants import VARIANTS
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
 from bearing_twin.charts.contest_picture import ring
@@ -43,35 +44,6 @@ LEAST, MOST = 1e-9, 1e2  # of the error axis
 SHIPPED = {
     name: (f"bearing_{name}", ())
     for name in ("6203", "6203_fast", "6203_loose", "6203_start", "6203_sudden", "6203_sticking", "6205")
-}
-VARIANTS = {
-    "slow": ("bearing_6203", ("drive.speed=20",)),
-    "three times faster": ("bearing_6203", ("drive.speed=550",)),
-    "slippery": ("bearing_6203", ("contact.friction_coefficient=0.01",)),
-    "rough": ("bearing_6203", ("contact.friction_coefficient=0.2",)),
-    "creep at 3 mm/s": ("bearing_6203", ("contact.friction_regularisation=3e-3",)),
-    "creep at 0.3 mm/s": ("bearing_6203", ("contact.friction_regularisation=3e-4",)),
-    "hardly damped": ("bearing_6203", ("contact.relaxation_time=1e-8",)),
-    "soft balls": ("bearing_6203", ("materials.ball.young_modulus=2e10",)),
-    "ceramic balls": ("bearing_6203", ("materials.ball.young_modulus=3.1e11", "materials.ball.density=3200")),
-    "pressed along the axis": ("bearing_6203", ("drive.offset=[0, 0, 3e-5]",)),
-    "open grooves": ("bearing_6203", ("geometry.inner_conformity=0.54", "geometry.outer_conformity=0.54")),
-    "six balls": ("bearing_6203", ("geometry.balls=6",)),
-    "no gravity": ("bearing_6203", ("gravity=[0, 0, 0]",)),
-    "off centre": ("bearing_6203", ("drive.offset=[0, -2e-6, 0]",)),
-    "loose, deep": ("bearing_6203_loose", ("drive.offset=[0, -14e-6, 0]",)),
-    "loose, fast": ("bearing_6203_loose", ("drive.speed=500",)),
-    "loose, along the axis": ("bearing_6203_loose", ("drive.offset=[0, -9e-6, 3e-5]",)),
-    "loose from rest": ("bearing_6203_loose", ("initial.motion=rest",)),
-    "rest at 500 rad/s": ("bearing_6203_start", ("drive.speed=500",)),
-    "rest, slippery": ("bearing_6203_start", ("contact.friction_coefficient=0.02",)),
-    "small jump": ("bearing_6203", ("drive.change={time: 5e-3, offset: [0, 1e-6, 0]}",)),
-    "great jump": ("bearing_6203", ("drive.change={time: 5e-3, offset: [0, 8e-6, 0]}",)),
-    "quicker at once": (
-        "bearing_6203",
-        ("drive.change={time: 5e-3, speed: 100}", "drive.acceleration=1e6"),
-    ),
-    "6205 fast": ("bearing_6205", ("drive.speed=1500",)),
 }
 CASES = SHIPPED | VARIANTS
 

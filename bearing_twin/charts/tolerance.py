@@ -1,8 +1,9 @@
 """What a tolerance is worth: the error asked for against the error got, and what the run itself says its error is.
 
 Shipped bearing scenes, shortened, and variants of them, run as `simulate` runs them, against the same scene at a
-tolerance so tight that it counts as true. Errors are those of the chart of steppers: of load over the greatest load, of
-friction over mu N of a contact or mu N R of a ball, at every output. `setting` is the tolerance, `reason` what failed.
+tolerance so tight that it counts as true; then others that nothing of the companion was fitted to. Errors are those of
+the chart of steppers: of load over the greatest load, of friction over mu N of a contact or mu N R of a ball, at every
+output. `setting` is the tolerance, `reason` what failed.
 """
 
 import functools
@@ -16,6 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.bearing_variants import FURTHER, VARIANTS
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import judged
 from bearing_twin.charts.scene_rows import command_of
@@ -28,7 +30,9 @@ from bearing_twin.run.simulation import Run, simulate
 
 EXACT = 1e-8
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-KNOWABLE = 1e-8  # true errors below this are not compared with estimates: the reference is no better
+KNOWABLE = 1e-8  # true errors below this are not compared with estimates: the reference is no better ...
+ROUGHER, CLEAR = 3.0, 3.0  # ... nor those up to so many times what the reference differs from a run so much rougher
+MUCH = 0.35  # of a run's steps: what a companion shall not take
 NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
 OUTPUTS = ("loads", "friction")
 ALONE = "solver.companion=off"
@@ -40,7 +44,7 @@ CASES = {  # name: scene, what differs; those after the seventh are variants
     "lift-off": ("bearing_6203_loose", ("run.duration=0.2",)),
     "from rest": ("bearing_6203_start", ()),
     "sudden": ("bearing_6203_sudden", ("run.duration=0.05",)),
-    "slippery": (
+    "slippery, off centre": (
         "bearing_6203",
         ("run.duration=0.1", "contact.friction_coefficient=0.02", "drive.offset=[0,-2e-6,2e-5]"),
     ),
@@ -60,8 +64,12 @@ CASES = {  # name: scene, what differs; those after the seventh are variants
     ),
     "sudden, harder": ("bearing_6203_sudden", ("run.duration=0.04", "drive.change.offset=[2e-6,-5e-6,1e-6]")),
 }
-
-
+SPANS = {"loose from rest": 0.02, "eleven balls, loose": 0.05}  # s of those whose balls hit each other again and again
+UNSEEN = {
+    name: (scene, (*differs, f"run.duration={SPANS.get(name, 0.1)}"))
+    for name, (scene, differs) in (VARIANTS | FURTHER).items()
+}
+ALL_CASES = CASES | UNSEEN
 METHOD = "as chosen"
 
 
@@ -69,8 +77,9 @@ METHOD = "as chosen"
 class ToleranceRow(Row):
     """One run: true and estimated errors of load and friction, what it says of itself (`told`), and its steps.
 
-    `steps` are those of a run that nobody watches, `watched_steps` those with what was done again, `companion_steps`
-    the companion's; `seconds` are CPU seconds of the whole run, `evaluations` steps of balls.
+    `load_known` and `friction_known` are the least errors that can be told from those of the reference. `steps` are
+    those of a run that nobody watches, `watched_steps` those with what was done again, `companion_steps` the
+    companion's; `seconds` are CPU seconds of the whole run, `evaluations` steps of balls.
     """
 
     load_estimate: float = np.nan
@@ -79,6 +88,8 @@ class ToleranceRow(Row):
     steps: int = 0
     watched_steps: int = 0
     companion_steps: int = 0
+    load_known: float = KNOWABLE
+    friction_known: float = KNOWABLE
 
     @property
     def kept(self) -> bool:
@@ -88,29 +99,43 @@ class ToleranceRow(Row):
     @property
     def ratios(self) -> list[float]:
         """Estimates over true errors, of those that can be known."""
-        pairs = ((self.load_estimate, self.load_error), (self.friction_estimate, self.friction_error))
-        return [found / true for found, true in pairs if true > KNOWABLE]
+        return [found / true for found, true in self.pairs]
+
+    @property
+    def pairs(self) -> list[tuple[float, float]]:
+        """Estimates and true errors, of those that can be known."""
+        found = (
+            (self.load_estimate, self.load_error, self.load_known),
+            (self.friction_estimate, self.friction_error, self.friction_known),
+        )
+        return [(estimate, true) for estimate, true, known in found if true > known]
 
 
 def _run(case: str, *overrides: str) -> tuple[Run, Rows]:
     """A run of a case to its end, and all its outputs but the first."""
-    name, differs = CASES[case]
+    name, differs = ALL_CASES[case]
     run = simulate(load_scene(name, (*differs, *overrides)))
     blocks = list(run.blocks())
     return run, Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
 
 
 @functools.lru_cache(maxsize=1)
-def _exact(case: str) -> Rows:
-    """The outputs that count as true; a process is at one case at a time."""
-    return _run(case, f"wanted.tolerance={EXACT!r}", ALONE)[1]
+def _exact(case: str) -> tuple[Rows, tuple[float, ...]]:
+    """The outputs that count as true, and the least errors of load and friction that they can show.
+
+    A process is at one case at a time.
+    """
+    _, exact = _run(case, f"wanted.tolerance={EXACT!r}", ALONE)
+    run, rougher = _run(case, f"wanted.tolerance={ROUGHER * EXACT!r}", ALONE)
+    off = errors(BearingMotion(run.scene.parameters, run.choice), rougher, exact)
+    return exact, tuple(max(KNOWABLE, CLEAR * one) for one in off)
 
 
 def judge(case: str, _: str, tolerance: float, limit: float) -> ToleranceRow:
     """One run beside the truth."""
-    exact = _exact(case)
+    exact, (load, friction) = _exact(case)
     row = ToleranceRow(case, METHOD, tolerance, command=_command(case, METHOD, tolerance))
-    return judged(row, lambda: _outcome(case, tolerance, exact), limit)
+    return judged(row.but(load_known=load, friction_known=friction), lambda: _outcome(case, tolerance, exact), limit)
 
 
 def _outcome(case: str, tolerance: float, exact: Rows) -> dict:
@@ -136,11 +161,13 @@ def _outcome(case: str, tolerance: float, exact: Rows) -> dict:
 
 
 def _command(case: str, _: str, tolerance: float) -> str:
-    scene, differs = CASES[case]
+    scene, differs = ALL_CASES[case]
     return command_of(scene, (*differs, f"wanted.tolerance={tolerance:g}"))
 
 
-def _look(number: int) -> dict:
+def _look(number: int, case: str) -> dict:
+    if case in UNSEEN:
+        return {"color": STYLE["soft"], "marker": "."}
     return {"color": BALL_COLOURS[number % len(BALL_COLOURS)], "marker": "os^Dv"[number // len(BALL_COLOURS)]}
 
 
@@ -151,17 +178,27 @@ def draw(points: list[ToleranceRow], path: Path) -> None:
     left, right = figure.subplots(1, 2)
     good = [p for p in points if p.status == DONE]
     names = list(dict.fromkeys(p.problem for p in points))
+    last = names[-1]
     for number, case in enumerate(names):
-        look = _look(number)
+        look = _look(number, case)
         for p in (p for p in good if p.problem == case):
             fill = "none" if p.told.startswith("doubtful") else look["color"]
-            shift = 1.0 + 0.03 * (number - 0.5 * len(names))  # side by side
+            shift = 1.0 + 0.03 * (min(number, len(CASES)) - 0.5 * len(CASES))  # side by side
             left.plot(p.setting * shift, p.error, look["marker"], mfc=fill, mec=look["color"], ms=9, mew=1.6)
-            true = [error for error in (p.load_error, p.friction_error) if error > KNOWABLE]
-            right.plot(true, p.ratios, look["marker"], mfc=fill, mec=look["color"], ms=8, mew=1.4, linestyle="none")
+            right.plot(
+                [true for _, true in p.pairs],
+                p.ratios,
+                look["marker"],
+                mfc=fill,
+                mec=look["color"],
+                ms=8,
+                mew=1.4,
+                linestyle="none",
+            )
         lost = [p.setting for p in points if p.problem == case and p.status != DONE]
         left.plot(lost, [1.0] * len(lost), "x", color=look["color"], ms=11, mew=2.5)
-        left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=case)
+        label = case if case not in UNSEEN else "variants unseen" if case == last else None
+        left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=label)
     ends = np.array([min(p.setting for p in points), max(p.setting for p in points)])
     left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
     middle = float(np.sqrt(ends.prod()))
@@ -189,41 +226,53 @@ def _share(number: int, total: int) -> str:
 
 
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
-    """What the chart says."""
+    """What the chart says, of the scenes it was made with and of those that nothing was fitted to."""
+    for who, cases in (("Scenes known", CASES), ("Variants unseen", UNSEEN)):
+        mine = [p for p in points if p.problem in cases]
+        if mine:
+            yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
+
+
+def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
     good = [p for p in points if p.status == DONE]
     missed = [p for p in good if not p.kept]
-    ratios = np.array([ratio for p in good for ratio in p.ratios])
-    yield f"The error is within the tolerance in {_share(len(good) - len(missed), len(points))} runs."
+    yield f"the error is within the tolerance in {_share(len(good) - len(missed), len(points))} runs."
     unsaid = [p for p in missed if not p.told.startswith("doubtful")]
     worst = max((p.error / p.setting for p in missed), default=0.0)
     if missed:
         yield (
-            f"Where it is not, the run calls itself doubtful in {_share(len(missed) - len(unsaid), len(missed))}; the "
+            f"where it is not, the run calls itself doubtful in {_share(len(missed) - len(unsaid), len(missed))}; the "
             f"greatest error is {worst:.2g} times the tolerance."
         )
     if unsaid:
-        yield "Unsaid: " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in unsaid) + "."
+        yield "unsaid are " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in unsaid) + "."
     yield from (f"{p.problem} at {p.setting:g}: {p.reason}" for p in points if p.status != DONE)
     if not good:
         return
+    ratios = np.array([ratio for p in good for ratio in p.ratios])
     near = int(((ratios > 1.0 / NEAR) & (ratios < NEAR)).sum())
     yield (
-        f"Estimates are within a factor {NEAR:g} of the true error in {_share(near, len(ratios))}, less than a tenth "
+        f"estimates are within a factor {NEAR:g} of the true error in {_share(near, len(ratios))}, less than a tenth "
         f"of it in {int((ratios < 1.0 / FAR).sum())}, more than {FAR:g} times it in {int((ratios > FAR).sum())}."
     )
-    shares = [p.companion_steps / p.watched_steps for p in good if p.watched_steps]
+    shares = {(p.problem, p.setting): p.companion_steps / p.watched_steps for p in good if p.watched_steps}
     costs = [(p.companion_steps + p.watched_steps) / p.steps for p in good if p.steps]
+    taken = list(shares.values())
     yield (
-        f"The companion takes {100.0 * np.median(shares):.2g} % of a run's steps as a median and "
-        f"{100.0 * max(shares):.2g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
+        f"the companion takes {100.0 * np.median(taken):.2g} % of a run's steps as a median and "
+        f"{100.0 * max(taken):.3g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
         f"steps of one that nobody watches, {max(costs):.2g} at most."
     )
+    dear = [case for (case, _), share in shares.items() if share > MUCH]
+    if dear:
+        named = ", ".join(f"{case} ({dear.count(case)})" for case in dict.fromkeys(dear))
+        yield f"it takes over {100.0 * MUCH:g} % in {_share(len(dear), len(shares))} runs: {named}."
 
 
 CONTESTS = {
     "tolerance": Chart(
         judge=judge,
-        problems={name: name for name in CASES},
+        problems={name: name for name in ALL_CASES},
         entries=lambda name: ((METHOD, tolerance) for tolerance in TOLERANCES),
         kind=ToleranceRow,
         command=_command,

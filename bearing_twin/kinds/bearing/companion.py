@@ -23,12 +23,13 @@ from bearing_twin.kinds.bearing.departures import (
     loose,
     nowhere,
     starts,
+    to_the_end,
     together,
 )
 from bearing_twin.kinds.bearing.deviations import LEAST_LOAD, Part, deviations, left_over
-from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, meetings, stretches_from, until_met
+from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, copied_from, meetings, stretches_from, until_met
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.pointers import POINTERS, SLIDING, one_for_all, pointers
+from bearing_twin.kinds.bearing.pointers import POINTERS, one_for_all, pointers, spare
 from bearing_twin.kinds.bearing.windows import (
     ALL,
     BUMPING,
@@ -38,10 +39,13 @@ from bearing_twin.kinds.bearing.windows import (
     bumps,
     off_by,
     overlap,
+    steps_in,
     window_at,
     within,
 )
 
+LIKE, CHEAP = 0.5, 0.005  # times the least of those; of the run's steps: what takes no more is worth a look then
+CANDIDATES = 16  # outputs that point most, of which windows are made
 MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
@@ -119,18 +123,21 @@ class Companion:
         met, whole, planned = meetings(part), part.partners.active, 0.0
         for place, grid in enumerate(grids):
             mine: list[Window] = []
-            worth = np.flatnonzero(grid > RAISED * self.best[place].min())  # few, which are soon sorted
-            for flat in worth[np.argsort(-grid.flat[worth], kind="stable")]:
+            worth = np.flatnonzero(grid > LIKE * self.best[place].min())
+            for flat in worth[np.argsort(-grid.flat[worth], kind="stable")][:CANDIDATES]:
                 row, cell = (int(one) for one in np.unravel_index(flat, grid.shape))
-                if len(mine) == MOST or not self._worth(place, grid[row, cell], part, mine, planned):
-                    break
                 window = as_met(window_at(ALL if whole else row, cell, steps[row]), met)
+                cheap = not whole and steps_in(window, row, steps) <= CHEAP * part.taken
+                if len(mine) == MOST:
+                    break
+                if not self._worth(place, grid[row, cell], part, mine, planned, cheap):
+                    continue
                 if not any(overlap(window, other) for other in mine):
                     mine.append(window)
                     if not any(within(window, other) for other in found):
                         found.append(window)
                         planned += self._see(window, row, grids, steps)
-        self.spare = self._spare(grids) if len(part.pointer) else 1.0
+        self.spare = spare(self.best, grids) if len(part.pointer) else 1.0
         self.parts += 1
         self.probing = self._probes(part)
         if self.probing:
@@ -147,22 +154,19 @@ class Companion:
         for window in windows:
             self._see(window, window.ball, grids, steps)
 
-    def _spare(self, grids: tuple[np.ndarray, ...]) -> float:
-        """How many times greater errors of force and torque would still be less than in windows looked at."""
-        seen = zip(self.best[:SLIDING], grids[:SLIDING], strict=True)
-        return min(float(best.min()) / max(float(grid.max()), 1e-300) for best, grid in seen)
-
     def _see(self, window: Window, row: int, grids: tuple[np.ndarray, ...], steps: np.ndarray) -> float:
         """Keeps what the pointers say in a window that is looked at; the steps that the run took in it."""
         inside = slice(window.begin + 1, window.begin + 1 + window.length)
         rows = slice(None) if window.ball == ALL else slice(row, row + 1)
         for place, grid in enumerate(grids):
             self.best[place] = np.sort([*self.best[place], grid[rows, inside].max()])[1:]
-        return float(steps[rows, inside].sum())
+        return steps_in(window, row, steps)
 
-    def _worth(self, place: int, points: float, part: Part, mine: list[Window], planned: float) -> bool:
+    def _worth(self, place: int, points: float, part: Part, mine: list[Window], planned: float, cheap: bool) -> bool:
         """Whether a window is worth its steps, those `planned` in this part included: the first always is."""
         best = self.best[place]
+        if cheap:  # the grids hold none that point to less than LIKE
+            return True
         if self.looked + planned > LOOKING * part.taken or any(one.ball == ALL for one in mine):
             return points > FAR_RAISED * best.max()
         return points > RAISED * best.min()
@@ -177,6 +181,8 @@ class Companion:
         Then the balls that are off at the end are followed to the end of the part.
         """
         rows, off = [], []
+        met = meetings(part)
+        self.drift.begin(copied_from(met, self.met))
         for group in together(part, windows):
             whole = group[0].ball < 0
             found = all_beside(self.parameters, part, group[0], scales) if whole else some_beside(part, group, scales)
@@ -193,7 +199,6 @@ class Companion:
                 left = left_over(part, window, found, place, self._allowed)
                 if left > INHERITED or loose(part, window) or self.probing:
                     off.append((left, window, begin, self._off(rows[-1])))
-        met = meetings(part)
         rows += self._follow(part, off, scales, tolerance, met)
         rows += self._parted(part, scales, tolerance, met)
         self.drift.go_on(part, {one.ball for one in self.followed})
@@ -233,7 +238,7 @@ class Companion:
         whole = Window(-1, -1, len(part.times))
         those = [(one.left, whole._replace(ball=one.ball), one.begin, one.first, one.last) for one in before]
         new = [*((*one, np.inf) for one in bouncing(part)), *sorted(off, key=self._order)]
-        those += [(left, at._replace(length=len(part.times) - 1 - at.begin), *rest, None) for left, at, *rest in new]
+        those += [(left, *to_the_end(part, at, begin), first, None) for left, at, begin, first in new]
         for left, there, begin, first, last in those:
             window = until_met(there, met)
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or len(self.followed) == AT_A_TIME
@@ -271,16 +276,16 @@ class Companion:
         It goes on, twice as far each time, until it is off by more than is wanted, or has taken its share of steps.
         Looked at are the parts 1, 2, 4, 8 ... with meetings. Balls next to each other start off the other way.
         """
-        if not met.any():
-            return []
-        self.met += 1
-        if self.met & (self.met - 1):
+        copied = copied_from(met, self.met)
+        self.met += int(met.any())
+        if copied is None:
             return []
         rows, taken, stretches = [], 0, stretches_from(met)
         window = next(stretches)
         begin = part.elapsed + part.start(window.begin)
         moving, borders = starts(part, [window._replace(ball=ball) for ball in range(len(part.near))])
         self.drift.set_apart(moving[0], begin, tolerance)
+        self.drift.begin(None)
         last = (*moving, borders[0])
         while window is not None and taken <= COPYING * part.taken:
             found = all_beside(self.parameters, part, window, scales / TIGHTER, last)

@@ -43,6 +43,16 @@ def bouncing(part: Part) -> list[tuple[float, Window, float]]:
     return [(UNKNOWN, window, part.elapsed + part.start(window.begin))]
 
 
+def to_the_end(part: Part, window: Window, begin: float) -> tuple[Window, float]:
+    """A window up to the end of its part, and since when [s]; of a loose ball from where the part begins.
+
+    Only there the run's own state is known: outputs lie between its steps, and what they are off bounces make grow.
+    """
+    if loose(part, window):
+        return Window(window.ball, -1, len(part.times)), part.elapsed
+    return window._replace(length=len(part.times) - 1 - window.begin), begin
+
+
 def likely_steps(part: Part, window: Window) -> float:
     """Steps that the run took in a window, which are no more than a companion needs there."""
     inside = slice(window.begin + 1, window.begin + 1 + window.length)

@@ -24,7 +24,6 @@ from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
-LEAST_TURN = 1e-6  # rad between two outputs: a ball that turns less stands, and its load changes for other reasons
 WHOSE = {ALL: "all balls together", APART: "a copy that starts apart by what the run is off, before balls meet"}
 TILTING = "ring_moment_nm", "misalignment_rad"
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
@@ -42,7 +41,7 @@ class BearingDoubt:
         self.worst = np.zeros((3, len(WINDOW.columns)))
         self.rows = {name: np.zeros(len(WINDOW.columns)) for name in ("load", "friction")}  # the worst of each
         self.windows = self.outputs = 0
-        self.steepest = 0.0  # change of a load as its ball goes round [N/rad]
+        self.least = math.inf  # load of a ball [N]
         self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
@@ -52,7 +51,7 @@ class BearingDoubt:
         """Takes a block in."""
         load = np.ascontiguousarray(block.values["normal_load"])
         begins = np.array([0, *range(STRETCH - block.first_sequence % STRETCH, len(block), STRETCH)])
-        self._follow_round(block, load, begins)
+        self.least = min(self.least, float(load.min()))
         self._note_windows(block, load, begins)
         self.outputs += len(block)
         rubbed = np.add.reduceat(load * np.cbrt(load) * np.abs(block.values["spin_rate"]), begins, axis=0)
@@ -79,15 +78,6 @@ class BearingDoubt:
                 if row[PLACE[name]] > kept[PLACE[name]]:
                     self.rows[name] = row.copy()
 
-    def _follow_round(self, block: Block, load, begins) -> None:
-        """Keeps how fast loads change as balls go round [N/rad], in the steepest place within a stretch."""
-        turned = np.abs(np.diff(block.values["orbit_angle"], axis=0))
-        turned[begins[1:] - 1] = 0.0
-        change = np.abs(np.diff(load, axis=0))
-        turns = turned > LEAST_TURN
-        steep = change[turns] / turned[turns][:, None]
-        self.steepest = max(self.steepest, float(steep.max(initial=0.0)))
-
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The errors of these figures so far."""
         law, found = self._law(), {}
@@ -112,11 +102,22 @@ class BearingDoubt:
     def _known(self) -> bool:
         return self.windows > 0
 
+    @property
+    def _inherited(self) -> float:
+        """How many times what windows of all balls see the motion may be off: 1 where both raceways carry all balls.
+
+        Then nothing bumps, and what a ball is off is forgotten as it rolls.
+        """
+        return 1.0 if self.least > 0.0 else unseen(self.parameters)
+
     def _seen(self, name: str) -> float:
         """The greatest error of the method in a quantity: what single balls had, and a bound for coupled ones."""
         alone, together, grown = self.worst[:, PLACE[name]].tolist()
-        seen = max(alone, unseen(self.parameters) * together, grown)
-        return seen + self._seen("orbit_angle") * self.steepest if name == "load" else seen
+        seen = max(alone, self._inherited * together, grown)
+        if name != "load":
+            return seen
+        # Between the greatest load and the least a ball goes a radian or so: what a jump or a bounce does is no slope.
+        return seen + self._seen("orbit_angle") * (float(self.load.max()) - self.least)
 
     def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of the method by figure; one that no window saw is missing."""
@@ -277,7 +278,7 @@ class BearingDoubt:
             notes[METHOD] = "the run holds no window of a companion, so the error of its integration is not known"
         elif self.worst[1].any():
             notes[METHOD] = (
-                f"balls touch, or meet a moving ring or a cage: {unseen(self.parameters):g} times what windows show "
+                f"balls touch, or meet a moving ring or a cage: {self._inherited:g} times what windows show "
                 "stands for what they inherit"
             )
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:

@@ -69,8 +69,8 @@ TANGENTIAL_VELOCITY_BEFORE = VELOCITY_BEFORE + TANGENTIAL_VELOCITY - VELOCITY
 
 # Rosenbrock methods. What `factorise_body` leaves; a stage's right-hand side and what it solves to; a step's start
 # and end; h times the explicit change of the rates with time; 1 / h in every row; the stages; and of each lane:
-# time, step, h gamma, the error estimated, the share of the step to its first landing, the step before its cut, and
-# what the error does to acceleration and angular acceleration, squared.
+# time, step, h gamma, the error estimated, the share of the step to its first landing, the step before its cut, what
+# the error does to acceleration and angular acceleration, squared, and these two in the last stage of the step before.
 FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, RIGHT = _rows(
     _SHARED, 1, 1, 9, 9, 9, 9
 )
@@ -78,7 +78,9 @@ SOLUTION, START, END, SLOPE, INVERSE_STEP, _STAGES, TIME = _rows(
     RIGHT + COLUMNS, *(COLUMNS,) * 5, MOST_STAGES * COLUMNS
 )
 FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
-STEP, GAIN, ERROR, SHARE, WANTED, FORCE_ERROR, TORQUE_ERROR, ROSENBROCK_ROWS = _rows(TIME + 1, 1, 1, 1, 1, 1, 1, 1)
+STEP, GAIN, ERROR, SHARE, WANTED, FORCE_ERROR, TORQUE_ERROR, LAST_RATES, ROSENBROCK_ROWS = _rows(
+    TIME + 1, 1, 1, 1, 1, 1, 1, 1, 6
+)
 SYSTEM = FACTOR_INVERSE  # coupled balls: what is left of 1/g - J without positions, column after column
 
 # Balls that may touch, in an array of their own: nine numbers of a ball and of the next ahead, whether they may touch,

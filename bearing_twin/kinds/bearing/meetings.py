@@ -66,6 +66,16 @@ def stretches_from(met: np.ndarray) -> Iterator[Window]:
         begin, length = begin + window.length, 2 * length
 
 
+def copied_from(met: np.ndarray, before: int) -> int | None:
+    """The output at which a copy sets out in a part; None where there is none. `before`: earlier parts with meetings.
+
+    Looked at are the parts 1, 2, 4, 8 ... with meetings.
+    """
+    if not met.any() or (before + 1) & before:
+        return None
+    return next(stretches_from(met)).begin
+
+
 class Drift:
     """How far each ball is off its way round [rad], how fast that grows [rad/s], and until when [s] it is known so.
 
@@ -76,6 +86,17 @@ class Drift:
     def __init__(self, balls: int):
         self.angle, self.speed, self.until = np.zeros((3, balls))
         self.lost = np.zeros(balls, bool)
+        self.limit: int | None = None
+        self.later: list[tuple] = []
+
+    def begin(self, limit: int | None) -> None:
+        """From now on what is seen counts as it is at output `limit` of a part, and is kept until this is lifted.
+
+        A copy of the run sets out from there, without what balls are off later. None lifts it.
+        """
+        kept, self.later, self.limit = self.later, [], limit
+        for sight in kept:
+            self.see(*sight)
 
     def memory(self) -> list:
         """As plain data; see `remember`."""
@@ -86,12 +107,21 @@ class Drift:
         balls = len(self.lost)
         self.angle, self.speed, self.until = np.array(kept[:3], float).reshape(3, balls)
         self.lost = np.array(kept[3], bool).reshape(balls)
+        self.later, self.limit = [], None
 
     def see(self, part: Part, window: Window, found: Found, place: int, scale: float) -> None:
-        """Takes in how far the ball of a window, or all, were off at its end, times `scale`; `place` is in `found`."""
+        """Takes in how far the ball of a window, or all, were off at its end, times `scale`; `place` is in `found`.
+
+        No later than at the limit, see `begin`.
+        """
         end = window.begin + window.length
+        if self.limit is not None and end > self.limit:
+            self.later.append((part, window, found, place, scale))
+            end = self.limit
+        if end <= window.begin:
+            return
         balls, own = (window.ball, place) if window.ball >= 0 else (slice(None), slice(None))
-        mine, exact = part.filled[0][end, balls], found.states[-1, own]
+        mine, exact = part.filled[0][end, balls], found.states[end - window.begin - 1, own]
         speeds = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, exact)]
         angle = scale * np.abs(mine[..., ORBIT_ANGLE] - exact[..., ORBIT_ANGLE])
         self.angle[balls] = np.maximum(self.angle[balls], angle)

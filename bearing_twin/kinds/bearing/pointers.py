@@ -31,6 +31,12 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
     return grids, steps
 
 
+def spare(best: np.ndarray, grids: tuple[np.ndarray, ...]) -> float:
+    """How many times greater errors of force and torque would still be less than the `best`, which were looked at."""
+    seen = zip(best[:SLIDING], grids[:SLIDING], strict=True)
+    return min(float(least.min()) / max(float(grid.max()), 1e-300) for least, grid in seen)
+
+
 def lengths(vectors: np.ndarray) -> np.ndarray:
     """Lengths of vectors (..., 3), to the bit those of `np.linalg.norm`, in a third of its time."""
     x, y, z = np.moveaxis(vectors, -1, 0)

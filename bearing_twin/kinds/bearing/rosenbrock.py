@@ -200,7 +200,7 @@ def _agree(coupling, row, least, balls, blocks):
 @lean_kernel
 def _judge(task, coupling, ball, count, dense, results, blocks):
     """What each lane's step is worth: its error stands there, its share to the first landing is found."""
-    point_out(results.pointer, blocks)
+    point_out(coupling, results.pointer, blocks)
     _agree(coupling, ERROR, False, count, blocks)
     for place in range(len(ball)):
         lanes, k = blocks[place // LANES], place % LANES

@@ -50,9 +50,15 @@ def bumps(parameters) -> bool:
 
 
 def unseen(parameters) -> float:
-    """How many times what a window of all balls sees the motion may be off: by what they inherit from before it."""
-    shared = dimension_of(parameters) == FREE_RING or parameters.cage.kind == EVEN
-    return CARRIED if shared and not bumps(parameters) else BUMPING
+    """How many times what a window of all balls sees the motion may be off: by what they inherit from before it.
+
+    Balls that an even cage alone couples inherit no more than those on their own.
+    """
+    if bumps(parameters):
+        return BUMPING
+    if dimension_of(parameters) == FREE_RING:
+        return CARRIED
+    return 1.0 if parameters.cage.kind == EVEN else BUMPING
 
 
 class Window(NamedTuple):
@@ -71,6 +77,12 @@ def window_at(ball: int, cell: int, steps: np.ndarray) -> Window:
     enough = int(np.searchsorted(before, before[begin] + LEAST_STEPS))
     end = max(end, min(enough, len(steps)))
     return Window(ball, begin - 1, end - begin)
+
+
+def steps_in(window: Window, row: int, steps: np.ndarray) -> float:
+    """Steps that the run took in a window, by `steps` (balls or 1, outputs) in that row, or in all."""
+    inside = slice(window.begin + 1, window.begin + 1 + window.length)
+    return float(steps[slice(None) if window.ball == ALL else slice(row, row + 1), inside].sum())
 
 
 def off_by(rows: np.ndarray, greatest: float, loads_alone: bool = False) -> float:

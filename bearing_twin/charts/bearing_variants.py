@@ -1,0 +1,64 @@
+"""Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
+
+Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds.
+"""
+
+VARIANTS = {
+    "slow": ("bearing_6203", ("drive.speed=20",)),
+    "three times faster": ("bearing_6203", ("drive.speed=550",)),
+    "slippery": ("bearing_6203", ("contact.friction_coefficient=0.01",)),
+    "rough": ("bearing_6203", ("contact.friction_coefficient=0.2",)),
+    "creep at 3 mm/s": ("bearing_6203", ("contact.friction_regularisation=3e-3",)),
+    "creep at 0.3 mm/s": ("bearing_6203", ("contact.friction_regularisation=3e-4",)),
+    "hardly damped": ("bearing_6203", ("contact.relaxation_time=1e-8",)),
+    "soft balls": ("bearing_6203", ("materials.ball.young_modulus=2e10",)),
+    "ceramic balls": ("bearing_6203", ("materials.ball.young_modulus=3.1e11", "materials.ball.density=3200")),
+    "pressed along the axis": ("bearing_6203", ("drive.offset=[0, 0, 3e-5]",)),
+    "open grooves": ("bearing_6203", ("geometry.inner_conformity=0.54", "geometry.outer_conformity=0.54")),
+    "six balls": ("bearing_6203", ("geometry.balls=6",)),
+    "no gravity": ("bearing_6203", ("gravity=[0, 0, 0]",)),
+    "off centre": ("bearing_6203", ("drive.offset=[0, -2e-6, 0]",)),
+    "loose, deep": ("bearing_6203_loose", ("drive.offset=[0, -14e-6, 0]",)),
+    "loose, fast": ("bearing_6203_loose", ("drive.speed=500",)),
+    "loose, along the axis": ("bearing_6203_loose", ("drive.offset=[0, -9e-6, 3e-5]",)),
+    "loose from rest": ("bearing_6203_loose", ("initial.motion=rest",)),
+    "rest at 500 rad/s": ("bearing_6203_start", ("drive.speed=500",)),
+    "rest, slippery": ("bearing_6203_start", ("contact.friction_coefficient=0.02",)),
+    "small jump": ("bearing_6203", ("drive.change={time: 5e-3, offset: [0, 1e-6, 0]}",)),
+    "great jump": ("bearing_6203", ("drive.change={time: 5e-3, offset: [0, 8e-6, 0]}",)),
+    "quicker at once": (
+        "bearing_6203",
+        ("drive.change={time: 5e-3, speed: 100}", "drive.acceleration=1e6"),
+    ),
+    "6205 fast": ("bearing_6205", ("drive.speed=1500",)),
+}
+FURTHER = {
+    "ring under 250 N, even cage": ("bearing_6203_rig_1000N", ("rings.inner.load=[0, -250, 0]", "drive.speed=300")),
+    "ring pressed along the axis": ("bearing_6203_rig_400N", ("rings.inner.load=[0, -200, 100]", "drive.speed=120")),
+    "ring, seven balls, load doubles": (
+        "bearing_6203_rig_400N",
+        ("geometry.balls=7", "rings.inner.change={time: 0.02, load: [0, -800, 0]}"),
+    ),
+    "ring runs up": (
+        "bearing_6203_rig_400N",
+        ("drive.acceleration=2000", "drive.change={time: 0.02, speed: 60}"),
+    ),
+    "ring, unbalance, fast": ("bearing_6203_unbalance", ("drive.speed=800", "rings.inner.unbalance=2e-5")),
+    "ring without a cage": ("bearing_6203_rig_1000N", ("cage.kind=none", "geometry.radial_clearance=2e-6")),
+    "ring, pockets": ("bearing_6203_rig_400N", ("cage.kind=pockets", "rings.inner.load=[0, -600, 0]")),
+    "held ring, pockets": ("bearing_6203", ("cage.kind=pockets", "drive.offset=[0, -3e-6, 1e-5]")),
+    "held ring, even cage": ("bearing_6203", ("cage.kind=even", "drive.offset=[0, -4e-6, 0]")),
+    "tilted, more": ("bearing_6203_tilted", ("drive.tilt=[2e-3, 1e-3]", "drive.speed=250")),
+    "springs, tighter": (
+        "bearing_6205",
+        ("contact.normal=linear", "contact.stiffness=3e7", "geometry.radial_clearance=-1e-5"),
+    ),
+    "friction over the spot": (
+        "bearing_6203",
+        ("contact.friction=spot", "drive.offset=[0, 0, 2e-5]", "drive.speed=90"),
+    ),
+    "eleven balls, loose": (
+        "bearing_6205",
+        ("geometry.balls=11", "geometry.radial_clearance=8e-6", "drive.offset=[3e-6, -6e-6, 0]", "drive.speed=120"),
+    ),
+}
