@@ -267,7 +267,7 @@ FAILURES = (
         "each figure carries its error; one above 10 % is told",
         "simulate bearing_6203_sticking --duration 0.002",
         0,
-        "the error is over 10 % of the figure: drive torque",
+        "mostly friction model; drive torque",
         "output_rate",
     ),
     Failure(

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bearing_twin.command import cli, layout
+from bearing_twin.command import cli, commands, layout
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.completion_command import SHELLS
 from bearing_twin.command.terminal import show_result
@@ -40,7 +40,7 @@ def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch
     for words in ("668.079 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.0572958, 0 °", "20 ms", "12345.6 N", "1066"):
         assert words in out, out
     assert "MPa" in out
-    monkeypatch.setattr(cli, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
+    monkeypatch.setattr(commands, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
     assert cli.main(["scenes", "--si"]) == cli.DONE
     out = capsys.readouterr().out
     for words in ("69.9611 rad/s", "0.0015 N m", "0, -2.5e-06, 1e-05 m", "1.066e+09"):
