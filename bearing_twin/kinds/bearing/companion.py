@@ -33,6 +33,7 @@ from bearing_twin.kinds.bearing.pointers import POINTERS, one_for_all, pointers,
 from bearing_twin.kinds.bearing.windows import (
     ALL,
     BUMPING,
+    LEAST_STEPS,
     PLACE,
     WINDOW,
     Window,
@@ -44,7 +45,7 @@ from bearing_twin.kinds.bearing.windows import (
     within,
 )
 
-LIKE, CHEAP = 0.5, 0.005  # times the least of those; of the run's steps: what takes no more is worth a look then
+LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
 CANDIDATES = 16  # outputs that point most, of which windows are made
 MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
@@ -121,18 +122,19 @@ class Companion:
         found: list[Window] = []
         grids, steps = self._pointers(part)
         met, whole, planned = meetings(part), part.partners.active, 0.0
+        fewest = min(LEAST_STEPS, steps.sum(axis=1).min())
+        some_cheap = not whole and self.parts < EARLY and fewest <= CHEAP * part.taken
         for place, grid in enumerate(grids):
             mine: list[Window] = []
-            worth = np.flatnonzero(grid > LIKE * self.best[place].min())
-            for flat in worth[np.argsort(-grid.flat[worth], kind="stable")][:CANDIDATES]:
-                row, cell = (int(one) for one in np.unravel_index(flat, grid.shape))
-                window = as_met(window_at(ALL if whole else row, cell, steps[row]), met)
-                cheap = not whole and steps_in(window, row, steps) <= CHEAP * part.taken
-                if len(mine) == MOST:
+            worth = np.flatnonzero(grid > (LIKE if some_cheap else RAISED) * self.best[place].min())
+            for flat in worth[np.argsort(-grid.flat[worth], kind="stable")][:CANDIDATES].tolist():
+                row, cell = divmod(flat, grid.shape[1])
+                good = self._worth(place, grid[row, cell], part, mine, planned)
+                if len(mine) == MOST or not (good or some_cheap):
                     break
-                if not self._worth(place, grid[row, cell], part, mine, planned, cheap):
-                    continue
-                if not any(overlap(window, other) for other in mine):
+                window = as_met(window_at(ALL if whole else row, cell, steps[row]), met)
+                good = good or steps_in(window, row, steps) <= CHEAP * part.taken
+                if good and not any(overlap(window, other) for other in mine):
                     mine.append(window)
                     if not any(within(window, other) for other in found):
                         found.append(window)
@@ -162,11 +164,9 @@ class Companion:
             self.best[place] = np.sort([*self.best[place], grid[rows, inside].max()])[1:]
         return steps_in(window, row, steps)
 
-    def _worth(self, place: int, points: float, part: Part, mine: list[Window], planned: float, cheap: bool) -> bool:
+    def _worth(self, place: int, points: float, part: Part, mine: list[Window], planned: float) -> bool:
         """Whether a window is worth its steps, those `planned` in this part included: the first always is."""
         best = self.best[place]
-        if cheap:  # the grids hold none that point to less than LIKE
-            return True
         if self.looked + planned > LOOKING * part.taken or any(one.ball == ALL for one in mine):
             return points > FAR_RAISED * best.max()
         return points > RAISED * best.min()

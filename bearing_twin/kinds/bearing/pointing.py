@@ -36,22 +36,25 @@ OF_FORCE, OF_TORQUE, STEPS_IN = range(POINTED)
 @lean_kernel
 def _square(coupling, first, lanes, row):
     """Writes the squared length of three rates' errors, from `first` on, into a row; of two such the greater."""
+    alone = 1.0 if len(coupling) == 0 else 0.0
     for k in range(LANES):
+        gain = get(lanes, GAIN, k)
+        per_gain, drift = 1.0 / gain, gain / get(lanes, STEP, k)
         total = jumped = 0.0
         for rate in range(3):
             # What the first stage solves says what the rates were: u / (h g) = rates + J u + g (h times their change).
-            begun = get(lanes, FIRST_STAGE + first + rate, k) / get(lanes, GAIN, k)
-            begun -= get(lanes, GAIN, k) / get(lanes, STEP, k) * get(lanes, SLOPE + first + rate, k)
+            begun = get(lanes, FIRST_STAGE + first + rate, k) * per_gain
+            begun -= drift * get(lanes, SLOPE + first + rate, k)
+            begun -= get(lanes, LAST_RATES + first - VELOCITY + rate, k)
             error = 0.0
             for column in range(MOTION):
                 slope = get(lanes, entry(first + rate, column), k)
                 error += slope * get(lanes, SOLUTION + column, k)
                 begun -= slope * get(lanes, FIRST_STAGE + column, k)
-            jump = begun - get(lanes, LAST_RATES + first - VELOCITY + rate, k)
             total += error * error
-            jumped += jump * jump
-        before = len(coupling) == 0 and get(lanes, TIME, k) > 0.0
-        put(lanes, row, k, max(total, jumped) if before else total)
+            jumped += begun * begun
+        jumped = alone * jumped if get(lanes, TIME, k) > 0.0 else 0.0
+        put(lanes, row, k, total if total > jumped else jumped)
 
 
 @lean_kernel
