@@ -179,9 +179,7 @@ def _quantile(ordered, probability, confidence):
     above = int(stats.binom.ppf(1.0 - outside, count, probability)) + 1
     low = float(ordered[below - 1]) if below >= 1 else -math.inf
     high = float(ordered[above - 1]) if above <= count else math.inf
-    place = min(max((count + 1.0 / 3.0) * probability - 2.0 / 3.0, 0.0), count - 1.0)  # median unbiased
-    first = min(int(place), max(count - 2, 0))
-    value = float(ordered[first] + (place - first) * (ordered[min(first + 1, count - 1)] - ordered[first]))
+    value = float(np.quantile(ordered, probability, method="median_unbiased"))
     return Estimate(value, low, high, "order statistics")
 
 

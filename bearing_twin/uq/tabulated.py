@@ -9,6 +9,7 @@ down to what doubles cannot hold, quantiles stay the distribution's own.
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 from scipy.special import expit, logit
 
 MOST = 1e-11  # error, of a positive value relative to it, of one between bounds relative to their distance
@@ -17,10 +18,9 @@ ITERATED = {"gamma": False, "beta": True}  # distributions without closed quanti
 
 
 class Quantiles(NamedTuple):
-    """`values` and `slopes` (NODES,) of the transformed value, per node; lower bound, width, and the greatest error."""
+    """The cubic of the transformed value over t, the lower bound, the width between bounds, and the greatest error."""
 
-    values: np.ndarray
-    slopes: np.ndarray
+    cubic: CubicHermiteSpline
     low: float
     width: float
     bounded: bool
@@ -28,20 +28,17 @@ class Quantiles(NamedTuple):
 
     def __call__(self, u):
         """Values (n,) at probabilities u (n,) in (0, 1)."""
-        return self._at((logit(u) + FARTHEST) * ((NODES - 1) / (2.0 * FARTHEST)))
+        return self.at(logit(u))
 
-    def _at(self, place):
-        node = np.minimum(place.astype(np.intp), NODES - 2)
-        s, first, begin, end = place - node, self.values[node], self.slopes[node], self.slopes[node + 1]
-        rise = self.values[node + 1] - first
-        cubic = first + s * (begin + s * (3.0 * rise - 2.0 * begin - end + s * (begin + end - 2.0 * rise)))
-        return self.low + self.width * (expit if self.bounded else np.exp)(cubic)
+    def at(self, t):
+        """Values (n,) at log(u/(1 - u))."""
+        return self.low + self.width * (expit if self.bounded else np.exp)(self.cubic(t))
 
 
 def numbers_kept(names) -> int:
     """Numbers held at most while the tables of inputs with distributions of these names are made, one by one."""
     tables = sum(name in ITERATED for name in names)
-    return NODES * (4 * tables + 22 * (tables > 0))
+    return NODES * (6 * tables + 22 * (tables > 0))
 
 
 def quantiles(name: str, distribution) -> Quantiles | None:
@@ -57,9 +54,11 @@ def quantiles(name: str, distribution) -> Quantiles | None:
         share = (x - low) / width
         inner = np.clip(share, 1e-300, np.nextafter(1.0, 0.0) if bounded else np.inf)
         steepness = distribution.pdf(x) * width * inner * (1.0 - inner if bounded else 1.0)
-        slopes = np.nan_to_num(expit(t) * expit(-t) / steepness, posinf=0.0) * (2.0 * FARTHEST / (NODES - 1))
+        slopes = np.nan_to_num(expit(t) * expit(-t) / steepness, posinf=0.0)
         values = logit(inner) if bounded else np.log(inner)
-        table = Quantiles(values[::2], slopes[::2], low, width, bounded, 0.0)
-        found = (table._at(np.arange(NODES - 1) + 0.5) - low) / width
+        if not np.all(np.isfinite(values)):
+            return None
+        table = Quantiles(CubicHermiteSpline(t[::2], values[::2], slopes[::2]), low, width, bounded, 0.0)
+        found = (table.at(t[1::2]) - low) / width
         error = np.max(np.abs(found - share[1::2]) / (1.0 if bounded else share[1::2]))
     return table._replace(error=float(error)) if error <= MOST else None

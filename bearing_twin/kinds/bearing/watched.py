@@ -42,14 +42,8 @@ SPARED = 0.5  # ... up to this share of what was too rough
 HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
-BEGUN = (
-    "drive",
-    "goal_speed",
-    "elapsed",
-    "_acceleration",
-    "_load",
-    "_load_rate",
-)  # what a part changes besides arrays in place
+# What a part changes besides arrays in place.
+BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate"
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
 
