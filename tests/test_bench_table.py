@@ -1,13 +1,9 @@
 """The table of what everything costs: its rows are measured, kept by name, and missed goals are told."""
 
 import csv
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "bench"))
 import table
 
 
