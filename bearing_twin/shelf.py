@@ -81,7 +81,8 @@ class Shelf(NamedTuple):
         if not near and (hint := did_you_mean(text, also)):
             where = "`bearing_twin bearing --list` has the catalogue"
             raise self.error(f"there is no bearing or {self.noun} {echo(text)}; {hint}{where}")
-        raise self.error(f"there is no {self.noun} {echo(text)}; {unknown(text, self.names())}, or the path of a YAML file")
+        hint = unknown(text, self.names())
+        raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
     def _permitted(self, text: str) -> Path:
         """The file of that path if it may be read for somebody else; else raises `error`, always in the same words."""

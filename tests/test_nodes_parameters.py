@@ -25,7 +25,7 @@ TABLE = (
 
 
 def test_defaults_and_given_values():
-    assert checked(TABLE, {}) == {"scene": "bearing_6203", "overrides": [], "rate": 1.0, "depth": 5, "loop": False, "pause": 0.0}
+    assert checked(TABLE, {}) == {parameter.name: parameter.default for parameter in TABLE}
     values = checked(TABLE, {"rate": 5, "overrides": ["a=1"], "use_sim_time": True}, ["use_sim_time"])
     assert values["rate"] == 5.0
     assert isinstance(values["rate"], float)
