@@ -14,7 +14,7 @@ from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo
 from bearing_twin.paths import own_folder, share_path
 from bearing_twin.permission import ROOM
-from bearing_twin.spelling import nearest, unknown
+from bearing_twin.spelling import did_you_mean, nearest, unknown
 
 GREATEST_FILE = 128_000  # bytes
 MOST_VALUES = 20_000  # of a file, groups counted too: half a second to read
@@ -78,7 +78,10 @@ class Shelf(NamedTuple):
         designation, near = text.rpartition("_")[2], nearest(text, self.names())
         if designation in also and not any(designation in name for name in near):
             raise self.error(f"there is no {self.noun} {echo(text)}; did you mean {designation}, by its designation?")
-        hint = unknown(text, also if nearest(text, also) and not near else self.names())
+        if not near and (hint := did_you_mean(text, also)):
+            where = "`bearing_twin bearing --list` has the catalogue"
+            raise self.error(f"there is no bearing or {self.noun} {echo(text)}; {hint}{where}")
+        hint = unknown(text, self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
     def _permitted(self, text: str) -> Path:

@@ -32,25 +32,30 @@ def slips(first: str, second: str) -> float:
 def nearest(word: Any, legal: Iterable[str], most: int = MOST_NEAR) -> list[str]:
     """The legal words with the fewest slips from `word`, at most `most` of them; none where all are too many.
 
-    Too many are more than half of the letters of the longer word. Case does not count; what goes on where `word`
-    ends is nearer than what does not.
+    Too many are more than half of the letters of the longer word. Case does not count; where one of two words goes on
+    where the other ends, they are nearer than others.
     """
     asked = str(word).lower()[:LONGEST]
     counted = []
     for place, one in enumerate(legal):
         other = one.lower()[:LONGEST]
         if (number := slips(asked, other)) <= 0.5 * max(len(asked), len(other)):
-            begun = len(asked) > 1 and other.startswith(asked)
+            begun = len(asked) > 1 and (other.startswith(asked) or asked.startswith(other))
             counted.append((min(number, SWAP) if begun else number, number, place, one))
     counted.sort()
     return [one for key, _, _, one in counted if key == counted[0][0]][:most]
 
 
+def did_you_mean(word: Any, legal: Iterable[str]) -> str:
+    """A question with the nearest legal words and a space behind it; "" where none is near."""
+    near = nearest(word, legal)
+    return f"did you mean {' or '.join([', '.join(near[:-1]), near[-1]] if near[1:] else near)}? " if near else ""
+
+
 def unknown(word: Any, legal: Iterable[str]) -> str:
     """The tail of a message about an unknown word: the nearest legal ones, if any is near, and the legal ones."""
     legal = [str(one) for one in legal]
-    near = nearest(word, legal)
-    hint = f"did you mean {' or '.join([', '.join(near[:-1]), near[-1]] if near[1:] else near)}? " if near else ""
+    hint = did_you_mean(word, legal)
     more = f" and {len(legal) - MOST_NAMED} more" if len(legal) > MOST_NAMED else ""
     return f"{hint}legal: {', '.join(legal[:MOST_NAMED])}{more}"
 

@@ -275,6 +275,16 @@ def test_a_designation_is_found_as_a_number_and_where_it_is_taken_for_a_scene():
         load_scene("bearing_6308")
 
 
+@pytest.mark.parametrize(
+    ("word", "near"), [("6380", "6308"), ("6308-2RS", "6308"), ("7205", "7205B"), ("6199", "6009, 6019 or 6209")]
+)
+def test_a_designation_that_is_not_there_is_a_bearing_and_no_scene(word, near):
+    with pytest.raises(SceneError) as refused:
+        load_scene(word)
+    question = f"there is no bearing or scene '{word}'; did you mean {near}? `bearing_twin bearing --list`"
+    assert str(refused.value).startswith(question)
+
+
 def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
     choice = choose(load_scene("6308", ["temperatures.inner_ring=60", "rings.inner.load=[0,-1000,0]"]).parameters)
     assert "temperatures.inner_ring = 60 K is -213.15 °C: if °C was meant, write 333.15" in choice.warnings

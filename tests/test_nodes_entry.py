@@ -1,6 +1,8 @@
 """The executables: exit codes, one sentence for what the user can mend, and signals."""
 
+import importlib
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -8,9 +10,11 @@ import sys
 import pytest
 from ros import heard, plain_node, ros_executor, spin_until
 
+from bearing_twin.command.node_start import NODES
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import entry
+from bearing_twin.nodes.node_parameters import checked
 
 ENTRY = (sys.executable, "-m", "bearing_twin.nodes.entry")
 
@@ -65,16 +69,33 @@ def test_help_is_printed_and_nothing_starts(name, here, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "400")  # a domain that no node could join
     result = here(name, "--help")
     assert (result.returncode, result.stderr) == (0, "")
-    assert f"usage: ros2 run bearing_twin {name} --ros-args" in result.stdout
-    assert "parameters (changeable while it runs: *):" in result.stdout
+    assert f"usage: bearing_twin node start {name} -p" in result.stdout
+    assert f"ros2 run bearing_twin {name} --ros-args" in result.stdout
+    assert ("changeable while it runs: *" in result.stdout) is (name == "sim_node")
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_the_example_in_the_help_of_a_node_sets_what_it_can(name, here):
+    node = importlib.import_module(f"bearing_twin.nodes.{name}")
+    program, *_, assigned = shlex.split(here(name, "--help").stdout.splitlines()[-1])
+    parameter, _, value = assigned.partition(":=")
+    assert program == "bearing_twin"
+    assert checked(node.PARAMETERS, {parameter: value})[parameter] == value
+    assert value.endswith(".mcap") is (parameter == "log")
 
 
 def test_arguments_that_ros_cannot_parse_end_with_code_2(here):
-    result = here("recorder_node", "--ros-args", "-p", "log")
+    result = here("recorder_node", "--ros-args", "-p", "log:=run.mcap:=2", "-p", ":=x")
     assert result.returncode == 2
-    assert "Couldn't parse parameter override rule: '-p log'" in result.stderr
     assert "write -p NAME:=VALUE" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"), [("duration=2", "duration:=2"), ("scene:6308", "scene:=6308"), ("log", "log:=VALUE")]
+)
+def test_a_parameter_that_nothing_is_assigned_to_is_named_as_it_was_meant(word, meant, here):
+    one_sentence(here("sim_node", "--ros-args", "-p", word), f"-p '{word}' sets nothing; write -p {meant}")
 
 
 def test_a_parameter_without_its_option_is_named(here):

@@ -20,11 +20,12 @@ TABLE = (
     NodeParameter("rate", 1.0, "pace", "1", 1e-9, 10.0, words=("fastest",)),
     NodeParameter("depth", 5, "messages", "", 1, 100),
     NodeParameter("loop", False, "again"),
+    NodeParameter("pause", 0.0, "wait", "s", 0.0, 60.0),
 )
 
 
 def test_defaults_and_given_values():
-    assert checked(TABLE, {}) == {"scene": "bearing_6203", "overrides": [], "rate": 1.0, "depth": 5, "loop": False}
+    assert checked(TABLE, {}) == {parameter.name: parameter.default for parameter in TABLE}
     values = checked(TABLE, {"rate": 5, "overrides": ["a=1"], "use_sim_time": True}, ["use_sim_time"])
     assert values["rate"] == 5.0
     assert isinstance(values["rate"], float)
@@ -46,7 +47,10 @@ def test_defaults_and_given_values():
         ({"depth": True}, "depth = True must be a whole number"),
         ({"loop": "yes"}, "loop = 'yes' must be true or false"),
         ({"scene": 3}, "scene = 3 must be text"),
-        ({"overrides": "a=1"}, "overrides = 'a=1' must be a list of texts"),
+        ({"overrides": "a=1"}, "overrides = 'a=1' must be a list of texts; write overrides:=\"['a=1']\""),
+        ({"pause": "2s"}, "pause = '2s' must be a number in s; 2s is 2"),
+        ({"pause": "20 ms"}, "pause = '20 ms' must be a number in s; 20 ms is 0.02"),
+        ({"pause": "2 N"}, "pause = '2 N' must be a number in s"),
     ],
 )
 def test_a_mistake_is_named(given, words):

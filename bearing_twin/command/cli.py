@@ -94,7 +94,7 @@ def _main(argv) -> int:
         argv = [*argv[1:2], "--help"]
     word = next((one for one in argv if not one.startswith("-")), None)
     parser, subparsers = _parsers(None if ASKED in os.environ else word)
-    complete(parser, subparsers)
+    complete(parser)
     if not argv:
         parser.print_help(sys.stderr)
         return BAD_INPUT

@@ -3,6 +3,7 @@
 import argparse
 import os
 
+from bearing_twin.command.node_start import NODES
 from bearing_twin.command.outcome import Outcome
 
 HELP = "what makes your shell complete commands, options and names: print it for bash, zsh or fish"
@@ -25,17 +26,24 @@ def run(arguments: argparse.Namespace) -> Outcome:
     return Outcome({"shell": arguments.shell, "code": code}, [], lambda: show_text(code))
 
 
-def complete(parser: argparse.ArgumentParser, subparsers) -> None:
+def complete(parser: argparse.ArgumentParser) -> None:
     """Answers a shell that asks for completions, and ends the program; returns where none asks."""
     if ASKED not in os.environ:
         return
     from bearing_twin.extras import wanted
 
-    for subparser in subparsers.values():
-        for action in subparser._actions:
-            if action.dest in COMPLETERS:
-                action.completer = COMPLETERS[action.dest]
+    _teach(parser)
     wanted("argcomplete", "completion").autocomplete(parser)
+
+
+def _teach(parser: argparse.ArgumentParser) -> None:
+    """Gives the arguments of a parser, and of those below it, what completes them."""
+    for action in parser._actions:
+        if isinstance(action.choices, dict):
+            for below in action.choices.values():
+                _teach(below)
+        elif action.dest in COMPLETERS:
+            action.completer = COMPLETERS[action.dest]
 
 
 def _scenes(prefix, **_) -> list[str]:
@@ -57,6 +65,21 @@ def _studies(prefix, **_) -> list[str]:
     return STUDIES.names() if "/" not in prefix else _files(prefix)
 
 
+def _sources(prefix, **_) -> list[str]:
+    """What a page or a layout may be made of: files, scenes, studies."""
+    return [*_files(prefix), *_scenes(prefix), *_studies(prefix)]
+
+
+def _materials(**_) -> list[str]:
+    from bearing_twin.contact.materials import MATERIALS
+
+    return list(MATERIALS)
+
+
+def _nodes(**_) -> tuple[str, ...]:
+    return NODES
+
+
 def _keys(prefix, **_) -> list[str]:
     """Keys of scenes with an equals sign, or the legal words of one."""
     from bearing_twin.kinds import KINDS
@@ -75,4 +98,5 @@ def _files(prefix: str) -> list[str]:
     return [f"{path}/" if os.path.isdir(path) else path for path in glob(f"{prefix}*")]
 
 
-COMPLETERS = {"scene": _scenes, "bearing": _bearings, "study": _studies, "set": _keys}
+COMPLETERS = {"scene": _scenes, "bearing": _bearings, "study": _studies, "set": _keys, "executable": _nodes}
+COMPLETERS |= {"what": _sources, "source": _sources, "material": _materials}

@@ -88,7 +88,7 @@ VERBS = (
         ("start",),
         "run a node of this package in this shell; --help after its name lists its parameters",
         node_verbs.start,
-        (("node", ", ".join(NODES)),),
+        (("executable", ", ".join(NODES)),),
         (
             (
                 "words",

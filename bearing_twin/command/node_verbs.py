@@ -235,4 +235,4 @@ def study(arguments) -> Outcome:
 
 def start(arguments) -> Outcome:
     """Becomes a node of this package."""
-    replace_by_node(arguments.node, arguments.words)
+    replace_by_node(arguments.executable, arguments.words)

@@ -13,8 +13,9 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.thinning import KEPT_RATE
 from bearing_twin.parameters import echo, unknown
-from bearing_twin.units import labelled, with_unit
+from bearing_twin.units import in_si, labelled, with_unit
 
+SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default says nothing
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
 
 
@@ -80,25 +81,22 @@ def converted(parameter: NodeParameter, value: Any) -> Any:
 def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
     """What `--help` prints: how a node is started, and its parameters with defaults, units and ranges."""
     lines = [
-        f"usage: ros2 run bearing_twin {name} --ros-args -p NAME:=VALUE [-p ...]",
+        f"usage: bearing_twin node start {name} -p NAME:=VALUE [-p ...]",
+        f"   or: ros2 run bearing_twin {name} --ros-args -p NAME:=VALUE [-p ...]",
         "",
         *textwrap.wrap(what, 78),
         "",
     ]
-    lines += ["parameters (changeable while it runs: *):"]
+    lines += ["parameters:" if all(one.read_only for one in table) else "parameters (changeable while it runs: *):"]
     for one in table:
         default = json.dumps(one.default) if not isinstance(one.default, float) else f"{one.default:g}"
         limits = "" if one.low is None else f", {limits_of(one)}"
         lines.append(f"  {one.name}{'' if one.read_only else '*'} = {default}{with_unit(one.unit)}{limits}")
         lines += textwrap.wrap(one.help, 72, initial_indent="      ", subsequent_indent="      ")
-    lines += ["", f"example: ros2 run bearing_twin {name} --ros-args -p {example_of(table)}"]
-    return "\n".join(lines)
-
-
-def example_of(table: Sequence[NodeParameter]) -> str:
-    """An assignment of the first parameter."""
     first = table[0]
-    return f"{first.name}:={first.default or 'run.mcap'}"
+    value = first.default or SHOWN.get(first.name)
+    lines += ["", "example:", f"  bearing_twin node start {name} -p {first.name}:={value}"]
+    return "\n".join(lines)
 
 
 def limits_of(parameter: NodeParameter) -> str:
@@ -109,6 +107,7 @@ def limits_of(parameter: NodeParameter) -> str:
 def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     """Why `value` cannot be used, or None."""
     kind, words = type(parameter.default), "".join(f", or {word}" for word in parameter.words)
+    unit = with_unit(parameter.unit)
     if isinstance(value, str) and value in parameter.words:
         return None
     if kind is list:
@@ -116,14 +115,23 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     else:
         fits = type(value) is kind
     if not fits:
-        return f"parameter {parameter.name} = {echo(value)} must be {KINDS[kind]}{words}"
+        wanted = f"{KINDS[kind]}{unit and f' in{unit}'}{words}{meant(parameter, value)}"
+        return f"parameter {parameter.name} = {echo(value)} must be {wanted}"
     if kind is float and not math.isfinite(value):
         return f"parameter {parameter.name} = {value} must be finite"
     low, high = parameter.low, parameter.high
     if (low is not None and value < low) or (high is not None and value > high):
-        limits = f"between {low:g} and {high:g}{with_unit(parameter.unit)}"
+        limits = f"between {low:g} and {high:g}{unit}"
         return f"parameter {parameter.name} = {value} must lie {limits}{words}"
     return None
+
+
+def meant(parameter: NodeParameter, value: Any) -> str:
+    """What to write in place of a text with a unit, or of a text where texts are wanted; "" of anything else."""
+    kind = type(parameter.default)
+    if not isinstance(value, str) or kind not in (float, list):
+        return ""
+    return in_si(value, parameter.unit) if kind is float else f'; write {parameter.name}:="[{value!r}]"'
 
 
 THINNED = f", {KEPT_RATE:g} messages a second of each topic; full: true for all of them"

@@ -23,6 +23,7 @@ from bearing_twin.nodes.log_room import Room, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 from bearing_twin.nodes.outlet import MANY
+from bearing_twin.spelling import echo
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
@@ -193,6 +194,14 @@ def wait_for_subscribers(publishers: Iterable[Publisher], seconds: float) -> Non
     time.sleep(DISCOVERY_GRACE)
 
 
+def refuse_no_assignment(words: Sequence[str]) -> None:
+    """Raises BearingTwinError for a `-p` that assigns nothing, and names what was meant: ROS answers with its lexer."""
+    for option, word in itertools.pairwise(words):
+        if option in ("-p", "--param") and ":=" not in word:
+            name, _, value = word.replace(":", "=").partition("=")
+            raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
+
+
 def refuse_no_parameters(words: Sequence[str]) -> None:
     """Raises BearingTwinError for a file of parameters that names none: ROS passes over it in silence."""
     for option, path in itertools.pairwise(words):
@@ -213,9 +222,11 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
     signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
     signal.signal(signal.SIGHUP, lambda *_: rclpy.try_shutdown())
     node = None
+    words = sys.argv if args is None else args
     try:
+        refuse_no_assignment(words)
         rclpy.init(args=args)
-        refuse_no_parameters(sys.argv if args is None else args)
+        refuse_no_parameters(words)
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)
         return 2

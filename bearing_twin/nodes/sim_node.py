@@ -1,4 +1,4 @@
-"""sim_node: runs a scene and publishes it; see `topics` in `bearing_twin.log.stream`.
+"""sim_node: runs a scene and publishes it; `bearing_twin topics SCENE` lists what.
 
 Compilation, integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
 """
