@@ -1,8 +1,8 @@
-"""Whether somebody wants a computation to stop, told so that compiled loops see it.
+"""Whether somebody wants a computation to stop, told so that all loops see it; what signals do is in `signals`.
 
 While a compiled loop runs on the main thread no handler of a signal runs. So the system itself notes signals in a byte
 of memory (`signal.set_wakeup_fd` with a file that lives in memory alone) at which the loops look: they end, and then
-the handlers run as ever.
+the handlers run as ever. Loops of Python ask by `look`.
 """
 
 import contextlib
@@ -11,7 +11,8 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from bearing_twin.errors import Interrupted, Stopped
 from bearing_twin.signals import RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
+_ASKED: ContextVar[Callable[[], bool]] = ContextVar("asked", default=lambda: False)
 LOST, SHARE = 1.0, 0.2  # s of computing that interruptions may cost before it is earned, and what it earns a second
 
 
@@ -50,6 +52,22 @@ def heeding_signals() -> Iterator[None]:
         signal.set_wakeup_fd(previous)
         os.lseek(_FILE, 0, os.SEEK_SET)
         SIGNALLED[:] = 0
+
+
+@contextlib.contextmanager
+def heeding(asked: Callable[[], bool]) -> Iterator[None]:
+    """Within it, in this thread, `look` raises Stopped once `asked()` is true."""
+    token = _ASKED.set(asked)
+    try:
+        yield
+    finally:
+        _ASKED.reset(token)
+
+
+def look() -> None:
+    """Raises Stopped where `heeding` something that asks for it; long work in Python looks every tenth of a second."""
+    if _ASKED.get()():
+        raise Stopped("the computation was stopped")
 
 
 class Halt:

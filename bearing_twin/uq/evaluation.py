@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from bearing_twin.errors import StatisticError, StudyError
+from bearing_twin.errors import StatisticError, Stopped, StudyError
 from bearing_twin.uq.chaos import Chaos, expand
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.interpolation import Interpolated, interpolate
@@ -18,12 +18,8 @@ from bearing_twin.uq.study import Study
 SURROGATE_POINTS = 2**14
 
 
-class Cancelled(Exception):
-    """The study was cancelled before all points had run."""
-
-
 class Evaluator:
-    """Values (n, d) of the inputs in, quantities (n, q) out, NaN where a realisation fails; raises Cancelled."""
+    """Values (n, d) of the inputs in, quantities (n, q) out, NaN where one fails; raises Stopped for a cancel."""
 
     def __init__(self, ensemble: Ensemble, study: Study, tell: Callable[[int], None]):
         self._ensemble, self._study, self._tell = ensemble, study, tell
@@ -35,7 +31,7 @@ class Evaluator:
         if key not in self._known:
             found = self._ensemble.evaluate(values, lambda more: self._tell(self.runs + more)).quantities
             if len(found) < len(values):
-                raise Cancelled
+                raise Stopped("the study was cancelled before all points had run")
             self.runs += len(found)
             self._known[key] = found
         return self._known[key]
@@ -118,7 +114,7 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     return result
 
 
-def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str], densities=()) -> dict:
+def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str], modes: bool, densities=()) -> dict:
     """As `summary_of_sample`, from an expansion: mean and deviation exactly, the rest from SURROGATE_POINTS of it.
 
     The intervals of mean and deviation, and `half_width`, are the root mean square error of the expansion at fresh
@@ -127,7 +123,6 @@ def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str], densit
     settings = study.settings
     points = UnitPoints("sobol", study.joint.dimension, settings.seed, SURROGATE_POINTS)
     sample = chaos.predict(points.chunk(0, points.samples))
-    modes = settings.modality == "yes"
     found = summary_of_sample(sample, missing, points.replicates, settings.seed, modes, densities)
     miss = chaos.error * chaos.std
     for name in ("mean", "std"):

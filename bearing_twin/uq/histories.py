@@ -7,6 +7,7 @@ instants at a time, so that little memory is taken beside the histories themselv
 import numpy as np
 
 from bearing_twin.errors import StatisticError
+from bearing_twin.stopping import look
 from bearing_twin.uq.statistics import binned, silverman_bandwidth, smoothed
 
 ROWS, COLUMNS = 1024, 8  # histories and instants taken together
@@ -45,6 +46,7 @@ class Histories:
         self._squares = np.sum(centred**2, axis=0)
         self._products, self._cubes = np.zeros((size, size + inputs.shape[1])), np.zeros(size)
         for first in range(0, self.count, ROWS):
+            look()
             block = self.whole[first : first + ROWS] - self._mean
             self._products += block.T @ np.concatenate([block, centred[first : first + ROWS]], axis=1)
             self._cubes += np.sum(block**3, axis=0)
@@ -117,6 +119,7 @@ class Histories:
     def _columns(self):
         """The histories as (instants, n), COLUMNS instants at a time, each of them in one piece of memory."""
         for first in range(0, len(self.times), COLUMNS):
+            look()
             yield np.ascontiguousarray(self.whole[:, first : first + COLUMNS].T)
 
     def _variances(self):

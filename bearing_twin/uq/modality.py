@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from bearing_twin.errors import StatisticError
+from bearing_twin.stopping import look
 from bearing_twin.uq.statistics import binned, smoothed
 
 BINS = 4096
@@ -71,7 +72,9 @@ def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
     rng = np.random.default_rng(seed)
     p_values = []
     for modes in range(1, MOST_MODES + 1):
+        look()
         bandwidth = critical_bandwidth(counts, modes, window)
+        look()
         p_value = _p_value(counts, bandwidth, modes, window, resamples, rng)
         if modes == 1 and p_value <= level and outer > inner:
             central = kept[(kept >= inner) & (kept <= outer)]
@@ -149,6 +152,7 @@ def _second_excess(counts, levels):
     share = counts / counts.sum(axis=1, keepdims=True)
     gain = np.zeros(len(counts))
     for level in levels:
+        look()
         above = np.cumsum(np.pad(share - level / share.shape[1], ((0, 0), (1, 0))), axis=1)
         ending = above - np.minimum.accumulate(above, axis=1)
         starting = np.maximum.accumulate(above[:, ::-1], axis=1)[:, ::-1] - above

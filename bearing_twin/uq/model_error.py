@@ -14,6 +14,7 @@ import numpy as np
 
 from bearing_twin.kinds.doubt import METHOD
 from bearing_twin.run.doubt import LARGE, exceeds
+from bearing_twin.stopping import look
 from bearing_twin.units import prefixed, two_digits
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.quantities import quantity_of
@@ -50,6 +51,7 @@ def chosen(quantities: np.ndarray, first: int, count: int) -> list[int]:
     rows: list[int] = []
     columns = [first, *(place for place in range(quantities.shape[1]) if place != first)]
     for column in columns:
+        look()
         good = np.flatnonzero(np.isfinite(quantities[:, column]))
         if len(good):
             found = quantities[good, column]

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.errors import StatisticError
+from bearing_twin.stopping import look
 from bearing_twin.uq.histories import ROWS, complete
 from bearing_twin.uq.modality import modality
 
@@ -80,11 +81,13 @@ def _resampled(times, kept, inputs, seed):
     # Moments of a resample are sums over rows, each as often as it was drawn.
     drawn = np.empty((RESAMPLES, count), np.uint8)
     for row in drawn:
+        look()
         row[:] = np.bincount(random.integers(count, size=count), minlength=count)
     means, squares = np.zeros((2, RESAMPLES, len(times)))
     whole, products = np.zeros((inputs.shape[1], len(times))), np.zeros((inputs.shape[1], RESAMPLES, len(times)))
     shifts = np.zeros((RESAMPLES, inputs.shape[1]))
     for first in range(0, count, ROWS):
+        look()
         part = slice(first, first + ROWS)
         weights, block = drawn[:, part] / count, kept[part]
         means += weights @ block
@@ -108,6 +111,7 @@ def _by_slopes(times, variance, linear):
 
 def _sign_change(times, found, again, covariance, resampled, by_slopes) -> SignChange | None:
     """Of one input, with its covariances (t,) and (r, t)."""
+    look()
     when = _zero(times, covariance, found)
     later = np.array([_zero(times, one, near) - near for one, near in zip(resampled, again, strict=True)])
     if np.isnan(when) or np.mean(np.isnan(later)) > 0.05:

@@ -147,10 +147,9 @@ def summary_of_sample(
             result[name], result[f"{name}_interval"] = found.value, [_finite(found.low), _finite(found.high)]
             result["unsafe"] += [] if found.safe else [name]
     result["quantiles"] = {}
-    ordered = np.sort(sample) if replicates == 1 else sample  # sorted once: sorting again costs little
     for probability in PROBABILITIES:
         try:
-            found = estimate(ordered, probability, replicates=replicates)
+            found = estimate(sample, probability, replicates=replicates)
         except StatisticError as error:
             refused[f"quantile {probability:g}"] = str(error)
             continue

@@ -1,21 +1,17 @@
 """A study in, its result out: which method for which quantity, the ensemble in batches, the stop rule, the summary."""
 
+import contextlib
 import dataclasses
 import time
 from collections.abc import Callable
 
 import numpy as np
 
-from bearing_twin.errors import StudyError
+from bearing_twin.errors import Stopped, StudyError
+from bearing_twin.stopping import heeding
 from bearing_twin.uq.drawing import CANCELLED, Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.evaluation import (
-    Cancelled,
-    Evaluator,
-    expansions,
-    interpolations,
-    sources_of_variance,
-)
+from bearing_twin.uq.evaluation import Evaluator, expansions, interpolations, sources_of_variance
 from bearing_twin.uq.histories import COLUMNS
 from bearing_twin.uq.model_error import model_errors, no_model_errors
 from bearing_twin.uq.narrowing import RESAMPLES
@@ -46,10 +42,10 @@ def run_study(
     """Runs a study; the same study and seed give the same numbers whatever the number of workers.
 
     `progress` is called after every batch and every few realisations, from this thread. `cancelled` is a
-    threading.Event or a function: once true the study ends within half a second with what is done; its statistics are
-    then those of the first samples, as many as that time allows, and a note says so. `start` is an earlier result of
-    the same study with fewer samples, which are kept; the result equals that of one run. `keep(values, quantities,
-    histories, status, doubtful, reasons, doubts)` is handed every realisation as soon as it is there, in order. Raises
+    threading.Event or a function: once true the study ends within half a second with what is done; statistics not made
+    yet are then those of the first samples, as many as that time allows, and a note says so. `start` is an earlier
+    result of the same study with fewer samples, which are kept; the result equals that of one run. `keep(values,
+    quantities, histories, status, doubtful, reasons, doubts)` is handed every realisation as it comes, in order. Raises
     StudyError for a study too large for its memory, a method that does not fit it, or a `start` of another study.
     """
     began = time.monotonic()
@@ -68,13 +64,14 @@ def run_study(
         return asked() or time.monotonic() - began > limit
 
     drawn = Drawn(study, task, _part(tell, 0, parts), ends, began, keep)
-    with Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
+    with heeding(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
         expanded, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
         over = ends() or drawn.broken
         at_mean = empty(task, 0) if over else ensemble.evaluate(mean_inputs(study))
         worth = no_model_errors("the study ended before a companion had gone with a realisation")
         if not over:
-            worth = model_errors(study, task, ensemble, *drawn.arrays()[:2])
+            with contextlib.suppress(Stopped):
+                worth = model_errors(study, task, ensemble, *drawn.arrays()[:2])
     if drawn.because == CANCELLED and not asked():
         drawn.because = f"its time_limit of {limit:g} s was reached"
     values, quantities, histories, status, doubtful = drawn.arrays()
@@ -82,7 +79,7 @@ def run_study(
         study, values, quantities, histories,
         status, tuple(drawn.reasons.sentences), doubtful, tuple(drawn.doubts.sentences), {},
     )  # fmt: skip
-    summary = summary_of(result, missing, task, exact | expanded, drawn, (at_mean, worth), asked())
+    summary = summary_of(result, missing, task, exact | expanded, drawn, (at_mean, worth), asked)
     for name, found in sources.items():
         summary["quantities"][name]["sobol"] = found
     if study.sweep is not None:
@@ -158,6 +155,6 @@ def _propagate(study, ensemble, drawn, start, sampled):
             drawn.draw(ensemble, start)
         if study.settings.sensitivity and not (drawn.asked() or drawn.broken):
             sources = sources_of_variance(study, evaluate)
-    except Cancelled:
+    except Stopped:
         drawn.because = CANCELLED
     return expanded, sources

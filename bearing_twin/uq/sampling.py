@@ -22,6 +22,7 @@ from scipy.stats import qmc
 
 from bearing_twin.errors import StudyError
 from bearing_twin.parameters import echo, read_number, unknown
+from bearing_twin.stopping import look
 from bearing_twin.units import Limits
 from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT
 
@@ -62,7 +63,10 @@ def _latin_hypercube(points, start, count):
 def _hypercubes(dimension, seed, samples):
     """All points (samples, dimension), interleaved; kept because chunks are drawn one after the other."""
     each = samples // REPLICATES
-    cubes = [qmc.LatinHypercube(dimension, seed=_generator(seed, part)).random(each) for part in range(REPLICATES)]
+    cubes = []
+    for part in range(REPLICATES):
+        look()
+        cubes.append(qmc.LatinHypercube(dimension, seed=_generator(seed, part)).random(each))
     return np.stack(cubes, axis=1).reshape(-1, dimension)
 
 

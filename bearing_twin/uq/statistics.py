@@ -20,6 +20,7 @@ from scipy import fft, stats
 
 from bearing_twin.errors import StatisticError
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.stopping import look
 
 FEWEST = {"mean": 2, "std": 4, "skewness": 8, "quantile": 1}
 MOMENTS = ("mean", "std", "skewness")
@@ -66,6 +67,7 @@ def estimate(sample, statistic, confidence=0.95, replicates=1) -> Estimate:
     A probability asks for that quantile (median-unbiased between order statistics).
     Raises StatisticError for an unknown statistic, too few samples or a skewness of equal values.
     """
+    look()
     statistic = _statistic(statistic)
     every = np.asarray(sample, float)
     kept = every[np.isfinite(every)]
@@ -78,7 +80,7 @@ def estimate(sample, statistic, confidence=0.95, replicates=1) -> Estimate:
     if fewest < 2 and replicates > 1:
         raise StatisticError(f"each of the {replicates} replicates needs 2 samples at least; ask for more samples")
     if name == "quantile" and (replicates == 1 or fewest * min(statistic, 1.0 - statistic) < FAR_OUT):
-        return _quantile(np.sort(kept), statistic, confidence)
+        return _quantile(kept, statistic, confidence)
     influence = np.full(len(every), np.nan)
     if name == "quantile":
         # Hazen's rule is right for points spread evenly; taken from all at once it would throw the even spread away.
@@ -97,6 +99,7 @@ def interval(value, influence, confidence=0.95, replicates=1, least=0.0) -> Esti
     numbers whose skewness is hardly known, it is widened by WIDER. Unsafe below `least` effective points n / kurtosis
     and, for replicates, above a kurtosis of HEAVIEST: only tails are left to err there, whatever n.
     """
+    look()
     good = np.isfinite(influence)
     kept = influence if good.all() else influence[good]
     squares = kept * kept  # a general power takes ten times as long
@@ -167,16 +170,19 @@ def _moment(sample, statistic, replicates=1):
     z = (sample - mean) / float(np.std(sample))
     if statistic == "std":
         return std, 0.5 * std * (z**2 - 1.0)
+    look()
     cube = z * z * z
     skewness = float(np.mean(cube))
     return skewness, cube - 3.0 * z - skewness - 1.5 * skewness * (z**2 - 1.0)
 
 
-def _quantile(ordered, probability, confidence):
+def _quantile(sample, probability, confidence):
     """Order statistics r and s with P(r <= number below the quantile < s) >= confidence, split evenly."""
-    count, outside = len(ordered), 0.5 * (1.0 - confidence)
+    count, outside = len(sample), 0.5 * (1.0 - confidence)
     below = int(stats.binom.ppf(outside, count, probability))
     above = int(stats.binom.ppf(1.0 - outside, count, probability)) + 1
+    ordered = np.partition(sample, [max(below, 1) - 1, min(above, count) - 1])  # sorted there: five times as quick
+    look()
     low = float(ordered[below - 1]) if below >= 1 else -math.inf
     high = float(ordered[above - 1]) if above <= count else math.inf
     value = float(np.quantile(ordered, probability, method="median_unbiased"))
@@ -269,6 +275,7 @@ def smoothed(counts, bandwidth, kind="even"):
 
 
 def _kept(sample, fewest):
+    look()
     sample = np.asarray(sample, float)
     kept = sample[np.isfinite(sample)]
     if len(kept) < fewest:

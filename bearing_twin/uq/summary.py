@@ -1,11 +1,13 @@
 """What a study found as plain data: statistics of every quantity and history, failures, doubts and notes."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, StatisticError
+from bearing_twin.errors import BearingTwinError, StatisticError, Stopped
 from bearing_twin.run.simulation import simulate
+from bearing_twin.stopping import heeding, look
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.chaos import Chaos
 from bearing_twin.uq.drawing import Drawn
@@ -32,20 +34,20 @@ def summary_of(
     without_sampling: dict,
     drawn: Drawn,
     beside: tuple[Realised, ModelErrors],
-    hurried: bool,
+    asked: Callable[[], bool],
 ) -> dict:
     """The plain data of a result, without seconds.
 
     `missing` names the moments that do not exist, by quantity, `without_sampling` what is known of quantities without
-    a sample; `beside` the sample are the realisation at the mean inputs, or none, and the errors of the model. Where it
-    is `hurried` the statistics are those of the first samples, and a note says so.
+    a sample; `beside` the sample are the realisation at the mean inputs, or none, and the errors of the model. Once
+    `asked()` is true, what is not made yet is made of the first samples, and a note says so.
     """
     study, settings = result.study, result.study.settings
     (at_mean, worth), quantities = beside, {}
-    looked_at = _first(result) if hurried else result
+    pressed = _Pressed(result, asked)
     for column, (name, unit) in enumerate(result.quantity_units.items()):
-        found = without_sampling.get(name)
-        one = {"unit": unit, **_of_quantity(looked_at, missing.get(name, {}), name, drawn, found, hurried)}
+        found = pressed.made(name, _of_quantity, missing.get(name, {}), name, drawn, without_sampling.get(name))
+        one = {"unit": unit, **found}
         value = at_mean.quantities[0, column] if len(at_mean.quantities) else np.nan
         one["at_mean_inputs"] = float(value) if np.isfinite(value) else None
         quantities[name] = one | worth.for_quantity(name)
@@ -62,14 +64,17 @@ def summary_of(
         "companions": worth.companions,
         "stopped_because": drawn.because,
         "convergence": _convergence(drawn.rule, drawn.path),
-        "histories": _histories(looked_at, task, at_mean, hurried),
+        "histories": {
+            channel: pressed.made(channel, _of_history, channel, task, at_mean.histories[:, place])
+            for place, channel in enumerate(study.histories)
+        },
         "doubts": {text: int(np.sum(result.doubtful >> place & 1)) for place, text in enumerate(result.doubts_met)},
         "notes": [
             *drawn.notes,
             *_poor_interpolants(without_sampling),
             *worth.notes,
-            *([] if hurried else _flags_at_mean(study, task)),
-            *_left_out(result, looked_at),
+            *_flags_at_mean(study, task, asked),
+            *pressed.notes(),
         ],
     }
 
@@ -84,12 +89,34 @@ def _first(result: StudyResult) -> StudyResult:
     return dataclasses.replace(result, **{name: getattr(result, name)[first] for name in columns})
 
 
-def _left_out(result, looked_at) -> list[str]:
-    """A note where the statistics are not those of all samples."""
-    every, some = len(result.status), len(looked_at.status)
-    if some == every:
-        return []
-    return [f"cancelled: statistics are those of the first {some} of {every} samples; go on from the log for all"]
+class _Pressed:
+    """Makes statistics of all samples, or, once `asked()`, in a tenth of a second of the first alone and no modes."""
+
+    def __init__(self, result: StudyResult, asked: Callable[[], bool]):
+        self._result, self._first, self._asked = result, _first(result), asked
+        self._names: list[str] = []  # of what was made of the first
+
+    def made(self, name: str, of: Callable[..., dict], *arguments) -> dict:
+        """What `of(result, *arguments, hurried)` gives."""
+        try:
+            with heeding(self._asked):
+                look()
+                return of(self._result, *arguments, False)
+        except Stopped:
+            self._names.append(name)
+            with heeding(lambda: False):
+                return of(self._first, *arguments, True)
+
+    def notes(self) -> list[str]:
+        """A sentence where that had to be."""
+        if not self._names:
+            return []
+        every, some = len(self._result.status), len(self._first.status)
+        return [
+            f"cancelled: of {', '.join(self._names)} there are no modes"
+            + (f", and statistics are those of the first {some} of {every} samples" if some < every else "")
+            + "; go on from the log for all"
+        ]
 
 
 def _of_quantity(result, missing, name, drawn, found, hurried) -> dict:
@@ -100,8 +127,12 @@ def _of_quantity(result, missing, name, drawn, found, hurried) -> dict:
     if isinstance(found, Interpolated):
         return {"method": "change_of_variable", **summary_of_interpolated(found, wanted)}
     if isinstance(found, Chaos):
-        return {"method": "chaos", **summary_of_chaos(result.study, found, missing, wanted)}
+        return {"method": "chaos", **summary_of_chaos(result.study, found, missing, _modes(result, hurried), wanted)}
     return {"method": "ensemble", **_of_sample(result, missing, name, drawn, hurried)}
+
+
+def _modes(result, hurried) -> bool:
+    return result.study.settings.modality == "yes" and not hurried
 
 
 def _poor_interpolants(found) -> list[str]:
@@ -115,8 +146,8 @@ def _poor_interpolants(found) -> list[str]:
 def _of_sample(result, missing, name, drawn, hurried) -> dict:
     settings, rule, replicates = result.study.settings, drawn.rule, drawn.points.replicates
     sample = result.sample(name)
-    modes = settings.modality == "yes" and not hurried
-    found = summary_of_sample(sample, missing, replicates, settings.seed, modes, result.study.densities.get(name, ()))
+    modes, wanted = _modes(result, hurried), result.study.densities.get(name, ())
+    found = summary_of_sample(sample, missing, replicates, settings.seed, modes, wanted)
     statistic = rule.asked if name == rule.quantity else "mean"
     width = np.inf if statistic in missing else half_width(sample, statistic, replicates=replicates)
     return {**found, "half_width": width if np.isfinite(width) else None}
@@ -135,24 +166,21 @@ def _convergence(rule, path) -> dict:
     }
 
 
-def _histories(result, task, at_mean, hurried) -> dict:
-    """Bands of each history over the realisations that did not fail, and the run at the mean inputs beside them."""
-    bands_of = {}
-    for place, channel in enumerate(result.study.histories):
-        found, bands = history_statistics(result, channel, task.instants), {}
-        if found.count > 1:
-            bands = {"mean": found.mean, "std": found.std, "skewness": found.skewness}
-            bands |= dict(zip(("0.05", "0.50", "0.95"), found.quantiles(), strict=True))
-            for key, row in zip(result.study.joint.keys, found.input_correlation(), strict=True):
-                bands[f"correlation with {key}"] = np.where(np.isfinite(row), row, 0.0)
-        if len(at_mean.histories):
-            bands["at_mean_inputs"] = at_mean.histories[0, place]
-        bands_of[channel] = {"realisations": found.count, "time_s": task.instants.tolist()}
-        bands_of[channel] |= {name: one.tolist() for name, one in bands.items()}
-        if found.count > 1:
-            bands_of[channel] |= _between_instants(found)
-            bands_of[channel] |= {} if hurried else _narrowing(found, result.study)
-    return bands_of
+def _of_history(result, channel, task, at_mean, hurried) -> dict:
+    """Bands of a history over the realisations that did not fail, and the run `at_mean` inputs (1 or 0, t) beside."""
+    found, bands = history_statistics(result, channel, task.instants), {}
+    if found.count > 1:
+        bands = {"mean": found.mean, "std": found.std, "skewness": found.skewness}
+        bands |= dict(zip(("0.05", "0.50", "0.95"), found.quantiles(), strict=True))
+        for key, row in zip(result.study.joint.keys, found.input_correlation(), strict=True):
+            bands[f"correlation with {key}"] = np.where(np.isfinite(row), row, 0.0)
+    if len(at_mean):
+        bands["at_mean_inputs"] = at_mean[0]
+    told = {"realisations": found.count, "time_s": task.instants.tolist()}
+    told |= {name: one.tolist() for name, one in bands.items()}
+    if found.count > 1:
+        told |= _between_instants(found) | ({} if hurried else _narrowing(found, result.study))
+    return told
 
 
 def _between_instants(found) -> dict:
@@ -194,14 +222,15 @@ def history_statistics(result: StudyResult, channel: str, instants: np.ndarray) 
     return Histories(instants, result.history(channel), result.values)
 
 
-def _flags_at_mean(study, task) -> list[str]:
-    """What is doubtful about the scene at its mean inputs, where closed forms say nothing of it."""
-    if not task.closed:
+def _flags_at_mean(study, task, asked) -> list[str]:
+    """What is doubtful about the scene at its mean inputs, where closed forms say nothing of it, unless `asked()`."""
+    if not task.closed or asked():
         return []
     try:
         run = simulate(study.scene_at(mean_inputs(study)[0]))
         for _ in run.blocks():
-            pass
+            if asked():
+                return []
     except BearingTwinError as error:
         return [f"at the mean inputs there is no run: {error}"]
     return [f"at the mean inputs {flag}" for flag in run.report.flags]
