@@ -10,7 +10,7 @@ from made_up_run import a_choice, made_up_block, made_up_scene
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.tolerance import CASES, METHOD, judge
 from bearing_twin.contact.friction import friction_number, friction_of
-from bearing_twin.errors import IntegrationError
+from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import watched as bearing_watched
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
@@ -121,6 +121,13 @@ def test_a_tighter_setting_gets_rougher_again_once_parts_are_calm_but_never_as_r
     other, _ = watched("bearing_6203", "run.duration=0.1", "wanted.tolerance=1e-3")
     other.resume(kept)
     assert (other.setting, other.snapshot()) == (0.5, kept)
+
+
+@pytest.mark.parametrize("speed", [157.0796, 94.2478])
+def test_a_part_is_done_again_where_what_a_moving_ring_carries_on_makes_it_too_rough(speed):
+    """Windows off by 0.34 and 0.46 of the tolerance, of which the run counts three times as much."""
+    run = reported("bearing_6203_rig_1000N", "run.duration=1", f"drive.speed={speed}")
+    assert run.report.status == "done"
 
 
 @pytest.mark.parametrize(("since", "redone"), [("the part", 4), ("before", 2)])
@@ -268,6 +275,16 @@ def test_a_torque_of_friction_at_a_point_says_what_drilling_it_does_not_hold():
     assert told == pytest.approx(power / 183.26, rel=0.01)
     (flag,) = (flag for flag in run.report.flags if "drive torque" in flag)
     assert "set contact.friction: spot, which computes the drilling that a point does not hold" in flag
+
+
+@pytest.mark.parametrize("scene", ["bearing_6203_rig_1000N", "bearing_6203_tilted"])
+def test_friction_over_spots_is_no_advice_where_it_is_refused(scene):
+    with pytest.raises(SceneError, match="is not built for a ring that tilts or moves"):
+        simulate(load_scene(scene, ["contact.friction=spot"]))
+    run = reported(scene, "run.duration=0.02")
+    assert any("mostly friction model" in flag for flag in run.report.flags)
+    assert not any("contact.friction: spot" in flag for flag in run.report.flags)
+    assert "spot is not built for a ring" in run.report.errors["errors_unknown"]["friction_model"]
 
 
 def test_a_held_ring_that_touches_nothing_is_told_once_and_its_figures_make_no_noise():

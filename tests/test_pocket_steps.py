@@ -134,6 +134,16 @@ def test_where_bumps_carry_errors_on_the_run_says_until_when_it_is_as_exact_as_w
     assert max(each[-1] / each[0] for each in found.values()) > 30.0
 
 
+def test_a_short_run_up_in_pockets_has_a_horizon_too():
+    """Friction is as far off at a tenth or a hundredth of the tolerance from 15 ms on: no setting mends it."""
+    run = simulate(load_scene("bearing_6203_run_up", ("cage.kind=pockets",)))
+    for _ in run.blocks():
+        pass
+    assert "only statistics of many runs hold" in run.report.errors["errors_unknown"]["horizon"]
+    assert run.report.errors["wanted_errors"]["friction"]["error"] > 0.1
+    assert not any("set a tenth of wanted.tolerance" in flag for flag in run.report.flags)
+
+
 def test_from_there_on_steps_are_as_long_as_statistics_allow(rig):
     """And they are after a break, too."""
     run, rows = rig

@@ -53,8 +53,7 @@ LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked 
 INHERITED = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
-THREATENED = 0.45  # ... unless it is off by the tolerance, or loose: then where so many were ...
-PROBING = 0.2  # ... with all balls, to see what bumps into a cage make of errors ...
+THREATENED = 0.45  # ... unless it is off by the tolerance, loose, or bumps into a cage: then where so many were ...
 BOUNCING = 0.35  # ... or would be, with a ball that bounces although nothing points to it, or with all that met
 
 
@@ -216,7 +215,7 @@ class Companion:
         """
         if not bumps(self.parameters) or self.diverged:
             return False
-        far = affordable(part, Window(ALL, -1, len(part.times)), PROBING * part.taken - self.steps)
+        far = affordable(part, Window(ALL, -1, len(part.times)), THREATENED * part.taken - self.steps)
         return self.parts & (self.parts - 1) == 0 or 2 * far.length >= len(part.times)
 
     def _order(self, off: tuple) -> tuple:
@@ -245,7 +244,7 @@ class Companion:
             share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
             more = 0.0
             if window.ball == ALL and self.probing:
-                share, window = PROBING, affordable(part, window, PROBING * part.taken - self.steps)
+                share, window = THREATENED, affordable(part, window, THREATENED * part.taken - self.steps)
             elif (window.ball == ALL and not part.partners.active) or left == UNKNOWN:
                 more, share = likely_steps(part, window), min(share, BOUNCING)
             spent = self.steps + more > share * part.taken

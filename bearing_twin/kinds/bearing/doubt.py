@@ -15,7 +15,7 @@ from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
-from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.summing import STRETCH
@@ -94,7 +94,7 @@ class BearingDoubt:
         if not any(map(any, (figures[key] for key in OUT_OF_PLANE))):
             found |= {key: {source: [0.0, 0.0] for source in found[key]} for key in TILTING if key in found}
         mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
-        if not FRICTIONS[self.parameters.contact.friction].over_spot:
+        if not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
         return Errors(found, self._promises(law), self._notes(), mends)
 
@@ -284,9 +284,10 @@ class BearingDoubt:
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
         if not FRICTIONS[self.parameters.contact.friction].over_spot:
+            built = "computes it" if spots_built(self.parameters) else "is not built for a ring that tilts or moves"
             notes[FRICTION_MODEL] = (
                 "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin "
-                "would add, not what the motion makes of it; contact.friction: spot computes it"
+                f"would add, not what the motion makes of it; contact.friction: spot {built}"
             )
         return notes | self.growth.notes | left_out(self.parameters)
 

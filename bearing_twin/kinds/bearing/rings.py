@@ -146,6 +146,12 @@ def dimension_of(parameters) -> str:
     return QUASI_STATIC if any(free_coordinates(parameters)) or any(parameters.drive.tilt) else PRESCRIBED
 
 
+def spots_built(parameters) -> bool:
+    """Whether friction over the spots is built for the ring: not for one that tilts or moves."""
+    dimension = dimension_of(parameters)
+    return dimension != FREE_RING and not (dimension == PRESCRIBED and any(parameters.drive.tilt))
+
+
 def idle_loads(parameters, load, moment, *names: str) -> list[str]:
     """That parts of a load [N] (3,) or moment [N m] (2,) of these names act on held coordinates, if they do."""
     return _idle(parameters.rings.inner.free, free_coordinates(parameters), load, moment, *names)
@@ -224,8 +230,7 @@ def _unmet(parameters, dimension) -> list[str]:
     ) if is_so]  # fmt: skip
     if moving and stepper not in ("auto", "rodas4", "rodas3"):
         problems.append(f"solver.stepper = {stepper} does not move {' or '.join(moving)}; use rodas4")
-    tilted = dimension == PRESCRIBED and any(parameters.drive.tilt)
-    if (tilted or dimension == FREE_RING) and parameters.contact.friction != "point":
+    if parameters.contact.friction != "point" and not spots_built(parameters):
         problems.append(
             f"contact.friction = {parameters.contact.friction} is not built for a ring that tilts or moves; use point"
         )

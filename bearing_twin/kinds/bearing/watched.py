@@ -25,7 +25,18 @@ from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.snapshots import MOVING
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, bumps, followed, is_watched, off_by, unseen
+from bearing_twin.kinds.bearing.windows import (
+    ALL,
+    APART,
+    CARRIED,
+    PLACE,
+    WINDOW,
+    bumps,
+    followed,
+    is_watched,
+    off_by,
+    unseen,
+)
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.report import Choice
 
@@ -182,7 +193,7 @@ class WatchedMotion(BearingMotion):
                 self._sensitive = True
                 break
             last, worst = worst, self._worst(since)
-            if attempt == REDONE or worst <= (GOOD if attempt else SAFE):
+            if attempt == REDONE or worst <= min(GOOD if attempt else SAFE, self._borne):
                 break
             if attempt and worst >= HELPED * last:
                 self._set(max(self.setting, min(before, FUTILE)))
@@ -220,6 +231,12 @@ class WatchedMotion(BearingMotion):
 
     def _until_next(self, duration: float) -> float:
         return min(super()._until_next(duration), SHORT * 2.0 ** min(self.companion.parts, DOUBLED))
+
+    @property
+    def _borne(self) -> float:
+        """Share of the tolerance that windows of balls that a moving ring couples may be off: the run counts more."""
+        times = unseen(self.parameters)
+        return 1.0 / times if times == CARRIED else 1.0
 
     def _worst(self, since: float) -> float:
         """The greatest error found in this part over the wanted tolerance, of windows begun since then [s].
