@@ -1,8 +1,8 @@
 """The same equations in plain C++ as a yardstick: `python bench/native.py [seconds]`; skipped without a compiler.
 
-The classical Runge-Kutta method and the implicit-explicit step at 0.5 us, eight balls of a 6203 from rest, by the product
-and by `native.cpp` in turn. The product also turns the balls and looks whether its state can be right; the states must
-agree.
+The classical Runge-Kutta method and the implicit-explicit step at 0.5 us, eight balls of a 6203 from rest, by the
+product and by `native.cpp` in turn. The product also turns the balls and looks whether its state can be right; the
+states must agree.
 """
 
 import platform
@@ -88,7 +88,10 @@ def main(seconds="0.05"):
         one, two, apart = found
         what = f"{method} at {1e6 * STEP:g} us, {span:g} s, 8 balls, {platform.machine()}, {date.today()}"
         print(f"{what}; agree to {apart:.1g}")
-        print(f"{one:.3g} s a simulated second, C++ {two:.3g}: the product runs at {two / one:.2f} times its speed", flush=True)
+        print(
+            f"{one:.3g} s a simulated second, C++ {two:.3g}: the product runs at {two / one:.2f} times its speed",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -121,7 +121,7 @@ def factorise_motion(g, vv, vs, sv, ss):
 
 @inlined
 def solve_motion(velocities, coupling, below, schur, velocity, spin):
-    """Velocities and spins from their right-hand sides by these factors; `below` is the block of spins by velocities."""
+    """Velocities and spins from their right-hand sides; `below` is how spins answer to velocities, the rest factors."""
     push = times(velocities, velocity)
     spins = times(schur, add(spin, times(below, push)))
     return add(push, times(coupling, spins)), spins

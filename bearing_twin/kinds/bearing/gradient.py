@@ -1,4 +1,4 @@
-"""The derivatives of one ball-raceway contact by the ball's position, velocity and spin; `pair_gradient` has those of balls.
+"""The derivatives of one ball-raceway contact by the ball's position, velocity and spin.
 
 A contact's load is a function of the approach h, its rate, and the load coefficient C; its friction one of load and
 slip. `contact_gradient` differentiates `raceway_contact` line by line: first what velocities do (u, the velocity of the
@@ -90,7 +90,7 @@ def _outer(a, b):
 
 
 @inlined
-def _columns(a, b, c):
+def matrix_of(a, b, c):
     """The matrix with these columns."""
     return ((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]))
 
@@ -242,17 +242,15 @@ def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, rin
     by = driven(contact, slopes, raceway_velocity)
 
     # What displacements do: along the radial and axial directions, and with the orbit angle.
-    place = Place(
-        offset=offset, ring_speed=ring_speed, raceway_velocity=raceway_velocity, spin=spin, relative=relative
-    )
+    place = Place(offset=offset, ring_speed=ring_speed, raceway_velocity=raceway_velocity, spin=spin, relative=relative)
     one = _along(bearing, raceway, contact, slopes, place, (1.0, 0.0, 0.0))
     two = _along(bearing, raceway, contact, slopes, place, by_angle)
     three = _along(bearing, raceway, contact, slopes, place, (0.0, 0.0, 1.0))
     return contact, Gradient(
-        force_p=_columns(one.force, two.force, three.force),
+        force_p=matrix_of(one.force, two.force, three.force),
         force_v=by.force_v,
         force_s=by.force_s,
-        torque_p=_columns(one.torque, two.torque, three.torque),
+        torque_p=matrix_of(one.torque, two.torque, three.torque),
         torque_v=by.torque_v,
         torque_s=by.torque_s,
         power_p=(one.power, two.power, three.power),

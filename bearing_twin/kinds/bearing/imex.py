@@ -63,7 +63,7 @@ def _drift(h, before, lanes):
         increase(lanes, HEIGHT, k, h * velocity[2])
 
 
-@lean_kernel
+@inlined
 def _kick(h, lanes):
     """The linearly implicit midpoint rule for velocities and angular velocities at fixed positions."""
     g = 0.5 * h

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.kinds.bearing.equations import ball_on_ball
-from bearing_twin.kinds.bearing.gradient import SHALLOWEST, Place, Slopes, displaced, driven, slopes_of
+from bearing_twin.kinds.bearing.gradient import SHALLOWEST, Place, Slopes, displaced, driven, matrix_of, slopes_of
 from bearing_twin.numerics.block_solve import times
 from bearing_twin.numerics.rotation import add, cross, dot, scaled
 
@@ -48,7 +48,9 @@ def pair_gradient(bearing, may_touch, between, velocity, spin, turn):
     """
     contact = ball_on_ball(bearing, may_touch, between, velocity, spin)
     root = math.sqrt(max(contact.approach, SHALLOWEST))
-    slopes = slopes_of(bearing, bearing.friction_coefficient, bearing.pair_coefficient, HERTZIAN, root, 0.0, 0.0, contact)
+    slopes = slopes_of(
+        bearing, bearing.friction_coefficient, bearing.pair_coefficient, HERTZIAN, root, 0.0, 0.0, contact
+    )
     slopes = Slopes(*slopes[:3], 0.0, *slopes[4:10], contact.normal_load)
     relative = add(velocity, cross(spin, contact.arm))
     place = Place(offset=between, ring_speed=0.0, raceway_velocity=(0.0, 0.0, 0.0), spin=spin, relative=relative)
@@ -56,8 +58,8 @@ def pair_gradient(bearing, may_touch, between, velocity, spin, turn):
     one = _apart(contact, slopes, place, (1.0, 0.0, 0.0))
     two = _apart(contact, slopes, place, (0.0, 1.0, 0.0))
     three = _apart(contact, slopes, place, (0.0, 0.0, 1.0))
-    force_p = _columns(one.force, two.force, three.force)
-    torque_p = _columns(one.torque, two.torque, three.torque)
+    force_p = matrix_of(one.force, two.force, three.force)
+    torque_p = matrix_of(one.torque, two.torque, three.torque)
     loss_p = (one.loss, two.loss, three.loss)
     push = add(turn[1], cross(turn[2], contact.arm))
     return contact, PairGradient(

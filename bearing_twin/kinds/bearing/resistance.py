@@ -32,7 +32,6 @@ from bearing_twin.kinds.bearing.layout import (
 )
 from bearing_twin.kinds.bearing.rates import lane_rates
 from bearing_twin.numerics.block_solve import plus, scaled_block
-from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
 
 STILL = (0.0, 0.0, 0.0)
@@ -75,7 +74,7 @@ def _put_resistance(bearing, position, velocity, spin, power, inner, outer, lane
     _put_row(lanes, GROSS_WORK, k, scaled(sign, inner.power_v), scaled(sign, inner.power_s))
 
 
-@lean_kernel
+@inlined
 def rates_and_resistance(spot, ring, bearing, lanes):
     """The rates of each lane, and their derivatives by velocity and spin; `spot` and `ring` are the bearing's.
 
