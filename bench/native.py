@@ -1,7 +1,8 @@
 """The same equations in plain C++ as a yardstick: `python bench/native.py [seconds]`; skipped without a compiler.
 
-The classical Runge-Kutta method at 0.5 us, eight balls of a 6203 from rest, by the product and by `native.cpp` in turn.
-The product also turns the balls and looks whether its state can be right; the states must agree.
+The classical Runge-Kutta method and the implicit-explicit step at 0.5 us, eight balls of a 6203 from rest, by the
+product and by `native.cpp` in turn. The product also turns the balls and looks whether its state can be right; the
+states must agree.
 """
 
 import platform
@@ -20,6 +21,7 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
+METHODS = ("rk4", "imex")
 STEP, REPEATS = 5e-7, 5
 OPTIONS = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
 GROUPS = (slice(0, 1), slice(1, 2), slice(2, 3), slice(3, 6), slice(6, 9))  # columns that share a unit and a size
@@ -48,9 +50,9 @@ def numbers(motion, steps):
     yield from motion.state.T.ravel()
 
 
-def compared(span):
+def compared(method, span):
     """Processor seconds per simulated second over `span` [s], ours and C++, and how far apart; None: no compiler."""
-    scene = load_scene("bearing_6203", ("initial.motion=rest", "solver.stepper=rk4", f"solver.step={STEP}"))
+    scene = load_scene("bearing_6203", ("initial.motion=rest", f"solver.stepper={method}", f"solver.step={STEP}"))
     motion = BearingMotion(scene.parameters, choose(scene))
     with tempfile.TemporaryDirectory() as folder:
         program = built(folder)
@@ -64,7 +66,7 @@ def compared(span):
             start = time.process_time()
             motion.advance(np.array([span]), span)
             ours.append((time.process_time() - start) / span)
-            answer = subprocess.run([program], input=given, capture_output=True, text=True, check=True).stdout
+            answer = subprocess.run([program, method], input=given, capture_output=True, text=True, check=True).stdout
             *state, spent = map(float, answer.split())
             theirs.append(spent / span)
     state = np.array(state).reshape(motion.state.shape[::-1]).T
@@ -76,18 +78,20 @@ def compared(span):
 
 
 def main(seconds="0.05"):
-    """Prints two lines: what was compared; seconds of both, and their ratio."""
+    """Prints two lines a method: what was compared; seconds of both, and their ratio."""
     span = float(seconds)
-    found = compared(span)
-    if found is None:
-        print("native: no C++ compiler is found, so there is nothing to compare with", file=sys.stderr)
-        return
-    one, two, apart = found
-    print(f"rk4 at {1e6 * STEP:g} us, {span:g} s, 8 balls, {platform.machine()}, {date.today()}; agree to {apart:.1g}")
-    print(
-        f"{one:.3g} s a simulated second, C++ {two:.3g}: the product runs at {two / one:.2f} times its speed",
-        flush=True,
-    )
+    for method in METHODS:
+        found = compared(method, span)
+        if found is None:
+            print("native: no C++ compiler is found, so there is nothing to compare with", file=sys.stderr)
+            return
+        one, two, apart = found
+        what = f"{method} at {1e6 * STEP:g} us, {span:g} s, 8 balls, {platform.machine()}, {date.today()}"
+        print(f"{what}; agree to {apart:.1g}")
+        print(
+            f"{one:.3g} s a simulated second, C++ {two:.3g}: the product runs at {two / one:.2f} times its speed",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -166,8 +166,8 @@ def _nodes(outputs: int, messages: int):
         return measured(outputs, messages, Path(folder))
 
 
-def _native() -> float:
-    found = compared(0.05)
+def _native(method: str) -> float:
+    found = compared(method, 0.05)
     return found[1] / found[0] if found else np.nan
 
 
@@ -198,7 +198,8 @@ ROWS: dict[Measured, Callable[[], float]] = {
     Measured("13 balls that touch, a step", "motion", 3, "less", "of one alone"): lambda: (
         _a_step(*TOUCHING) / _a_step()
     ),
-    Measured("rk4 at 0.5 us", "native.py", 0.8, "more", "of C++"): _native,
+    Measured("rk4 at 0.5 us", "native.py", 0.8, "more", "of C++"): lambda: _native("rk4"),
+    Measured("imex at 0.5 us", "native.py", 0.8, "more", "of C++"): lambda: _native("imex"),
     Measured("512 balls, a ball", "motion", 1.3, "less", "of 8 balls"): _many_balls,
     Measured("set-up of 8 balls", "speed.py", 1, "less", "ms"): lambda: set_up(*_settled())[0],
     Measured("1e6 spheres with statistics", "`run_study`", 0.5, "less", "s"): lambda: _study(SPHERES, 1_000_000),

@@ -69,7 +69,7 @@ def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisa
     slip = `regularisation` [m/s], and mu N far above it. Smooth everywhere; true sticking creeps.
     """
     speed = math.sqrt(slip_x * slip_x + slip_y * slip_y + slip_z * slip_z + regularisation * regularisation)
-    return coefficient * normal_load / speed
+    return coefficient * normal_load * (1.0 / speed)
 
 
 @inlined

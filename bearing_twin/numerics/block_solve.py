@@ -56,6 +56,12 @@ def product(a, b):
 
 
 @inlined
+def scaled_block(factor, block):
+    """factor * block, 3 x 3."""
+    return (scaled(factor, block[0]), scaled(factor, block[1]), scaled(factor, block[2]))
+
+
+@inlined
 def plus(a, b):
     """Sum of two 3 x 3 matrices."""
     return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
@@ -70,7 +76,7 @@ def minus_block(a, b):
 @inlined
 def negative(matrix):
     """-matrix, 3 x 3."""
-    return (scaled(-1.0, matrix[0]), scaled(-1.0, matrix[1]), scaled(-1.0, matrix[2]))
+    return scaled_block(-1.0, matrix)
 
 
 @inlined
@@ -106,13 +112,28 @@ def _less(diagonal, block):
 
 
 @inlined
+def factorise_motion(g, vv, vs, sv, ss):
+    """Factors of I/g - J where nothing answers to positions: three blocks for `solve_motion`."""
+    velocities = inverse(_less(1.0 / g, vv))
+    coupling = product(velocities, vs)  # of the sign that adds
+    return velocities, coupling, inverse(_less(1.0 / g, plus(ss, product(sv, coupling))))
+
+
+@inlined
+def solve_motion(velocities, coupling, below, schur, velocity, spin):
+    """Velocities and spins from their right-hand sides; `below` is how spins answer to velocities, the rest factors."""
+    push = times(velocities, velocity)
+    spins = times(schur, add(spin, times(below, push)))
+    return add(push, times(coupling, spins)), spins
+
+
+@inlined
 def factorise_body(linear, g):
     """Factors of W for one body; `g` = h gamma [s]."""
     turning = (g * g * linear.angle_by_radius, g * linear.angle_by_velocity)
-    velocities = inverse(_less(1.0 / g, plus(linear.vv, behind(linear.vp, g, turning))))
-    coupling = product(velocities, linear.vs)  # of the sign that adds
     below = plus(linear.sv, behind(linear.sp, g, turning))
-    schur = inverse(_less(1.0 / g, plus(linear.ss, product(below, coupling))))
+    velocity = plus(linear.vv, behind(linear.vp, g, turning))
+    velocities, coupling, schur = factorise_motion(g, velocity, linear.vs, below, linear.ss)
     return Factors(turning=turning, inverse=velocities, coupling=coupling, below=below, schur=schur)
 
 
@@ -121,9 +142,9 @@ def solve_body(linear, factors, g, position, velocity, spin):
     """Solves W x = right for the right-hand sides of position, velocity and spin; returns x in the same three parts."""
     radius = g * position[0]
     known = (radius, g * (position[1] + linear.angle_by_radius * radius), g * position[2])
-    push = times(factors.inverse, add(velocity, times(linear.vp, known)))
-    spins = times(factors.schur, add(add(spin, times(linear.sp, known)), times(factors.below, push)))
-    velocities = add(push, times(factors.coupling, spins))
+    push, turning = add(velocity, times(linear.vp, known)), add(spin, times(linear.sp, known))
+    blocks = factors.inverse, factors.coupling, factors.below, factors.schur
+    velocities, spins = solve_motion(*blocks, push, turning)
     turn = factors.turning
     positions = (
         known[0] + g * velocities[0],

@@ -163,7 +163,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
         axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
     )
     approach = geometry.approach
-    in_plane = geometry.normal_radial / axis_distance
+    in_plane = geometry.normal_radial * (1.0 / axis_distance)
     normal = (in_plane * offset[0], in_plane * offset[1], geometry.normal_axial)
     arm = scaled(bearing.ball_radius - 0.5 * approach, normal)
 
@@ -371,9 +371,35 @@ def _put_push(ring, place, cosine, sine, position, contact, lanes, k):
 
 
 @inlined
+def put_rates(bearing, gravity, position, velocity, spin, inner, outer, lanes, k):
+    """Writes a ball's rates from its two contacts with the raceways; `gravity` [m/s^2] in its frame."""
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    force = add(inner.force, outer.force)
+    torque = add(inner.torque, outer.torque)
+    orbit_rate = velocity[1] * (1.0 / position[0])
+    acceleration = (
+        force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1],
+        force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0],
+        force[2] * inverse_mass + gravity[2],
+    )
+    angular_acceleration = (
+        torque[0] * inverse_inertia + orbit_rate * spin[1],
+        torque[1] * inverse_inertia - orbit_rate * spin[0],
+        torque[2] * inverse_inertia,
+    )
+    put(lanes, LANE_RATES + AXIS_DISTANCE, k, velocity[0])
+    put(lanes, LANE_RATES + ORBIT_ANGLE, k, orbit_rate)
+    put(lanes, LANE_RATES + HEIGHT, k, velocity[2])
+    put_vector(lanes, LANE_RATES + VELOCITY, k, acceleration)
+    put_vector(lanes, LANE_RATES + SPIN, k, angular_acceleration)
+    put(lanes, LANE_RATES + DRIVE_WORK, k, inner.drive_power)
+    put(lanes, LANE_RATES + DISSIPATED, k, inner.dissipation + outer.dissipation)
+    put(lanes, LANE_RATES + GROSS_WORK, k, abs(inner.drive_power))
+
+
+@inlined
 def rates_of_raceways(bearing, lanes):
     """`raceway_rates`, put into its caller: to hand over a bearing, number by number, costs as much as a contact."""
-    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         inner_speed = get(lanes, RING_SPEED, k)
@@ -385,27 +411,7 @@ def rates_of_raceways(bearing, lanes):
         inner = ring_contact(ring, bearing, given, place, cosine, sine, inner_speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
         outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
-        force = add(inner.force, outer.force)
-        torque = add(inner.torque, outer.torque)
-        orbit_rate = velocity[1] / position[0]
-        acceleration = (
-            force[0] * inverse_mass + gravity[0] + orbit_rate * velocity[1],
-            force[1] * inverse_mass + gravity[1] - orbit_rate * velocity[0],
-            force[2] * inverse_mass + gravity[2],
-        )
-        angular_acceleration = (
-            torque[0] * inverse_inertia + orbit_rate * spin[1],
-            torque[1] * inverse_inertia - orbit_rate * spin[0],
-            torque[2] * inverse_inertia,
-        )
-        put(lanes, LANE_RATES + AXIS_DISTANCE, k, velocity[0])
-        put(lanes, LANE_RATES + ORBIT_ANGLE, k, orbit_rate)
-        put(lanes, LANE_RATES + HEIGHT, k, velocity[2])
-        put_vector(lanes, LANE_RATES + VELOCITY, k, acceleration)
-        put_vector(lanes, LANE_RATES + SPIN, k, angular_acceleration)
-        put(lanes, LANE_RATES + DRIVE_WORK, k, inner.drive_power)
-        put(lanes, LANE_RATES + DISSIPATED, k, inner.dissipation + outer.dissipation)
-        put(lanes, LANE_RATES + GROSS_WORK, k, abs(inner.drive_power))
+        put_rates(bearing, gravity, position, velocity, spin, inner, outer, lanes, k)
         put(lanes, AXIAL_PUSH, k, -inner.axial_moment)
         _put_push(ring, place, cosine, sine, position, inner, lanes, k)
 

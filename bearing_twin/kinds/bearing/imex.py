@@ -10,13 +10,13 @@ import math
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.carried import carry_on
-from bearing_twin.kinds.bearing.jacobian import lane_answer, lane_jacobian, lane_resistance
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     CARRIED_INNER,
     COLUMNS,
+    FIRST_SPIN,
     HEIGHT,
     IMEX_ROWS,
     LANE_RATES,
@@ -25,11 +25,8 @@ from bearing_twin.kinds.bearing.layout import (
     ORBIT_ANGLE,
     ORIENTATION,
     SPIN,
-    SPIN_BEFORE,
-    TANGENTIAL_VELOCITY,
-    TANGENTIAL_VELOCITY_BEFORE,
+    SPIN_SUM,
     VELOCITY,
-    VELOCITY_BEFORE,
     from_blocks,
     get,
     get_quaternion,
@@ -43,17 +40,19 @@ from bearing_twin.kinds.bearing.layout import (
     put_vector,
 )
 from bearing_twin.kinds.bearing.pairs import add_pairs, new_pairs
-from bearing_twin.kinds.bearing.rates import lane_rates, put_ring_speed
+from bearing_twin.kinds.bearing.rates import put_ring_speed
+from bearing_twin.kinds.bearing.resistance import lane_change, lane_resistance, rates_and_resistance
 from bearing_twin.kinds.bearing.ring_seat import put_still_ring
-from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, STEPS, check_all, spin_in_frame
-from bearing_twin.numerics.block_solve import factorise_body, solve_body
-from bearing_twin.numerics.rotation import add, scaled, turned
+from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, STEPS, check_all, lane_spin
+from bearing_twin.numerics.block_solve import factorise_motion, solve_motion
+from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rotation import add, minus, scaled, turned
 from bearing_twin.numerics.statuses import OK, STOPPED
 
-CHECK_EVERY = 64
+TURN_EVERY, CHECK_EVERY = 8, 64  # steps: orientations need fewer than the contacts do
 
 
-@kernel
+@inlined
 def _drift(h, before, lanes):
     """Moves the positions by h; the orbit angle turns at the radius in the middle of the step, before or after."""
     for k in range(LANES):
@@ -64,36 +63,54 @@ def _drift(h, before, lanes):
         increase(lanes, HEIGHT, k, h * velocity[2])
 
 
-@kernel
+@inlined
 def _kick(h, lanes):
     """The linearly implicit midpoint rule for velocities and angular velocities at fixed positions."""
     g = 0.5 * h
     for k in range(LANES):
-        linear, nothing = lane_resistance(lanes, k), (0.0, 0.0, 0.0)
+        vv, vs, sv, ss = lane_resistance(lanes, k)
+        velocities, coupling, schur = factorise_motion(g, vv, vs, sv, ss)
         force = scaled(2.0, get_vector(lanes, LANE_RATES + VELOCITY, k))
         torque = scaled(2.0, get_vector(lanes, LANE_RATES + SPIN, k))
-        _, velocity, spin = solve_body(linear, factorise_body(linear, g), g, nothing, force, torque)
+        velocity, spin = solve_motion(velocities, coupling, sv, schur, force, torque)
         for integral in range(MOTION, COLUMNS):
-            answer = lane_answer(lanes, integral, k, nothing, velocity, spin)
+            answer = lane_change(lanes, integral, k, velocity, spin)
             increase(lanes, integral, k, h * (get(lanes, LANE_RATES + integral, k) + 0.5 * answer))
-        put_vector(lanes, VELOCITY_BEFORE, k, get_vector(lanes, VELOCITY, k))
-        put_vector(lanes, SPIN_BEFORE, k, get_vector(lanes, SPIN, k))
         increase_vector(lanes, VELOCITY, k, velocity)
         increase_vector(lanes, SPIN, k, spin)
 
 
-@kernel
-def _turn_lanes(h, lanes):
-    """Orientations over a step whose angular velocity changes linearly."""
+@inlined
+def _gather_spin(lanes):
+    """Adds the angular velocity at the end of a step to the sum of those since the balls were turned last."""
     for k in range(LANES):
-        radius = get(lanes, AXIS_DISTANCE, k)
-        first = spin_in_frame(radius, get(lanes, TANGENTIAL_VELOCITY_BEFORE, k), get_vector(lanes, SPIN_BEFORE, k))
-        last = spin_in_frame(radius, get(lanes, TANGENTIAL_VELOCITY, k), get_vector(lanes, SPIN, k))
-        middle = scaled(0.5, add(first, last))
-        put_quaternion(lanes, ORIENTATION, k, turned(get_quaternion(lanes, ORIENTATION, k), first, middle, last, h))
+        increase_vector(lanes, SPIN_SUM, k, lane_spin(lanes, AXIS_DISTANCE, k))
 
 
-@kernel
+@lean_kernel
+def _turn(h, steps, blocks):
+    """Turns the balls over the equal steps since they were turned last, by the trapezoidal mean of their spin."""
+    for block in range(len(blocks)):
+        lanes = blocks[block]
+        for k in range(LANES):
+            first, last = get_vector(lanes, FIRST_SPIN, k), lane_spin(lanes, AXIS_DISTANCE, k)
+            ends = scaled(0.5, minus(first, last))
+            mean = scaled(1.0 / steps, add(get_vector(lanes, SPIN_SUM, k), ends))
+            middle = scaled(0.25, minus(scaled(6.0, mean), add(first, last)))  # of which `turned` finds that mean
+            quaternion = turned(get_quaternion(lanes, ORIENTATION, k), first, middle, last, steps * h)
+            put_quaternion(lanes, ORIENTATION, k, quaternion)
+        _begin_turning(lanes)
+
+
+@inlined
+def _begin_turning(lanes):
+    """Notes the spin from which the balls turn next."""
+    for k in range(LANES):
+        put_vector(lanes, FIRST_SPIN, k, lane_spin(lanes, AXIS_DISTANCE, k))
+        put_vector(lanes, SPIN_SUM, k, (0.0, 0.0, 0.0))
+
+
+@inlined
 def _step(bearing, drive, pairs, time, h, blocks):
     """One step; what balls do to each other is taken explicitly."""
     for block in range(len(blocks)):
@@ -101,47 +118,59 @@ def _step(bearing, drive, pairs, time, h, blocks):
         _drift(0.5 * h, True, lanes)
         put_ring_speed(drive, time + 0.5 * h, lanes)
         put_still_ring(bearing.ring, bearing, lanes)
-        lane_rates(bearing, lanes)
-        lane_jacobian(bearing.spot, bearing, lanes)
+        rates_and_resistance(bearing.spot, bearing.ring, bearing, lanes)
     if pairs.touching:
         add_pairs(bearing, pairs, blocks, blocks, LANE_RATES)
     for block in range(len(blocks)):
         lanes = blocks[block]
         _kick(h, lanes)
-        _turn_lanes(h, lanes)
         _drift(0.5 * h, False, lanes)
+        _gather_spin(lanes)
         carry_on(bearing, lanes, AXIS_DISTANCE, lanes)
 
 
-@kernel
-def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orientation, results):
-    """Equal steps between two instants, none longer than `greatest_step` [s]; see the module."""
-    balls, counts = bearing.balls, results.counts
-    blocks, pairs = new_blocks(balls, IMEX_ROWS), new_pairs(near, np.arange(balls), 0.0)
-    into_blocks(state, blocks, AXIS_DISTANCE)
-    into_blocks(orientation, blocks, ORIENTATION)
-    into_blocks(results.carried, blocks, CARRIED_INNER)
-    time = 0.0
+@lean_kernel
+def _advance(bearing, drive, times, duration, greatest_step, state, orientation, results, pairs, blocks):
+    """`imex_chunk` in the room it has made."""
+    balls, counts, time = bearing.balls, results.counts, 0.0
+    for block in range(len(blocks)):
+        _begin_turning(blocks[block])
     for instant in range(len(times) + 1):
         goal = times[instant] if instant < len(times) else duration
-        begin, span = time, goal - time
+        begin, span, turned_at = time, goal - time, 0
         steps = math.ceil(span / greatest_step - 1e-9) if span > 0.0 else 0
-        for step in range(steps):
+        for step in range(1, steps + 1):
             if results.stop[0] != 0:
                 return STOPPED
             _step(bearing, drive, pairs, time, span / steps, blocks)
-            time = begin + (step + 1) * (span / steps)
+            time = begin + step * (span / steps)
             counts[STEPS] += balls
             counts[RATES] += balls
             counts[JACOBIANS] += balls
-            if step % CHECK_EVERY == CHECK_EVERY - 1 or step == steps - 1:
+            if step % TURN_EVERY == 0 or step == steps:
+                _turn(span / steps, step - turned_at, blocks)
+                turned_at = step
+            if step % CHECK_EVERY == 0 or step == steps:
                 from_blocks(blocks, AXIS_DISTANCE, state)
                 from_blocks(blocks, ORIENTATION, orientation)
                 status = check_all(bearing, time, state, results.failure)
                 if status != OK:
                     return status
         if instant < len(times):
-            results.states[instant] = state
-            results.orientations[instant] = orientation
-    from_blocks(blocks, CARRIED_INNER, results.carried)
+            from_blocks(blocks, AXIS_DISTANCE, results.states[instant])
+            from_blocks(blocks, ORIENTATION, results.orientations[instant])
     return OK
+
+
+@kernel
+def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orientation, results):
+    """Equal steps between two instants, none longer than `greatest_step` [s]; see the module."""
+    blocks, pairs = new_blocks(bearing.balls, IMEX_ROWS), new_pairs(near, np.arange(bearing.balls), 0.0)
+    into_blocks(state, blocks, AXIS_DISTANCE)
+    into_blocks(orientation, blocks, ORIENTATION)
+    into_blocks(results.carried, blocks, CARRIED_INNER)
+    what = bearing, drive, times, duration, greatest_step
+    status = _advance(*what, state, orientation, results, pairs, blocks)
+    if status == OK:
+        from_blocks(blocks, CARRIED_INNER, results.carried)
+    return status

@@ -53,13 +53,8 @@ from bearing_twin.kinds.bearing.layout import (
 from bearing_twin.kinds.bearing.ring_gradient import inner_gradient, of_ball, put_answers, seated_gradient
 from bearing_twin.kinds.bearing.ring_seat import from_ring, ring_in_lane
 from bearing_twin.kinds.bearing.spot_jacobian import add_spot_slopes
-from bearing_twin.numerics.block_solve import Linear, plus
+from bearing_twin.numerics.block_solve import Linear, plus, scaled_block
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, scaled
-
-
-@inlined
-def _times(factor, block):
-    return (scaled(factor, block[0]), scaled(factor, block[1]), scaled(factor, block[2]))
 
 
 @inlined
@@ -133,12 +128,12 @@ def _put_ball(bearing, lanes, k, gravity, contact, inner):
     force_p, torque_p = plus(inner.force_p, outer.force_p), plus(inner.torque_p, outer.torque_p)
     force_v, torque_v = plus(inner.force_v, outer.force_v), plus(inner.torque_v, outer.torque_v)
     force_s, torque_s = plus(inner.force_s, outer.force_s), plus(inner.torque_s, outer.torque_s)
-    put_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k, _times(inverse_mass, force_p))
-    put_jacobian_block(lanes, VELOCITY, VELOCITY, k, _times(inverse_mass, force_v))
-    put_jacobian_block(lanes, VELOCITY, SPIN, k, _times(inverse_mass, force_s))
-    put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, _times(inverse_inertia, torque_p))
-    put_jacobian_block(lanes, SPIN, VELOCITY, k, _times(inverse_inertia, torque_v))
-    put_jacobian_block(lanes, SPIN, SPIN, k, _times(inverse_inertia, torque_s))
+    put_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k, scaled_block(inverse_mass, force_p))
+    put_jacobian_block(lanes, VELOCITY, VELOCITY, k, scaled_block(inverse_mass, force_v))
+    put_jacobian_block(lanes, VELOCITY, SPIN, k, scaled_block(inverse_mass, force_s))
+    put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, scaled_block(inverse_inertia, torque_p))
+    put_jacobian_block(lanes, SPIN, VELOCITY, k, scaled_block(inverse_inertia, torque_v))
+    put_jacobian_block(lanes, SPIN, SPIN, k, scaled_block(inverse_inertia, torque_s))
     loss_p, loss_v = add(inner.loss_p, outer.loss_p), add(inner.loss_v, outer.loss_v)
     sign = math.copysign(1.0, contact.drive_power)
     gross_p, gross_v = scaled(sign, inner.power_p), scaled(sign, inner.power_v)
@@ -225,23 +220,6 @@ def lane_linear(lanes, k):
         vv=get_jacobian_block(lanes, VELOCITY, VELOCITY, k),
         vs=get_jacobian_block(lanes, VELOCITY, SPIN, k),
         sp=get_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k),
-        sv=get_jacobian_block(lanes, SPIN, VELOCITY, k),
-        ss=get_jacobian_block(lanes, SPIN, SPIN, k),
-    )
-
-
-@inlined
-def lane_resistance(lanes, k):
-    """The same without what answers to the position."""
-    nothing = (0.0, 0.0, 0.0)
-    none = (nothing, nothing, nothing)
-    return Linear(
-        angle_by_radius=0.0,
-        angle_by_velocity=0.0,
-        vp=none,
-        vv=get_jacobian_block(lanes, VELOCITY, VELOCITY, k),
-        vs=get_jacobian_block(lanes, VELOCITY, SPIN, k),
-        sp=none,
         sv=get_jacobian_block(lanes, SPIN, VELOCITY, k),
         ss=get_jacobian_block(lanes, SPIN, SPIN, k),
     )

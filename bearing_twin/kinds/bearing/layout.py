@@ -63,9 +63,9 @@ GIVEN_SLOPE_INNER, GIVEN_SLOPE_OUTER, JACOBIAN, ORIENTATION, TURNED, _SHARED = _
 )
 JACOBIAN_END = ORIENTATION
 
-# The implicit-explicit method: velocity and angular velocity before a step.
-VELOCITY_BEFORE, SPIN_BEFORE, IMEX_ROWS = _rows(_SHARED, 3, 3)
-TANGENTIAL_VELOCITY_BEFORE = VELOCITY_BEFORE + TANGENTIAL_VELOCITY - VELOCITY
+# The implicit-explicit method: angular velocity in the ball's frame where the balls were turned last, and the sum of it
+# after each step since.
+FIRST_SPIN, SPIN_SUM, IMEX_ROWS = _rows(_SHARED, 3, 3)
 
 # Rosenbrock methods. What `factorise_body` leaves; a stage's right-hand side and what it solves to; a step's start
 # and end; h times the explicit change of the rates with time; 1 / h in every row; the stages; and of each lane:

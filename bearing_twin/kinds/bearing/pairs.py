@@ -16,7 +16,6 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.equations import ball_on_ball, pair_contact
-from bearing_twin.kinds.bearing.gradient import pair_gradient
 from bearing_twin.kinds.bearing.layout import (
     AHEAD,
     AHEAD_BY_AHEAD,
@@ -47,6 +46,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_part,
     put_vector,
 )
+from bearing_twin.kinds.bearing.pair_gradient import pair_gradient
 from bearing_twin.numerics.block_solve import negative
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, minus, scaled
 
