@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -167,6 +168,13 @@ def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, c
     assert main(["explain", file.name, "--until", "0.25"]) == DONE
     assert main(["explain", file.name, "--stop", "--json"]) == DONE
     assert "continued_to_s" not in json.loads(capsys.readouterr().out.splitlines()[-1])
+    # a node goes on beyond the end of its scene, and so does what is told of its failure
+    Path("node.json").write_text(file.read_text().replace("duration: 0.4", "duration: 0.1"))
+    assert main(["explain", "node.json", "--json"]) == DONE
+    told = json.loads(capsys.readouterr().out)
+    assert (told["continued_from_s"], told["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.299))
+    assert main(["explain", "node.json", "--until", "0.15"]) == BAD_INPUT
+    assert "--until 0.15 must be later than 0.199 s" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

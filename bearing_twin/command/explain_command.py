@@ -19,7 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `explain` to its parser."""
     parser.add_argument("failure", metavar="FILE", help="the file that a failed run left, failure_<date>_<time>.json")
     parser.add_argument("--tolerance", metavar="SHARE", help="wanted.tolerance to go on with; a tenth by default")
-    parser.add_argument("--until", metavar="SECONDS", help="where to end; by default where the scene ends")
+    parser.add_argument(
+        "--until", metavar="SECONDS", help="where to end; by default where the scene ends, or as much after the failure"
+    )
     parser.add_argument("--out", metavar="LOG", help="write what follows to this MCAP log")
     parser.add_argument("--stop", action="store_true", help="only say what happened")
 
@@ -44,9 +46,21 @@ def run(arguments: argparse.Namespace) -> Outcome:
     doubts = []
     if not arguments.stop:
         scene = failure.tightened(tolerance)
-        told, doubts = _continued(failure, shortened(scene, until) if until else scene, log)
+        told, doubts = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
         result |= told
     return Outcome(result, doubts, lambda: _show(result, failure))
+
+
+def _end(failure, scene, until: float | None) -> float:
+    """Where to end [s]: a node's run may have failed beyond the end of its scene."""
+    duration, begin = scene.parameters.run.duration, _begin(failure, scene)
+    if until is not None and until <= begin:
+        raise BearingTwinError(f"--until {until:g} must be later than {begin:.9g} s, where the run goes on")
+    return until or (duration if duration > begin else begin + duration)
+
+
+def _begin(failure, scene) -> float:
+    return max(failure.sequence, 0) * 1e-9 * scene.output_period_ns
 
 
 def _continued(failure, scene, log) -> tuple[dict, list[str]]:
@@ -71,7 +85,7 @@ def _continued(failure, scene, log) -> tuple[dict, list[str]]:
     report = None if again else run.report
     wanted, solver = (getattr(scene.parameters, name, None) for name in ("wanted", "solver"))
     told = {
-        "continued_from_s": max(failure.sequence, 0) * 1e-9 * scene.output_period_ns,
+        "continued_from_s": _begin(failure, scene),
         "continued_to_s": 1e-9 * max(run.simulation.time_ns, 0),
         "tolerance": getattr(wanted, "tolerance", None),
         "step_s": getattr(solver, "step", None),

@@ -21,6 +21,7 @@ from bearing_twin.kinds.bearing.layout import (
     CAGE,
     COLUMNS,
     DRIVE_WORK,
+    LAND_WORK,
     LANE_RATES,
     LANES,
     LOST,
@@ -198,6 +199,7 @@ def follow_places(g, drive, time, border):
             work += border_load(numbers, drive, time, i) * change
             lost += 2.0 * numbers[at.DAMPING + i] * numbers[at.BEGIN + PLACES + i] * change
     numbers[at.SOLUTION + WORK_DONE], numbers[at.SOLUTION + LOST] = g * work, g * lost
+    numbers[at.SOLUTION + LAND_WORK] = 0.0  # a step made again, whose numbers were not finite, leaves them here
     if len(border.land) > 0:
         follow_land(border.land, g, numbers)
 
