@@ -1,6 +1,7 @@
 """Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
 
-Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds.
+Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `FRESH` were
+chosen after all estimates were as they are, and then run for the first time.
 """
 
 VARIANTS = {
@@ -61,4 +62,48 @@ FURTHER = {
         "bearing_6205",
         ("geometry.balls=11", "geometry.radial_clearance=8e-6", "drive.offset=[3e-6, -6e-6, 0]", "drive.speed=120"),
     ),
+}
+FRESH = {
+    "6205, loose, slow": (
+        "bearing_6205",
+        ("geometry.radial_clearance=15e-6", "drive.offset=[0, -11e-6, 0]", "drive.speed=80"),
+    ),
+    "loose, slippery, faster": (
+        "bearing_6203_loose",
+        ("contact.friction_coefficient=0.03", "drive.speed=300", "drive.offset=[1e-6, -8e-6, 0]"),
+    ),
+    "ceramic balls, loose": (
+        "bearing_6203_loose",
+        ("materials.ball.young_modulus=3.1e11", "materials.ball.density=3200", "drive.speed=600"),
+    ),
+    "rest, rough, off centre": (
+        "bearing_6203_start",
+        ("contact.friction_coefficient=0.15", "drive.offset=[0, -3e-6, 5e-6]", "drive.speed=200"),
+    ),
+    "jump across": ("bearing_6203", ("drive.change={time: 0.01, offset: [3e-6, 0, 0]}", "drive.speed=220")),
+    "slowed at once": ("bearing_6203", ("drive.change={time: 8e-3, speed: -100}", "drive.acceleration=1e6")),
+    "loose, even cage": ("bearing_6203_loose", ("cage.kind=even", "drive.speed=250")),
+    "pockets, pressed": ("bearing_6203", ("cage.kind=pockets", "drive.offset=[0, 0, 2e-5]", "drive.speed=150")),
+    "ring, unbalance and thrust": (
+        "bearing_6203_unbalance",
+        ("rings.inner.load=[0, -150, 60]", "rings.inner.unbalance=4e-5", "drive.speed=500"),
+    ),
+    "ring, 500 N, no cage": (
+        "bearing_6203_rig_1000N",
+        ("cage.kind=none", "rings.inner.load=[0, -500, 0]", "geometry.radial_clearance=5e-6"),
+    ),
+    "ring, six balls, 700 N": (
+        "bearing_6203_rig_400N",
+        ("geometry.balls=6", "rings.inner.load=[0, -700, 0]", "drive.speed=220"),
+    ),
+    "ring runs down": (
+        "bearing_6203_rig_1000N",
+        ("drive.acceleration=3000", "drive.change={time: 0.01, speed: -80}"),
+    ),
+    "light ring": ("bearing_6203_rig_400N", ("rings.inner.load=[0, -80, 0]", "rings.inner.mass=0.2")),
+    "ring, load turns": (
+        "bearing_6203_rig_400N",
+        ("rings.inner.change={time: 0.03, load: [300, 300, 0]}", "drive.speed=180"),
+    ),
+    "ring, hardly damped": ("bearing_6203_rig_1000N", ("contact.relaxation_time=3e-7", "drive.speed=100")),
 }

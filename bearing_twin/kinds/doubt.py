@@ -51,19 +51,32 @@ class Promise(NamedTuple):
         return self.error is not None and not self.error <= self.tolerance
 
 
+class Dearest(NamedTuple):
+    """Where a companion took most: `steps` of balls in one `place`, of so many `balls`.
+
+    `least` are the steps of a ball that it takes in a run of whatever length.
+    """
+
+    steps: int
+    place: str
+    balls: int
+    least: int
+
+
 @dataclass(frozen=True)
 class Errors:
     """Errors of a run: `figures[key][source]` in the unit and shape of that figure, the `promises`, and `notes`.
 
     Errors are greatest absolute ones. A source that is missing is not known for that figure; one without effect is 0.
     `notes` maps sources, and rows of what is left out, to a sentence; `mends` sources to what
-    makes their errors smaller.
+    makes their errors smaller; `dearest` is where most was spent to find them.
     """
 
     figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     promises: tuple[Promise, ...] = ()
     notes: Mapping[str, str] = field(default_factory=dict)
     mends: Mapping[str, str] = field(default_factory=dict)
+    dearest: Dearest | None = None
 
 
 class Doubt(Protocol):

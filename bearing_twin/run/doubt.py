@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from bearing_twin.kinds.doubt import Errors, Promise
+from bearing_twin.kinds.doubt import Dearest, Errors, Promise
 from bearing_twin.units import named, with_unit
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
@@ -16,6 +16,7 @@ STATUSES = {
 """What the first word of a report's status means."""
 
 LARGE = 0.1  # of a figure: a greater error is marked
+MUCH = 0.35  # of a run's steps: a companion that took more says why
 
 
 class Judgement(NamedTuple):
@@ -51,6 +52,21 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement
     if broken and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(one.output for one in broken)}"
     return Judgement(status, tuple(flags), keys)
+
+
+def companion_cost(costs: Mapping[str, int], dearest: Dearest | None) -> dict[str, Any]:
+    """The companion's share of a bearing run's steps, and in words what took it where it is more than MUCH."""
+    steps, taken = costs.get("ball_steps", 0), costs.get("companion_ball_steps", 0)
+    if not steps or not taken:
+        return {}
+    told = {"companion_share": taken / steps}
+    if dearest is None or not dearest.steps or taken <= MUCH * steps:
+        return told
+    each = steps / dearest.balls
+    why = f"its dearest stretch, {dearest.place}, took {dearest.steps} of its {taken} steps of balls"
+    if MUCH * each < dearest.least:
+        why = f"the run is short, {each:.0f} steps of a ball; the windows that any run has take about {dearest.least}"
+    return told | {"companion_reason": f"the companion took {100.0 * taken / steps:.0f} % of the run's steps: {why}"}
 
 
 def exceeds(value, error) -> bool:

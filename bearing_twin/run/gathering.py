@@ -7,7 +7,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
-from bearing_twin.run.doubt import judged
+from bearing_twin.run.doubt import companion_cost, judged
 from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
@@ -56,7 +56,8 @@ class Gathering:
             doubt.add(piece)
         choice = figures.chosen() if hasattr(figures, "chosen") else self.choice
         numbers = figures.figures()
-        judgement = judged(doubt.errors(numbers), numbers, figures.status())
+        errors = doubt.errors(numbers)
+        judgement = judged(errors, numbers, figures.status())
         return Report(
             scene=scene,
             law=self.choice.law,
@@ -70,6 +71,6 @@ class Gathering:
             samples=self.outputs,
             costs=dict(costs or {}),
             figures=numbers,
-            errors=judgement.keys,
+            errors=judgement.keys | companion_cost(costs or {}, errors.dearest),
             predicted=self.choice.predicted,
         )

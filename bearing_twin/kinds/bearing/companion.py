@@ -29,7 +29,7 @@ from bearing_twin.kinds.bearing.departures import (
 from bearing_twin.kinds.bearing.deviations import LEAST_LOAD, Part, deviations, left_over
 from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, copied_from, meetings, stretches_from, until_met
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.pointers import POINTERS, one_for_all, pointers, spare
+from bearing_twin.kinds.bearing.pointers import MOST, POINTERS, one_for_all, pointers, spare
 from bearing_twin.kinds.bearing.windows import (
     ALL,
     BUMPING,
@@ -47,7 +47,6 @@ from bearing_twin.kinds.bearing.windows import (
 
 LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
 CANDIDATES = 16  # outputs that point most, of which windows are made
-MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far
 INHERITED = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed

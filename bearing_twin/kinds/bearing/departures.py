@@ -48,7 +48,8 @@ def to_the_end(part: Part, window: Window, begin: float) -> tuple[Window, float]
 
     Only there the run's own state is known: outputs lie between its steps, and what they are off bounces make grow.
     """
-    if loose(part, window):
+    carried = part.out["normal_load"][max(window.begin, 0) :, window.ball].min(axis=1) > 0.0
+    if window.ball >= 0 and not carried.all():
         return Window(window.ball, -1, len(part.times)), part.elapsed
     return window._replace(length=len(part.times) - 1 - window.begin), begin
 

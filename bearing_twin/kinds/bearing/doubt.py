@@ -15,16 +15,16 @@ from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
+from bearing_twin.kinds.bearing.pointers import dearest
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.summing import STRETCH
-from bearing_twin.kinds.bearing.windows import ALL, APART, BUMPING, PLACE, WINDOW, bumps, unseen
+from bearing_twin.kinds.bearing.windows import ALL, BUMPING, PLACE, WINDOW, bumps, carries, place_of, unseen
 from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
-WHOSE = {ALL: "all balls together", APART: "a copy that starts apart by what the run is off, before balls meet"}
 TILTING = "ring_moment_nm", "misalignment_rad"
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
 
@@ -39,7 +39,7 @@ class BearingDoubt:
         balls = parameters.geometry.balls
         # Of single balls, of windows with all of them, and of what bumps were seen to make of errors.
         self.worst = np.zeros((3, len(WINDOW.columns)))
-        self.rows = {name: np.zeros(len(WINDOW.columns)) for name in ("load", "friction")}  # the worst of each
+        self.rows = {name: np.zeros(len(WINDOW.columns)) for name in ("load", "friction", "steps")}  # the worst of each
         self.windows = self.outputs = 0
         self.least = math.inf  # load of a ball [N]
         self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
@@ -96,7 +96,8 @@ class BearingDoubt:
         mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
         if not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
-        return Errors(found, self._promises(law), self._notes(), mends)
+        spent = dearest(self.rows["steps"], self.parameters.geometry.balls)
+        return Errors(found, self._promises(law), self._notes(), mends, spent)
 
     @property
     def _known(self) -> bool:
@@ -251,11 +252,7 @@ class BearingDoubt:
 
     def _where(self, name: str) -> str:
         row = self.rows[name]
-        if not self._known or row[PLACE[name]] == 0.0:
-            return ""
-        ball = int(row[PLACE["ball"]])
-        whose = WHOSE.get(ball, f"ball {ball}")
-        return f"{whose}, {row[PLACE['begin']]:.6g} s to {row[0]:.6g} s"
+        return place_of(row) if self._known and row[PLACE[name]] != 0.0 else ""
 
     def _mend(self) -> str:
         """What makes the method's error smaller."""
@@ -276,11 +273,13 @@ class BearingDoubt:
             notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
         elif not self._known:
             notes[METHOD] = "the run holds no window of a companion, so the error of its integration is not known"
-        elif self.worst[1].any():
+        elif self.worst[1].any() and self._inherited > 1.0:
             notes[METHOD] = (
-                f"balls touch, or meet a moving ring or a cage: {self._inherited:g} times what windows show "
-                "stands for what they inherit"
+                f"balls touch, or bump into a cage: {self._inherited:g} times what windows show stands for what they "
+                "inherit"
             )
+        elif carries(self.parameters):
+            notes[METHOD] = "what a moving ring carries on is taken to add up as a random walk does while it rings"
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
         if not FRICTIONS[self.parameters.contact.friction].over_spot:

@@ -6,9 +6,12 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
-from bearing_twin.kinds.bearing.windows import ALL, LEAST_STEPS, Window
+from bearing_twin.kinds.bearing.windows import ALL, LEAST_STEPS, PLACE, Window, place_of
+from bearing_twin.kinds.doubt import Dearest
 
 POINTERS, SLIDING = 3, 2  # error of force, error of torque, friction over load; place of the last, which is no error
+MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
+ALWAYS = POINTERS * MOST * LEAST_STEPS  # steps of those windows together
 ALIKE = 0.8  # of what points most: a ball with as much may be looked at in place of those that others point to
 EVEN = 0.3  # of the steps that any takes: balls that take so many each move alike
 
@@ -29,6 +32,12 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
     if part.partners.active:
         grids, steps = tuple(one.max(axis=0)[None] for one in grids), steps.max(axis=0)[None]
     return grids, steps
+
+
+def dearest(row: np.ndarray, balls: int) -> Dearest:
+    """What the row of WINDOW with most steps of a ball took, in a bearing of so many balls."""
+    steps = int(row[PLACE["steps"]]) * (balls if row[PLACE["ball"]] < 0 else 1)
+    return Dearest(steps, place_of(row), balls, ALWAYS)
 
 
 def spare(best: np.ndarray, grids: tuple[np.ndarray, ...]) -> float:

@@ -17,6 +17,7 @@ from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.companion import Companion
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
+from bearing_twin.kinds.bearing.inherited import NOTHING, carried_on, ringing_time
 from bearing_twin.kinds.bearing.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
@@ -25,18 +26,7 @@ from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.snapshots import MOVING
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import (
-    ALL,
-    APART,
-    CARRIED,
-    PLACE,
-    WINDOW,
-    bumps,
-    followed,
-    is_watched,
-    off_by,
-    unseen,
-)
+from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, bumps, followed, is_watched, off_by, unseen
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.report import Choice
 
@@ -54,7 +44,7 @@ HELPED = 0.8  # of what was found before: where more is left, as of balls that h
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
 # What a part changes besides arrays in place.
-BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate"
+BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate", "_inherited"
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
 
@@ -79,6 +69,7 @@ class WatchedMotion(BearingMotion):
         self._rows: list[np.ndarray] = []
         self._found: np.ndarray | None = None
         self._grown, self._sensitive, self._roughest, self._calm = 0.0, False, 1.0, 0
+        self._inherited = NOTHING
         super().reset()
 
     def _set(self, setting: float) -> None:
@@ -95,11 +86,11 @@ class WatchedMotion(BearingMotion):
 
     def _keep(self) -> None:
         super()._keep()
-        self._known = self.companion.memory(), self.setting, self._roughest, self._calm
+        self._known = self.companion.memory(), self.setting, self._roughest, self._calm, self._inherited
 
     def take_back(self) -> None:
         """Back to before the last `advance`, with what was known then."""
-        memory, setting, self._roughest, self._calm = self._known
+        memory, setting, self._roughest, self._calm, self._inherited = self._known
         self.companion.remember(memory)
         self._set(setting)
         self._rows = []
@@ -108,7 +99,7 @@ class WatchedMotion(BearingMotion):
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
         known = {"companion": self.companion.memory(), "setting": self.setting, "sensitive": self._sensitive}
-        known |= {"roughest": self._roughest, "calm_parts": self._calm}
+        known |= {"roughest": self._roughest, "calm_parts": self._calm, "inherited": list(self._inherited)}
         return super().snapshot() | known
 
     def resume(self, kept: dict) -> None:
@@ -119,6 +110,7 @@ class WatchedMotion(BearingMotion):
             self._set(float(kept["setting"]))
             self._sensitive, self._calm = bool(kept.get("sensitive", False)), int(kept.get("calm_parts", 0))
             self._roughest = float(kept.get("roughest", 1.0))
+            self._inherited = tuple(map(float, kept.get("inherited", NOTHING)))
             self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:
@@ -193,7 +185,7 @@ class WatchedMotion(BearingMotion):
                 self._sensitive = True
                 break
             last, worst = worst, self._worst(since)
-            if attempt == REDONE or worst <= min(GOOD if attempt else SAFE, self._borne):
+            if attempt == REDONE or worst <= (GOOD if attempt else SAFE):
                 break
             if attempt and worst >= HELPED * last:
                 self._set(max(self.setting, min(before, FUTILE)))
@@ -231,12 +223,6 @@ class WatchedMotion(BearingMotion):
 
     def _until_next(self, duration: float) -> float:
         return min(super()._until_next(duration), SHORT * 2.0 ** min(self.companion.parts, DOUBLED))
-
-    @property
-    def _borne(self) -> float:
-        """Share of the tolerance that windows of balls that a moving ring couples may be off: the run counts more."""
-        times = unseen(self.parameters)
-        return 1.0 / times if times == CARRIED else 1.0
 
     def _worst(self, since: float) -> float:
         """The greatest error found in this part over the wanted tolerance, of windows begun since then [s].
@@ -276,4 +262,8 @@ class WatchedMotion(BearingMotion):
             self.companion.see_again(part, self._windows)
         pointed = self.stepper not in FIXED_STEP and len(part.pointer)
         scales = self.scales if pointed else self._asked[0]
-        self._found = self.companion.look(part, self._windows, scales, self.tolerance)
+        found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
+        if len(found):
+            what = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max(), greatest
+            found, self._inherited = carried_on(self._inherited, part, found, *what)
+        self._found = found

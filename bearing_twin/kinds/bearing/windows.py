@@ -9,16 +9,21 @@ from bearing_twin.sample import Channel, Table
 
 ALL = -1  # in place of the number of a ball
 APART = -2  # the same: all of them, in a copy of the run that starts apart by what it is off
+INHERITED = -3  # the same: all of them, by what they are off from before any window
+WHOSE = {
+    ALL: "all balls together",
+    APART: "a copy that starts apart by what the run is off, before balls meet",
+    INHERITED: "what balls and ring are off from before",
+}
 LEAST_STEPS = 10  # of the run in a window
 BUMPING = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
-CARRIED = 3.0  # times what windows see of balls that share a step with a moving ring or an even cage
 
 WINDOW = Table(
     "companion",
     (
         Channel("time", "s", (), "end of the window"),
         Channel("begin", "s", (), "of the window"),
-        Channel("ball", "1", (), "number of the ball; -1 = all of them; -2 = all, in a copy that starts apart"),
+        Channel("ball", "1", (), "number of the ball; -1 = all; -2 = all, in a copy that starts apart; -3 = inherited"),
         Channel("steps", "1", (), "of a ball that the companion took"),
         Channel("tolerance", "1", (), "that the run had in this piece"),
         Channel("load", "N", (), "error of a load on a raceway"),
@@ -49,16 +54,25 @@ def bumps(parameters) -> bool:
     return parameters.cage.kind == POCKETS
 
 
+def carries(parameters) -> bool:
+    """Whether a ring moves with its balls, which do not bump: what it is off it carries on until that is damped."""
+    return dimension_of(parameters) == FREE_RING and not bumps(parameters)
+
+
 def unseen(parameters) -> float:
     """How many times what a window of all balls sees the motion may be off: by what they inherit from before it.
 
-    Balls that an even cage alone couples inherit no more than those on their own.
+    Balls that an even cage alone couples inherit no more than those on their own; what a moving ring makes them
+    inherit has rows of its own (`inherited`).
     """
-    if bumps(parameters):
-        return BUMPING
-    if dimension_of(parameters) == FREE_RING:
-        return CARRIED
-    return 1.0 if parameters.cage.kind == EVEN else BUMPING
+    coupled = carries(parameters) or parameters.cage.kind == EVEN
+    return BUMPING if bumps(parameters) or not coupled else 1.0
+
+
+def place_of(row) -> str:
+    """Whose window a row of WINDOW is, from when to when."""
+    ball = int(row[PLACE["ball"]])
+    return f"{WHOSE.get(ball, f'ball {ball}')}, {row[PLACE['begin']]:.6g} s to {row[0]:.6g} s"
 
 
 class Window(NamedTuple):
