@@ -25,17 +25,21 @@ LOGS := build/logs
 CXX_FOUND := $(shell for c in $(CXX) c++ g++ clang++; do command -v $$c && break; done)
 HEADERS_FOUND := $(shell $(PYTHON) -c 'import os, sysconfig; print(*filter(os.path.exists, [sysconfig.get_path("include") + "/Python.h"]))' 2>/dev/null)
 MISSING := $(if $(CXX_FOUND),$(if $(HEADERS_FOUND),,the headers of Python (Debian: apt install python3-dev)),a C++ compiler (Debian: apt install g++))
+TESTS_MEGABYTES := 300
 ifdef MISSING
   FLAVOUR := plain
   MEGABYTES := 550
-  REQUIREMENTS := requirements/runtime.txt requirements/test.txt
+  REQUIREMENTS := requirements/runtime.txt
 else
   FLAVOUR := ros
-  MEGABYTES := 950
-  REQUIREMENTS := requirements/runtime.txt requirements/test.txt requirements/ros.txt requirements/build.txt
+  MEGABYTES := 800
+  REQUIREMENTS := requirements/runtime.txt requirements/ros.txt requirements/build.txt
 endif
 PACKAGES := $(STAMPS)/packages-$(FLAVOUR)
-SIZE := about $(MEGABYTES) MB of disk
+TOOLS := $(STAMPS)/tools-$(FLAVOUR)
+SIZE := about $(MEGABYTES) MB of disk, make setup $(TESTS_MEGABYTES) MB more
+room = free=$$(df -Pm . | awk 'NR == 2 {print $$4}'); test "$$free" -gt $(1) || \
+  { echo "Only $$free MB are free here and the set-up takes $(1) MB: make room, or move the checkout." >&2; exit 1; }
 INTERFACES := $(if $(MISSING),missing,install/.interfaces)
 
 help:
@@ -43,7 +47,7 @@ help:
 
 base: $(PACKAGES) $(STAMPS)/package $(INTERFACES)
 
-setup: base $(STAMPS)/kernels
+setup: base $(TOOLS) $(STAMPS)/kernels
 
 missing:
 	@echo "The nodes are left out, because $(MISSING) is missing; command line, logs and pictures work without." >&2
@@ -52,16 +56,24 @@ missing:
 $(STAMPS)/venv:
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 10) or sys.exit("Python 3.10 or newer is needed and $(PYTHON) is %d.%d: use make PYTHON=/path/to/python3." % sys.version_info[:2])'
 	$(call stage,virtual environment .venv with $(PYTHON): it will take $(SIZE)$(,) all of it below this folder)
-	@free=$$(df -Pm . | awk 'NR == 2 {print $$4}'); test "$$free" -gt $(MEGABYTES) || \
-	  { echo "Only $$free MB are free here and the set-up takes $(MEGABYTES) MB: make room, or move the checkout." >&2; exit 1; }
+	@$(call room,$(MEGABYTES))
 	@.ci/stage $(LOGS)/venv.txt 5 "making .venv" $(PYTHON) -m venv .venv
 	@.ci/stage $(LOGS)/pip.txt 5 "installing pip" .venv/bin/python -m pip install -r requirements/pip.txt
 	@mkdir -p $(STAMPS) && touch $@
 
-# One resolver call for everything: faster than one a file, and the pins are checked against each other.
+# One resolver call for everything: faster than one a file, and the pins are checked against each other. Python compiles what
+# is imported, a tenth of what is installed: pip compiles it all.
+PIP_INSTALL := .venv/bin/python -m pip install --no-compile
 $(PACKAGES): $(STAMPS)/venv $(REQUIREMENTS)
-	$(call stage,Python packages$(if $(MISSING),, and ROS 2 Jazzy)$(,) about 40 s)
-	@.ci/stage $(LOGS)/packages.txt 40 "installing packages" .venv/bin/python -m pip install $(addprefix -r ,$(REQUIREMENTS))
+	$(call stage,Python packages$(if $(MISSING),, and ROS 2 Jazzy)$(,) about 30 s)
+	@.ci/stage $(LOGS)/packages.txt 30 "installing packages" $(PIP_INSTALL) $(addprefix -r ,$(REQUIREMENTS))
+	@touch $@
+
+$(TOOLS): $(PACKAGES) requirements/test.txt
+	$(call stage,packages of tests and extras$(,) about 20 s)
+	@$(call room,$(TESTS_MEGABYTES))
+	@.ci/stage $(LOGS)/tools.txt 20 "installing packages of tests and extras" \
+	  $(PIP_INSTALL) $(addprefix -r ,$(REQUIREMENTS) requirements/test.txt)
 	@touch $@
 
 $(STAMPS)/package: $(PACKAGES) .ci/ament_index.py setup.py setup.cfg pyproject.toml package.xml
@@ -102,7 +114,7 @@ $(STAMPS)/variants: $(STAMPS)/kernels
 	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) --set $(SPOT) > $(LOGS)/kernels.txt
 	@touch $@
 
-check: base
+check: base $(TOOLS)
 	$(call stage,tests that the change wants)
 	@source env.bash && python tests/wanted.py
 
@@ -140,14 +152,14 @@ docs: $(STAMPS)/package $(STAMPS)/docs
 # Another style: where the summary stands (D213), its mood (D401), and symbols as first words (D402, D403).
 LINTED := bearing_twin launch tests bench docs setup.py .ci
 ANOTHER_STYLE := D213 D401 D402 D403
-lint: $(PACKAGES)
+lint: $(TOOLS)
 	@.venv/bin/ruff check .
 	@.venv/bin/ruff format --check .
 	@.ci/stage $(LOGS)/ament_flake8.txt 15 "ament_flake8" .venv/bin/ament_flake8 --config setup.cfg $(LINTED)
 	@.ci/stage $(LOGS)/ament_pep257.txt 10 "ament_pep257" .venv/bin/ament_pep257 --add-ignore $(ANOTHER_STYLE) -- $(LINTED)
 	@.venv/bin/reuse lint --quiet || { .venv/bin/reuse lint --lines; exit 1; }
 
-format: $(PACKAGES)
+format: $(TOOLS)
 	@.venv/bin/ruff check --fix .
 	@.venv/bin/ruff format .
 

@@ -26,6 +26,6 @@ figure, axes = plt.subplots(figsize=(8, 4.5), layout="constrained")
 for name in "xyz":
     axes.plot(times, [getattr(one.wrench.force, name) for one in heard], label=f"F{name}")
 axes.set(xlabel="simulation time [s]", ylabel="force on ball 0 [N]", title="Heard on /bearing/ball_0/wrench")
-axes.legend()
+figure.legend(ncols=3, loc="outside lower center")
 figure.savefig("live.png", dpi=100)
 print(f"{len(heard)} wrenches from {times[0]:.2f} s to {times[-1]:.2f} s")

@@ -5,7 +5,7 @@ import numpy as np
 
 from bearing_twin import load_scene, simulate
 
-run = simulate(load_scene("bearing_6203_start", ["run.duration=0.002", "run.output_rate=1e5"]))
+run = simulate(load_scene("bearing_6203_start", ["run.duration=0.0008", "run.output_rate=1e5"]))
 samples = list(run)
 times = np.array([sample.time_ns for sample in samples]) * 1e-6  # ms
 rolling = np.array([np.abs(sample["roll_rate"]) for sample in samples])  # rad/s, of each ball

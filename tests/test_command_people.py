@@ -60,6 +60,13 @@ def test_a_doubt_is_told_in_the_units_of_the_table(words, capsys):
         assert ("the yield pressure 3.2e+09 Pa" in text) is bool(words), text
 
 
+def test_what_a_choice_predicted_is_a_sentence_in_the_table_and_numbers_for_programs(capsys):
+    result = {"choice_reason": "off by 2.6e-05", "predicted": {"motion": "settled", "cost": 0.0024}}
+    assert shown(capsys, result).split() == ["choice", "reason", "off", "by", "2.6e-05"]
+    assert cli.main(["simulate", "bearing_6203", "--duration", "0.001", "--json"]) == cli.DONE
+    assert json.loads(capsys.readouterr().out)["predicted"]["motion"]
+
+
 def test_zeros_have_the_unit_of_their_neighbours_and_no_error_beside_them(capsys):
     result = {
         "greatest_approach_m": 0.0,

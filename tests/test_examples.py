@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -33,6 +34,16 @@ def answered(run):
     return asked
 
 
+def covers_a_curve(axes):
+    """Whether the legend of these axes, drawn already, lies over a point of one of their lines."""
+    legend = axes.get_legend()
+    if legend is None:
+        return False
+    box = legend.get_window_extent()
+    points = [line.get_transform().transform(line.get_xydata()) for line in axes.get_lines()]
+    return bool(points) and box.count_contains(np.concatenate(points)) > 0
+
+
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick_workers):
     if example.stem in NEEDS_ROS:
@@ -42,7 +53,9 @@ def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick
     monkeypatch.setattr("bearing_twin.uq.ensemble.processors", lambda: 1)
     matplotlib.use("Agg")
     runpy.run_path(str(example), run_name="__main__")
-    matplotlib.pyplot.close("all")
+    hidden = [axes for one in map(plt.figure, plt.get_fignums()) for axes in one.axes if covers_a_curve(axes)]
+    plt.close("all")
+    assert not hidden, "a legend lies over a curve"
     assert capsys.readouterr().out.strip()
     picture = matplotlib.image.imread(tmp_path / f"{example.stem}.png")
     assert 600 <= picture.shape[1] <= 1000

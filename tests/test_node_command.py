@@ -1,5 +1,6 @@
 """`bearing_twin node` against a node of the test: what ros2 would do, and one sentence for what is not there."""
 
+import functools
 import json
 import os
 import shlex
@@ -217,3 +218,17 @@ def test_a_list_is_waited_for_longer_on_a_busy_machine(load, times, monkeypatch)
     monkeypatch.setattr(os, "getloadavg", lambda: (load, 0.0, 0.0))
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     assert discovery.quiet_time() == times * discovery.QUIET
+
+
+@pytest.mark.parametrize("ready", [True, False])
+def test_what_is_seen_at_the_end_of_the_wait_is_not_called_unknown(ready):
+    """Found by name while names are listed for the refusal: taken if it is ready, else said to be there."""
+    ros = pytest.importorskip("bearing_twin.nodes.graph")
+    with ros.Graph(wait=0.0) as graph:
+        answers = iter([None, "it"] if ready else [None, None])
+        look = functools.partial(graph._look, lambda: next(answers), "there is no action '/a/b'", lambda: ["/a/b"])
+        if ready:
+            assert look() == "it"
+        else:
+            with pytest.raises(ros.GraphError, match="is there, but was not ready within 0 s"):
+                look()

@@ -91,7 +91,7 @@ def _simulate(arguments) -> Outcome:
     if large:
         say(told(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
-        with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
+        with said_if_slow(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run = simulate(scene, update)
             for warning in run.choice.warnings:
                 say(told(f"{scene.name}: {warning}"))

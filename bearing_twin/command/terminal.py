@@ -268,7 +268,7 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
         if one["error"] is not None
     }
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
-    hidden |= {"wanted_errors", "errors_unknown"} | ({"predicted"} if result.get("predicted") is None else set())
+    hidden |= {"wanted_errors", "errors_unknown", "predicted"}  # the choice's reason says in words what was predicted
     rest = {key: value for key, value in result.items() if key not in hidden}
     return rest | wanted | ({"errors not in these": notes} if notes else {}), errors
 

@@ -130,7 +130,7 @@ def _of_scene(arguments) -> dict[str, Any]:
     else:
         say(told(f"{scene.name} is run for {own:g} s"))
     with progress(f"simulating {scene.name}") as update, failure_kept(Path()):
-        with said_if_slow("loading what this scene needs, compiled once on a machine, and solving an impact"):
+        with said_if_slow(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run_ = simulate(scene, update)
             run_.simulation.warm_up()
         return document_of_run(run_).document

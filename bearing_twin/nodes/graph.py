@@ -251,6 +251,10 @@ class Graph:
                 own = self._node.get_fully_qualified_name()
                 there = [one for one in names() if _NAME.fullmatch(one) and not one.startswith(own)]
                 name = missing.rpartition(" ")[2].strip("'")
+                if result := found():  # it came while the names were listed
+                    return result
+                if name in there:
+                    raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
                 near = unknown(name, there) if there else "no node is to be seen: start one, in the same ROS_DOMAIN_ID"
                 raise GraphError(f"{missing} within {self._wait:g} s; {near}")
             self._executor.spin_once(timeout_sec=TURN)
