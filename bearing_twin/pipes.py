@@ -1,14 +1,47 @@
-"""What is printed may go to a reader that leaves before the end, such as `head`: no error, and nothing more to say."""
+"""Standard streams: what is printed may go to a reader that leaves before the end, such as `head`, or to nobody.
+
+A reader that left is no error, and there is nothing more to say.
+"""
 
 import atexit
 import contextlib
+import io
 import os
 import select
 import sys
 from collections.abc import Callable
 from typing import NoReturn
 
+STREAMS = {"stdin": "r", "stdout": "w", "stderr": "w"}  # in the order of their numbers
 PRINTED = 1, 2  # standard output and standard error
+
+
+class _Lossy(io.FileIO):
+    """A file on a disk that may be full: what does not go into it is left out. A reader that left is told of."""
+
+    def write(self, data):
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            raise
+        except OSError:
+            return len(data)
+
+
+def prepare() -> None:
+    """Streams that whoever began this has closed lead nowhere, and words on standard error end nothing on a full disk.
+
+    Without that a file opened later would get the number of the closed stream, and what is printed.
+    """
+    for number, (name, mode) in enumerate(STREAMS.items()):
+        if getattr(sys, name) is None:
+            nowhere = os.open(os.devnull, os.O_RDWR)  # often that number already
+            os.dup2(nowhere, number)
+            if nowhere > max(PRINTED):
+                os.close(nowhere)
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115 - for as long as the process lives
+    raw = io.BufferedWriter(_Lossy(sys.stderr.fileno(), "w", closefd=False))
+    sys.stderr = io.TextIOWrapper(raw, sys.stderr.encoding, "backslashreplace", line_buffering=True)
 
 
 def while_read(program: Callable[[], int]) -> int:

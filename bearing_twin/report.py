@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+DIGITS = 18  # of a whole number that is no float
+
 
 class Choice(NamedTuple):
     """Elastic law and stepper of a scene, the law's relative load error there, the reason, and what to watch.
@@ -97,6 +99,17 @@ class Report:
             **self.figures,
             **self.errors,
         }
+
+
+def parsed_json(text: str | bytes):
+    """The data in a JSON text of anybody; ValueError for what is none, also by its depth. No integer is beyond a float.
+
+    A whole number of more than 18 digits becomes a float.
+    """
+    try:
+        return json.loads(text, parse_int=lambda digits: int(digits) if len(digits) <= DIGITS else float(digits))
+    except RecursionError as error:
+        raise ValueError("it is nested too deeply") from error
 
 
 def json_text(result) -> str:

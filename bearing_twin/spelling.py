@@ -9,6 +9,7 @@ MOST_NEAR = 3
 LONGEST = 80  # letters compared
 SWAP = 0.75
 LONGEST_ECHO = 60
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
 
 
 def slips(first: str, second: str) -> float:
@@ -63,6 +64,11 @@ def unknown(word: Any, legal: Iterable[str]) -> str:
 def echo(value: Any) -> str:
     """The offending value as a user may recognise it, cut to a readable length."""
     return shortened(repr(value))
+
+
+def harmless(text: str) -> str:
+    """Text for a terminal: what would move its cursor, or turn the direction of letters, is shown as an escape."""
+    return _CONTROL.sub(lambda one: one[0].encode("unicode_escape").decode(), text)
 
 
 def shortened(text: str) -> str:

@@ -94,6 +94,7 @@ def here(monkeypatch, capfd):
     kept, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
 
     monkeypatch.setattr(pipes, "leave", lambda code: None)  # which would end the tests, too
+    monkeypatch.setattr(pipes, "prepare", lambda: None)  # streams are those of the tests
 
     def call(name, *arguments):
         monkeypatch.setattr(sys, "argv", [name, *arguments])

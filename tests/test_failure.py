@@ -218,6 +218,13 @@ def test_what_is_no_failure_at_all_is_refused(content, tmp_path):
         read_failure(path)
 
 
+def test_what_has_no_end_is_not_read_to_its_end(monkeypatch):
+    """Files of devices and of the system say that they are empty."""
+    monkeypatch.setattr("bearing_twin.run.failure.LARGEST_FILE", 10)
+    with pytest.raises(BearingTwinError, match="too large"):
+        read_failure("/proc/self/status")
+
+
 def test_a_kind_without_a_state_begins_again(monkeypatch, tmp_path):
     scene = load_scene("two_spheres")
     simulation = Simulation(scene)

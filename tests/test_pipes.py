@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from bearing_twin.log.mcap_log import read_log
+
 WORDS = {
     "help of a command": ("bearing_twin", "simulate", "--help"),
     "a long table": ("bearing_twin", "scenes", "--keys"),
@@ -34,3 +36,21 @@ def test_another_pipe_that_breaks_is_an_error():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600, check=False)
     assert (done.returncode, "a socket" in done.stderr) == (1, True)
+
+
+CLOSED = {"stdin": "<&-", "stdout": ">&-", "stderr": "2>&-", "all": "<&- >&- 2>&-", "full stderr": "2> /dev/full"}
+
+
+@pytest.mark.parametrize("what", CLOSED)
+def test_streams_that_are_closed_or_full_end_nothing(what, tmp_path):
+    """There were tracebacks, and a log that got the number of standard output would have got what is printed."""
+    log = tmp_path / "run.mcap"
+    command = f"{sys.executable} -m bearing_twin simulate two_spheres --out {log} {CLOSED[what]}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=600, check=False)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
+    assert len(list(read_log(log))) == 401
+
+
+def test_an_error_that_cannot_be_said_is_still_the_users():
+    command = f"{sys.executable} -m bearing_twin simulate nothing 2> /dev/full"
+    assert subprocess.run(["bash", "-c", command], timeout=600, check=False).returncode == 2

@@ -15,9 +15,10 @@ from typing import NoReturn
 
 from bearing_twin import __version__
 from bearing_twin.errors import BearingTwinError, missing_package
-from bearing_twin.pipes import leave, while_read
+from bearing_twin.pipes import leave, prepare, while_read
 from bearing_twin.processors import one_processor, seldom_collecting
 from bearing_twin.signals import ended_by_signals
+from bearing_twin.spelling import harmless
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
@@ -48,6 +49,7 @@ class _Parser(argparse.ArgumentParser):
 
 def program() -> NoReturn:
     """The executable: `main`, after which the process ends at once."""
+    prepare()
     seldom_collecting()
     os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's shell names one that need not be there
     sys.stdout.reconfigure(errors="backslashreplace")  # a terminal without µ
@@ -70,7 +72,7 @@ def _told(argv) -> int:
         with ended_by_signals():
             return _main(argv)
     except BearingTwinError as error:
-        print(f"bearing_twin: {error}", file=sys.stderr)
+        print(f"bearing_twin: {harmless(str(error))}", file=sys.stderr)
         return BAD_INPUT
     except ModuleNotFoundError as error:
         print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
@@ -120,7 +122,7 @@ def _main(argv) -> int:
             _show(outcome, arguments.si)
         sys.stdout.flush()
         for doubt in outcome.doubts:
-            print(f"bearing_twin: doubtful: {told(doubt)}", file=sys.stderr)
+            print(f"bearing_twin: doubtful: {harmless(told(doubt))}", file=sys.stderr)
     finally:
         SI.reset(units)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE

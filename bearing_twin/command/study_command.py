@@ -86,15 +86,16 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 def report(log, picture) -> Outcome:
     """What is in the log of a study, with its picture if one is asked for."""
-    from bearing_twin.log.study_log import read_study
+    from bearing_twin.log.study_log import as_a_study, read_study
 
     result = read_study(log)
     summary = result.as_dict() | {"log": str(log)}
-    if picture:
-        from bearing_twin.uq.picture import plot_study
+    with as_a_study(log):
+        if picture:
+            from bearing_twin.uq.picture import plot_study
 
-        summary["plot"] = str(plot_study(result, picture))
-    return Outcome(summary, list(result.doubts), lambda: show(summary))
+            summary["plot"] = str(plot_study(result, picture))
+        return Outcome(summary, list(result.doubts), lambda: as_a_study(log)(show)(summary))
 
 
 @contextlib.contextmanager

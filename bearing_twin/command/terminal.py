@@ -10,6 +10,7 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING
 
 from bearing_twin.command.layout import columns_apart, named_values, table, width_of_terminal, wrapped
+from bearing_twin.spelling import harmless
 from bearing_twin.units import (
     UNITS,
     for_people,
@@ -26,9 +27,8 @@ from bearing_twin.units import (
 if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.sample import Block
 
-SLOW = 1.0  # seconds without a sign of life before one is given
 FIRST_LOOK, LONG = 0.3, 30.0  # seconds after which a pace is known, and from which on a work is announced
-PLAIN_PERIOD = 5.0  # seconds between lines of progress where there is no terminal
+SLOW, PLAIN_PERIOD = 1.0, 5.0  # seconds without a sign of life before one is given; between those without a terminal
 
 SI: ContextVar[bool] = ContextVar("si", default=False)  # whether people read SI units too
 ERROR = "_error"  # behind a figure's key: what is not known of it
@@ -148,12 +148,12 @@ def shown_unit(unit: str, size: float) -> tuple[str, float]:
 
 def show_text(text: str = "") -> None:
     """Print a line of a result on standard output."""
-    print(text)
+    print(harmless(text))
 
 
 def say(text: str) -> None:
     """Print a line about the work, not of its result, on standard error."""
-    print(text, file=sys.stderr, flush=True)
+    print(harmless(text), file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager

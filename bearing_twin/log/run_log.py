@@ -17,7 +17,7 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD,
 from bearing_twin.log.recover import advice
 from bearing_twin.log.thinning import KEPT_KEY
 from bearing_twin.parameters import echo
-from bearing_twin.report import Choice
+from bearing_twin.report import DIGITS, Choice, parsed_json
 from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import Scene, read_logged
@@ -89,7 +89,8 @@ class LogStream:
         `uncounted` names topics of several publishers, whose losses nobody knows.
         """
         told = self.metadata.get(RECORDING_RECORD, {})
-        counts = {key: int(told[key]) for key in ("messages_lost", "messages_dropped") if told.get(key, "").isdigit()}
+        said = {key: told.get(key, "") for key in ("messages_lost", "messages_dropped")}
+        counts = {key: int(text) for key, text in said.items() if text.isdecimal() and len(text) <= DIGITS}
         return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
 
     @property
@@ -154,7 +155,7 @@ class LogStream:
                 with McapReader(file) as reader:
                     for item in reader.content():
                         if isinstance(item, LoggedMessage) and item.topic.name == f"{self._namespace}/scene":
-                            said = json.loads(cdr.deserialise(cdr.STRING, item.data).data)
+                            said = parsed_json(cdr.deserialise(cdr.STRING, item.data).data)
                             return {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
         except (DamagedLog, ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
@@ -195,24 +196,26 @@ class LogStream:
 
 def _rate(text: str) -> float:
     try:
-        return max(float(text), 0.0)
+        rate = float(text)
     except ValueError:
         return 0.0
+    return rate if 0.0 < rate < math.inf else 0.0
 
 
 def _report(record: Mapping[str, str]) -> dict | None:
     try:
-        return json.loads(record["report"])
+        found = parsed_json(record["report"])
     except (KeyError, ValueError):
         return None
+    return found if isinstance(found, dict) else None
 
 
 def _choice(record: Mapping[str, str]) -> Choice:
     """The model named in a log's metadata; empty texts where there is none."""
     named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
     try:
-        warnings = tuple(map(str, json.loads(record.get("warnings", "[]"))))
-        predicted = json.loads(record.get("predicted", "null"))
+        warnings = tuple(map(str, parsed_json(record.get("warnings", "[]"))))
+        predicted = parsed_json(record.get("predicted", "null"))
         return Choice(*named, warnings, float(record.get("setting", "nan")), predicted and dict(predicted))
     except (ValueError, TypeError):
         return Choice(*named, ())

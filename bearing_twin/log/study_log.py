@@ -7,10 +7,12 @@ quantities as a message each, for programs that plot. `/bearing/study/summary` i
 is in the metadata.
 """
 
+import contextlib
 import itertools
 import json
 import math
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ import numpy as np
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.blocks import check_block
 from bearing_twin.log.encoder import Encoder
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
@@ -26,7 +29,9 @@ from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files
 from bearing_twin.log.recover import advice
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK
+from bearing_twin.report import parsed_json
 from bearing_twin.sample import Channel
+from bearing_twin.spelling import shortened
 from bearing_twin.uq.result import StudyResult, quantity_units
 from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.study import Study
@@ -162,6 +167,21 @@ def read_study(path, unfinished: bool = False) -> StudyResult:
 
     With `unfinished` also a study that was broken off, as far as it came, to go on from; its summary is empty.
     """
+    with as_a_study(path):
+        return _study_in(path, unfinished)
+
+
+@contextlib.contextmanager
+def as_a_study(path) -> Iterator[None]:
+    """Within it what is in a log, or was, is used as that of a study; LogError where it is something else."""
+    try:
+        yield
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:  # whoever wrote it
+        said = shortened(f"{type(error).__name__}: {error}")
+        raise LogError(f"{path} does not hold what a study writes ({said}); run the study again") from error
+
+
+def _study_in(path, unfinished: bool) -> StudyResult:
     records, summary, rows, names = {}, None, [], []
     try:
         for file in log_files(path):
@@ -169,9 +189,10 @@ def read_study(path, unfinished: bool = False) -> StudyResult:
                 records |= {record.name: record.metadata for record in reader.metadata(reader.summary())}
                 for item in reader.content():
                     if isinstance(item, LoggedMessage) and item.topic.name == SUMMARY_TOPIC:
-                        summary = json.loads(cdr.deserialise(STRING, item.data).data)
+                        summary = parsed_json(cdr.deserialise(STRING, item.data).data)
                     elif isinstance(item, LoggedMessage) and item.topic.name == SAMPLES_TOPIC:
                         message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
+                        check_block(path, message)
                         names = _edges(message)
                         rows.append(message.values.reshape(message.count, -1))
     except DamagedLog as error:
@@ -187,10 +208,13 @@ def read_study(path, unfinished: bool = False) -> StudyResult:
             f"{path} lacks a part of its study; go on with `bearing_twin study ... --resume {path}` and another name "
             "for the log, or run the study again"
         )
-    work = json.loads(records.get(RUN_RECORD, {}).get("work", "{}"))
+    work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
-    study = parse_study({**json.loads(record["study"]), **given}, "the study of the log")
+    study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
     table = np.concatenate(rows) if rows else np.empty((0, 0))
+    status, reasons = _columns(table, names, [STATUS])[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
+    if len(status) and not 0 <= status.min() <= status.max() <= len(reasons):
+        raise ValueError("a realisation that failed has no reason")
     return StudyResult(
         study,
         _columns(table, names, [INPUT + one.key for one in study.inputs]),
@@ -198,10 +222,10 @@ def read_study(path, unfinished: bool = False) -> StudyResult:
         _columns(table, names, [HISTORY + name for name in study.histories]).reshape(
             len(table), len(study.histories), -1 if rows and study.histories else 0
         ),
-        _columns(table, names, [STATUS])[:, 0].astype(np.int32),
-        tuple(json.loads(record["reasons"])),
+        status,
+        reasons,
         _columns(table, names, [DOUBTFUL])[:, 0].astype(np.int64),
-        tuple(json.loads(record["doubts"])),
+        tuple(parsed_json(record["doubts"])),
         {**summary, "seconds": work.get("seconds", math.nan)},
     )
 

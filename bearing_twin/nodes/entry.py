@@ -42,9 +42,10 @@ def demo() -> int:
 def _run(name: str) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
         signal.signal(number, lambda *_: os._exit(0))
-    from bearing_twin.pipes import while_read
+    from bearing_twin import pipes
 
-    return while_read(lambda: _said(name))
+    pipes.prepare()
+    return pipes.while_read(lambda: _said(name))
 
 
 def _said(name: str) -> int:

@@ -6,7 +6,6 @@ asks for and the page that sends a command are checked, so that no other page ca
 
 import hmac
 import ipaddress
-import json
 import queue
 import secrets
 import socket
@@ -18,6 +17,7 @@ from typing import Any, Protocol
 from urllib.parse import urlsplit
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.report import parsed_json
 
 MOST_VIEWERS = 32
 MOST_CONNECTIONS = 64
@@ -217,8 +217,8 @@ class _Handler(BaseHTTPRequestHandler):
         if not length.isdecimal() or int(length) > LARGEST_COMMAND:
             raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a command has at most {LARGEST_COMMAND} bytes")
         try:
-            command = json.loads(self.rfile.read(int(length)))
-        except (ValueError, RecursionError):
+            command = parsed_json(self.rfile.read(int(length)))
+        except ValueError:
             raise Refused(HTTPStatus.BAD_REQUEST, "a command is one JSON object") from None
         if not isinstance(command, dict):
             raise Refused(HTTPStatus.BAD_REQUEST, "a command is one JSON object")

@@ -1,7 +1,6 @@
 """Runs that failed, as files: what failed, when and where, the last good output, and the state to go on from."""
 
 import dataclasses
-import json
 import math
 import time
 from collections.abc import Mapping
@@ -13,7 +12,7 @@ import numpy as np
 import bearing_twin
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
-from bearing_twin.report import json_text
+from bearing_twin.report import json_text, parsed_json
 from bearing_twin.run.scene import Scene, parse_scene, read_logged
 from bearing_twin.sample import Channel, Sample
 
@@ -108,12 +107,17 @@ def write_failure(error: IntegrationError, folder: Path) -> Path | None:
     for number in range(1, 1000):
         path = folder / (f"{stem}.json" if number == 1 else f"{stem}_{number}.json")
         try:
-            with path.open("x", encoding="utf-8") as file:
-                file.write(json_text(error.record) + "\n")
-            return path
+            file = path.open("x", encoding="utf-8")
         except FileExistsError:
             continue
         except OSError:
+            return None
+        try:
+            with file:
+                file.write(json_text(error.record) + "\n")
+            return path
+        except OSError:
+            path.unlink(missing_ok=True)  # a part of one is none
             return None
     return None
 
@@ -122,9 +126,11 @@ def read_failure(path) -> Failure:
     """The failure in a file; raises BearingTwinError where there is none."""
     path = Path(path)
     try:
-        if path.stat().st_size > LARGEST_FILE:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)  # a device has no size
+        if len(content) > LARGEST_FILE:
             raise BearingTwinError(f"{path} is too large for a failure; give a file that a failed run wrote")
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = parsed_json(content)
         if found["format"] != FORMAT:
             raise ValueError
         seconds = found["seconds"]
@@ -142,7 +148,7 @@ def read_failure(path) -> Failure:
         )
     except OSError as error:
         raise BearingTwinError(f"{path} cannot be read ({error.strerror}); give the file of a failed run") from error
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
         raise BearingTwinError(f"{path} is not the file of a failed run; give one that a failed run wrote") from error
 
 

@@ -27,7 +27,13 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     gathering = Gathering(figures, log.choice, doubt)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
-    said = log.report or {}
-    name = log.scene.name if log.scene else ""
-    report = gathering.report(name, float(said.get("compute_s", 0.0)), said.get("costs"))
+    report = gathering.report(log.scene.name if log.scene else "", *_cost(log.report or {}))
     return report, 0 if log.kept_rate else gathering.missing
+
+
+def _cost(said: dict) -> tuple[float, dict[str, int]]:
+    """Seconds and counts of a run as its log says them; nothing where these are no numbers."""
+    try:
+        return float(said.get("compute_s", 0.0)), {name: int(count) for name, count in said.get("costs", {}).items()}
+    except (TypeError, ValueError, AttributeError, OverflowError):
+        return 0.0, {}

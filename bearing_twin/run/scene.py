@@ -24,6 +24,7 @@ from bearing_twin.parameters import (
     stands_for_section,
     unknown,
 )
+from bearing_twin.report import parsed_json
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, shortened
@@ -108,8 +109,8 @@ def _from_json(text: str, origin: str):
     if len(text) > LONGEST_LOGGED or text.count(",") > MOST_LOGGED:
         raise SceneError(f"{origin} is longer than {LONGEST_LOGGED} characters or {MOST_LOGGED} values")
     try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
+        return parsed_json(text)
+    except ValueError:
         return text
 
 

@@ -5,7 +5,6 @@ rows of all series side by side as float32.
 """
 
 import base64
-import json
 import math
 
 import numpy as np
@@ -14,7 +13,7 @@ from bearing_twin.errors import LogError, SceneError
 from bearing_twin.kinds.views import View
 from bearing_twin.log import cdr
 from bearing_twin.log.blocks import block_of, channels_of, check_block
-from bearing_twin.report import Choice
+from bearing_twin.report import Choice, parsed_json
 from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.sample import Channel, Sample
 from bearing_twin.view.run_page import view_of
@@ -86,9 +85,9 @@ def _read(said: str) -> tuple[Scene, Choice]:
     if len(said) > LARGEST_SCENE:
         raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
     try:
-        told = json.loads(said)
+        told = parsed_json(said)
         texts = [told["scene"], *(str(told.get(key, "")) for key in ("law", "stepper", "reason"))]
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
     if not isinstance(texts[0], str):
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name")

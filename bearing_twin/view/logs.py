@@ -10,7 +10,7 @@ from bearing_twin.log.mcap_log import read_log, recover
 from bearing_twin.log.mcap_read import DamagedLog, McapReader
 from bearing_twin.log.raw_log import log_files
 from bearing_twin.log.stream import topics
-from bearing_twin.log.study_log import STUDY_RECORD, read_study
+from bearing_twin.log.study_log import STUDY_RECORD, as_a_study, read_study
 from bearing_twin.sample import Block
 from bearing_twin.view.run_page import document_of_run
 from bearing_twin.view.study_page import document_of_study
@@ -51,7 +51,8 @@ def _document(
 ) -> dict[str, Any]:
     stream = read_log(path, allow_gaps=True, topic=topic)
     if STUDY_RECORD in stream.metadata:
-        return document_of_study(read_study(path))
+        with as_a_study(path):
+            return document_of_study(read_study(path))
     left_out = _left_out(path, stream)
     notes = (
         *notes,
