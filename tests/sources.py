@@ -2,6 +2,7 @@
 
 import ast
 import functools
+import gc
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -10,8 +11,13 @@ PACKAGE = ROOT / "bearing_twin"
 
 @functools.cache
 def tree_of(path: Path) -> ast.Module:
-    """A file's tree, which nobody may change."""
-    return ast.parse(path.read_text(encoding="utf-8"))
+    """A file's tree, which nobody may change; to look for garbage in it would take longer than to parse."""
+    gc.disable()
+    try:
+        return ast.parse(path.read_text(encoding="utf-8"))
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @functools.cache

@@ -136,6 +136,8 @@ def test_what_was_computed_ahead_goes_out_up_to_and_with_the_time_asked_for():
     assert stream.position_ns == 20 * MS
     stream.drain(25 * MS)
     assert stream.position_ns == 25 * MS
+    stream.drain(22 * MS)  # a time that has passed already
+    assert stream.position_ns == 25 * MS
     stream.drain()
     assert [t // MS for t, _ in delivered] == [0, 10, 20, 20, 30]
     assert stream.position_ns == 30 * MS

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, yield_pressure
 from bearing_twin.contact.validity import OFF_IN_GROOVE, gap_error, groove_doubt
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -48,6 +49,13 @@ def flags_of(name, *overrides):
     for _ in run_.blocks():
         pass
     return tuple(flag for flag in run_.report.flags if not flag.startswith(OF_ERRORS))
+
+
+def test_the_weaker_body_yields_first_and_one_of_which_nothing_is_known_is_left_out():
+    steel, ceramic, aluminium = (MATERIALS[name] for name in ("steel", "silicon_nitride", "aluminium"))
+    assert yield_pressure(steel, aluminium) == yield_pressure(aluminium, steel) == YIELD_ONSET * 2.8e8
+    assert yield_pressure(ceramic, steel) == YIELD_ONSET * 2.0e9
+    assert yield_pressure(ceramic, ceramic) is None
 
 
 @pytest.mark.parametrize("name", CALM)

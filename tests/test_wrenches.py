@@ -1,5 +1,7 @@
 """Action and reaction: the contacts of a body add up to its wrench, and all wrenches add up to zero."""
 
+import math
+
 import numpy as np
 import pytest
 from bearings import motion
@@ -7,7 +9,7 @@ from by_rosbags import serialise
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, MOTION, ORBIT_ANGLE, VELOCITY
+from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, HEIGHT, MOTION, ORBIT_ANGLE, VELOCITY
 from bearing_twin.kinds.bearing.loads import contacts, origins, wrenches
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
 from bearing_twin.kinds.contract import Output
@@ -22,14 +24,18 @@ from bearing_twin.sample import Sample
 ROUNDING = 1e-12  # of the sum of magnitudes
 
 
-def touching_balls():
-    """13 balls of a bearing with friction over the spots, each but the last pressed against the next, and spinning."""
+def touching_balls(axial=0.0):
+    """13 balls of a bearing with friction over the spots, each but the last pressed against the next, and spinning.
+
+    They stand `axial` [m] off the middle, in turn to either side.
+    """
     tight = ("geometry.radial_clearance=0.0", "drive.offset=[0.0, 4e-6, 2e-6]")
     moving = motion("geometry.balls=13", "contact.friction=spot", *tight, scene="bearing_6203_loose")
     state, bearing = moving.state, moving.bearing
     random = np.random.default_rng(5)
     state[:, AXIS_DISTANCE] = 0.5 * moving.parameters.geometry.pitch_diameter + 1e-6
     apart = 2.0 * np.arcsin((bearing.ball_radius - 1e-6) / state[0, AXIS_DISTANCE])
+    state[:, HEIGHT] += axial * (-1.0) ** np.arange(13)
     state[:, ORBIT_ANGLE] = 0.3 + apart * np.arange(13)
     state[:, VELOCITY:MOTION] += random.normal(size=(13, 6)) * ([1e-3] * 3 + [50.0] * 3)
     return moving, Sample(0, 0, moving.first_outputs().rows(0))
@@ -81,8 +87,8 @@ def test_all_wrenches_of_a_bearing_add_up_to_zero():
 
 
 def test_contacts_between_balls_are_what_spheres_do():
-    """Approach, slip and spin from the motion of the balls; drilling and spinning oppose each other."""
-    moving, sample = touching_balls()
+    """Approach, angle, slip and spin from the motion of the balls; drilling and spinning oppose each other."""
+    moving, sample = touching_balls(axial=2e-5)
     rows, radius = contacts(moving.parameters, sample), moving.bearing.ball_radius
     position, velocity, spin = sample["position"], sample["velocity"], sample["angular_velocity"]
     for k in range(12):
@@ -95,6 +101,9 @@ def test_contacts_between_balls_are_what_spheres_do():
         assert rows["approach"][row] == pytest.approx(2.0 * radius - np.linalg.norm(between), rel=1e-9)
         assert rows["normal"][row] == pytest.approx(normal, abs=1e-12)
         assert rows["point"][row] == pytest.approx(middle, abs=1e-12)
+        angle = math.asin(between[2] / np.linalg.norm(between))  # the next ball seen from this one
+        assert abs(angle) > 1e-3
+        assert rows["contact_angle"][row] == pytest.approx(angle, rel=1e-9)
         assert rows["slip"][row] == pytest.approx(relative - relative @ normal * normal, abs=1e-12)
         assert rows["spin_rate"][row] == pytest.approx((spin[k] - spin[k + 1]) @ normal, rel=1e-9)
         assert rows["friction_force"][row] @ rows["slip"][row] < 0.0

@@ -17,6 +17,7 @@ import bearing_twin
 from bearing_twin.log import cdr
 from bearing_twin.log.consecutive import Consecutive
 from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.parts import Told
 from bearing_twin.log.raw_log import (
     RUN_RECORD,
     SCENE_RECORD,
@@ -52,7 +53,7 @@ class LogSummary(NamedTuple):
     bytes: int
 
 
-class LogWriter:
+class LogWriter(Told):
     """A new log of a scene's topics; use as a context manager, from any thread.
 
     `metadata` (chosen law, stepper, reason, seed, ...) is stored as texts beside the resolved scene and the versions.
@@ -113,24 +114,9 @@ class LogWriter:
         self._log.close()
 
     @property
-    def problem(self) -> str:
-        """Why the log cannot grow at present and what was kept, empty while it can."""
-        return self._log.problem
-
-    @property
-    def dropped(self) -> int:
-        """Messages for which there was no room, neither on disk nor in memory."""
-        return self._log.dropped
-
-    @property
     def messages(self) -> int:
         """Messages on disk for good; all of them once closed."""
         return self._log.messages
-
-    @property
-    def bytes(self) -> int:
-        """Size of the log on disk so far."""
-        return self._log.bytes
 
 
 def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) -> LogSummary:

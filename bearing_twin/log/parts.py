@@ -39,6 +39,27 @@ class Safety(NamedTuple):
     kept_rate: float = 0.0
 
 
+class Told:
+    """What a log tells of itself, as `_log`, by which it is written, knows it."""
+
+    _log: "Told | Parts"
+
+    @property
+    def problem(self) -> str:
+        """Why the log cannot grow at present and what was kept, empty while it can."""
+        return self._log.problem
+
+    @property
+    def dropped(self) -> int:
+        """Messages for which there was no room, neither on disk nor in memory."""
+        return self._log.dropped
+
+    @property
+    def bytes(self) -> int:
+        """Size of the log on disk so far."""
+        return self._log.bytes
+
+
 class _Described(NamedTuple):
     row: LoggedTopic
     definition: str

@@ -18,7 +18,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Qos
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
-from bearing_twin.log.parts import SUFFIX, Parts, Safety, part_names
+from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names
 from bearing_twin.log.thinning import Thinning
 from bearing_twin.signals import Unbroken
 
@@ -29,7 +29,7 @@ RETRY = 1.0  # s between tries while the disk is full
 _LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml
 
 
-class RawLogWriter:
+class RawLogWriter(Told):
     """A new log of arbitrary topics; use as a context manager, from any thread.
 
     Raises LogError if `path` exists, before anything is written; and, once the disk is full, an error that says what
@@ -51,7 +51,7 @@ class RawLogWriter:
         self._closed = False
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._safety = safety
-        self._writer = Parts(names, safety)
+        self._log = Parts(names, safety)
         self._thinned: dict[int, Thinning] = {}
         self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._ended = threading.Event()
@@ -68,7 +68,7 @@ class RawLogWriter:
         return self
 
     def __exit__(self, kind, *_):
-        if kind is None or self._writer.begun:
+        if kind is None or self._log.begun:
             self.close()
         else:
             self._discard()
@@ -89,7 +89,7 @@ class RawLogWriter:
         seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
         rate = (0.0 if seldom else self._safety.kept_rate) if kept is None else kept
         with self._unbroken, self._lock:
-            number = self._writer.register(LoggedTopic(name, ros_type, type_hash, tuple(qos), 0, rate), definition)
+            number = self._log.register(LoggedTopic(name, ros_type, type_hash, tuple(qos), 0, rate), definition)
             if rate and kept is None:
                 self._thinned[number] = Thinning(ros_type, rate)
             self._stale = True
@@ -117,11 +117,11 @@ class RawLogWriter:
 
     def write_bundles(self, bundles: Iterable[Bundle]) -> None:
         """`write` for bundles of messages, which go into the file whole unless it is thinned or split."""
-        if self._thinned or self._writer.splits:
+        if self._thinned or self._log.splits:
             self.write_all(message for bundle in bundles for message in bundle.messages())
             return
         with self._unbroken, self._lock:
-            self._put_whole(bundles, self._writer.write_bundles)
+            self._put_whole(bundles, self._log.write_bundles)
 
     def _kept(self, message) -> list:
         """The message as it is logged, if it is."""
@@ -133,13 +133,13 @@ class RawLogWriter:
 
     def _put(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         patience, rest = self._patience(), iter(messages)
-        if self._writer.splits:
+        if self._log.splits:
             for message in rest:
                 with patience:
-                    if self._writer.write(*message) or self._stale:
+                    if self._log.write(*message) or self._stale:
                         self._write_bag_file()
             return
-        self._put_whole(rest, self._writer.write_all)
+        self._put_whole(rest, self._log.write_all)
 
     def _put_whole(self, items: Iterable, write: Callable[[Iterator], None]) -> None:
         """Writes messages or bundles of them, by `write`, to a log that is not split."""
@@ -156,12 +156,12 @@ class RawLogWriter:
         """Puts everything so far on disk."""
         with self._unbroken, self._lock, self._patience():
             if not self._closed:
-                self._writer.flush()
+                self._log.flush()
 
     def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
         """Adds a metadata record of texts."""
         with self._unbroken, self._lock, self._patience():
-            self._writer.add_metadata(name, {key: str(value) for key, value in values.items()})
+            self._log.add_metadata(name, {key: str(value) for key, value in values.items()})
 
     def note_run(self, **values) -> None:
         """Adds texts to the record that holds date and host, which is written at the end."""
@@ -182,32 +182,17 @@ class RawLogWriter:
         self._ended.set()
         try:
             with suppress(LogError):  # what cannot be written now is tried once more with the index
-                self._writer.finish()
+                self._log.finish()
                 if self._run is not None:
-                    self._writer.add_metadata(RUN_RECORD, self._run)
+                    self._log.add_metadata(RUN_RECORD, self._run)
         finally:
-            self._writer.close()
+            self._log.close()
             self._write_bag_file()
-
-    @property
-    def bytes(self) -> int:
-        """Size of the log on disk so far."""
-        return self._writer.bytes
-
-    @property
-    def problem(self) -> str:
-        """Why the log cannot grow at present and what was kept, empty while it can."""
-        return self._writer.problem
-
-    @property
-    def dropped(self) -> int:
-        """Messages for which there was no room, neither on disk nor in memory."""
-        return self._writer.dropped
 
     @property
     def messages(self) -> int:
         """Messages on disk for good."""
-        return self._writer.messages
+        return self._log.messages
 
     def _patience(self):
         return suppress(LogError) if self._safety.patient and not self._closed else nullcontext()
@@ -225,18 +210,18 @@ class RawLogWriter:
         target = self._folder / "metadata.yaml"
         draft = target.with_suffix(".yaml.tmp")
         try:
-            draft.write_text(self._writer.information(), encoding="utf-8")
+            draft.write_text(self._log.information(), encoding="utf-8")
             os.replace(draft, target)
         except OSError as error:
             raise LogError(
-                f"{target} cannot be written ({error.strerror}); the messages are in {self._writer.path}"
+                f"{target} cannot be written ({error.strerror}); the messages are in {self._log.path}"
             ) from error
 
     def _discard(self) -> None:
         """Removes a log that never got a message."""
         self._closed = True
         self._unbroken.release()
-        self._writer.discard()
+        self._log.discard()
         if self._folder is not None:
             with suppress(OSError):
                 (self._folder / "metadata.yaml").unlink(missing_ok=True)

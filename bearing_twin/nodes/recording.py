@@ -12,7 +12,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.parts import Safety
+from bearing_twin.log.parts import Safety, Told
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 
 DEPTH = 2000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
@@ -54,7 +54,7 @@ class Sequences:
             self.saw(one, 1)
 
 
-class Recording:
+class Recording(Told):
     """A log of whatever arrives; from any thread. `prefixes` are where .msg files of other packages are looked for."""
 
     def __init__(
@@ -131,21 +131,6 @@ class Recording:
             if not has_samples:
                 return 0
             return sum(self.sequences[topic].saw(*sample_range(one)) for one in data)
-
-    @property
-    def problem(self) -> str:
-        """Why the log cannot grow at present and what was kept, empty while it can."""
-        return self._log.problem
-
-    @property
-    def dropped(self) -> int:
-        """Messages for which there was no room."""
-        return self._log.dropped
-
-    @property
-    def bytes(self) -> int:
-        """Size of the log so far."""
-        return self._log.bytes
 
     @property
     def folder(self) -> Path:

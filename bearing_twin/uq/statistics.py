@@ -12,6 +12,7 @@ How often intervals hold the truth is measured by `bearing_twin chart coverage`.
 less than 95 %: `safe` tells.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -116,12 +117,18 @@ def interval(value, influence, confidence=0.95, replicates=1, least=0.0) -> Esti
     if spread == 0.0:
         return Estimate(value, value, value, basis, safe)
     skewness = float(np.mean(squares * kept)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
-    score = float(stats.t.ppf(0.5 + 0.5 * confidence, count - 1)) / math.sqrt(count)
+    score = _student(confidence, count - 1) / math.sqrt(count)
     error = spread * math.sqrt(count / (count - 1.0))
     if replicates > 1:
         score *= WIDER
     ends = (value - error * _unbent(one - skewness / (6.0 * count), skewness / 3.0) for one in (score, -score))
     return Estimate(value, *ends, basis, safe)
+
+
+@functools.lru_cache(maxsize=256)  # a study asks for the same again and again, and SciPy takes longer than all the rest
+def _student(confidence: float, freedom: int) -> float:
+    """Half width of the interval of Student's t that holds the share `confidence`."""
+    return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom))
 
 
 def _unbent(bent: float, a: float) -> float:
@@ -176,11 +183,17 @@ def _moment(sample, statistic, replicates=1):
     return skewness, cube - 3.0 * z - skewness - 1.5 * skewness * (z**2 - 1.0)
 
 
-def _quantile(sample, probability, confidence):
+@functools.lru_cache(maxsize=256)
+def _ranks(count: int, probability: float, confidence: float) -> tuple[int, int]:
     """Order statistics r and s with P(r <= number below the quantile < s) >= confidence, split evenly."""
-    count, outside = len(sample), 0.5 * (1.0 - confidence)
-    below = int(stats.binom.ppf(outside, count, probability))
-    above = int(stats.binom.ppf(1.0 - outside, count, probability)) + 1
+    outside = 0.5 * (1.0 - confidence)
+    low, high = stats.binom.ppf([outside, 1.0 - outside], count, probability)
+    return int(low), int(high) + 1
+
+
+def _quantile(sample, probability, confidence):
+    count = len(sample)
+    below, above = _ranks(count, probability, confidence)
     ordered = np.partition(sample, [max(below, 1) - 1, min(above, count) - 1])  # sorted there: five times as quick
     look()
     low = float(ordered[below - 1]) if below >= 1 else -math.inf
