@@ -27,6 +27,7 @@ from bearing_twin.kinds.bearing.departures import (
     together,
 )
 from bearing_twin.kinds.bearing.deviations import LEAST_LOAD, Part, deviations, left_over
+from bearing_twin.kinds.bearing.growth import FLOOR, MET
 from bearing_twin.kinds.bearing.meetings import COPYING, Drift, as_met, copied_from, meetings, stretches_from, until_met
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.pointers import MOST, POINTERS, one_for_all, pointers, spare
@@ -34,7 +35,6 @@ from bearing_twin.kinds.bearing.windows import (
     ALL,
     BUMPING,
     LEAST_STEPS,
-    PLACE,
     WINDOW,
     Window,
     bumps,
@@ -64,19 +64,19 @@ class Companion:
 
     def __init__(self, parameters: BearingScene, unit: np.ndarray):
         self.parameters = parameters
-        self.unit = unit
+        self._allowed = parameters.wanted.tolerance * unit
         self.reset()
 
     def reset(self) -> None:
         """Forgets the run."""
         self.best = np.zeros((POINTERS, MOST))
         self.greatest_load = 0.0
-        self.steps = self.looked = self.parts = 0
+        self.steps = self.looked = self.parts = self.met = 0
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
-        self.met = 0
         self.probing = False  # whether it looks for that in this part
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
+        self.grew, self.adrift = 1.0, False  # times that meetings made an error; whether more came that none looked at
         self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
 
     def memory(self) -> dict:
@@ -91,6 +91,7 @@ class Companion:
             "drift": self.drift.memory(),
             "met": self.met,
             "diverged": self.diverged,
+            "grew": self.grew,
         }
 
     def remember(self, kept: dict) -> None:
@@ -104,6 +105,7 @@ class Companion:
         ]
         self.drift.remember(kept["drift"])
         self.met, self.looked, self.diverged = int(kept["met"]), int(kept["looked"]), bool(kept["diverged"])
+        self.grew = float(kept["grew"])
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
@@ -203,10 +205,6 @@ class Companion:
         rows.sort(key=lambda row: row[:3])
         return np.array(rows).reshape(-1, len(WINDOW.columns))
 
-    @property
-    def _allowed(self) -> np.ndarray:
-        return self.parameters.wanted.tolerance * self.unit
-
     def _probes(self, part: Part) -> bool:
         """Whether it is to be seen, until it is, what becomes of errors where balls bump.
 
@@ -217,11 +215,6 @@ class Companion:
         far = affordable(part, Window(ALL, -1, len(part.times)), THREATENED * part.taken - self.steps)
         return self.parts & (self.parts - 1) == 0 or 2 * far.length >= len(part.times)
 
-    def _order(self, off: tuple) -> tuple:
-        """Worst first; where bumps are to be seen, those that most of a part is left for."""
-        left, window, begin, _ = off
-        return (begin,) if self.probing else (-left, window)
-
     def _off(self, row: list[float]) -> float:
         return off_by(np.array(row), self.greatest_load or 1.0) / self.parameters.wanted.tolerance
 
@@ -231,11 +224,15 @@ class Companion:
         return [end, begin, window.ball, each, tolerance, *(one / (1.0 - TIGHTER) for one in off)]
 
     def _follow(self, part: Part, off: list, scales, tolerance: float, met: np.ndarray) -> list[list[float]]:
-        """Goes on with what was followed, and with what was found `off`, worst first, as far as steps allow."""
+        """Goes on with what was followed, and with what was found `off`, worst first, as far as steps allow.
+
+        Where bumps are to be seen, those come first that most of a part is left for.
+        """
         rows, before, self.followed = [], self.followed, []
         whole = Window(-1, -1, len(part.times))
         those = [(one.left, whole._replace(ball=one.ball), one.begin, one.first, one.last) for one in before]
-        new = [*((*one, np.inf) for one in bouncing(part)), *sorted(off, key=self._order)]
+        off.sort(key=lambda one: (one[2],) if self.probing else (-one[0], one[1]))
+        new = [*((*one, np.inf) for one in bouncing(part)), *off]
         those += [(left, *to_the_end(part, at, begin), first, None) for left, at, begin, first in new]
         for left, there, begin, first, last in those:
             window = until_met(there, met)
@@ -276,9 +273,10 @@ class Companion:
         """
         copied = copied_from(met, self.met)
         self.met += int(met.any())
+        self.adrift = self.grew > MET and bool(met.any())
         if copied is None:
             return []
-        rows, taken, stretches = [], 0, stretches_from(met)
+        rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
         window = next(stretches)
         begin = part.elapsed + part.start(window.begin)
         moving, borders = starts(part, [window._replace(ball=ball) for ball in range(len(part.near))])
@@ -292,7 +290,10 @@ class Companion:
             last, taken = found.last, taken + found.steps
             rows.append(self._row(part, window, begin, found.steps / len(part.near), tolerance, found, None))
             self.drift.see(part, window, found, 0, 1.0)
-            off = max(rows[-1][PLACE["load"]] / (self.greatest_load or 1.0), rows[-1][PLACE["friction"]])
+            off = max(off_by(np.array(rows[-1]), self.greatest_load or 1.0), FLOOR)
+            first = min(first, off)
+            self.grew = max(self.grew, off / first)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None
         self.steps += taken
+        self.adrift = self.grew > MET and window is not None and bool(met[window.begin + 1 :].any())
         return rows

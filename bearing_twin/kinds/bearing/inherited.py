@@ -49,6 +49,13 @@ def light_share(part: Part, greatest: float) -> float:
     return float(felt.max(initial=0.0)) / coefficient
 
 
+def all_of_it(part_began: float, now: float, tolerance: float, greatest: float) -> np.ndarray:
+    """A row of WINDOW of a part of which nothing is known: loads off by the `greatest` [N], friction by twice mu N."""
+    row = np.zeros((1, len(WINDOW.columns)))
+    row[0, : PLACE["torque"]] = now, part_began, INHERITED, 0.0, tolerance, greatest, 2.0
+    return row
+
+
 def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, around: float, greatest: float):
     """Rows of WINDOW with that of what a part inherits, if it is more than was told before, and what is `known` then.
 

@@ -17,7 +17,7 @@ from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.companion import Companion
 from bearing_twin.kinds.bearing.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
-from bearing_twin.kinds.bearing.inherited import NOTHING, carried_on, ringing_time
+from bearing_twin.kinds.bearing.inherited import NOTHING, all_of_it, carried_on, ringing_time
 from bearing_twin.kinds.bearing.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
@@ -194,6 +194,9 @@ class WatchedMotion(BearingMotion):
             self._roughest, self._calm = min(self._roughest, SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
         rows, self._found = self._found, None
+        if rows is not None and self.companion.adrift:
+            what = begun, self.elapsed, self.tolerance, self.companion.greatest_load
+            self._rows.append(all_of_it(*what))
         if rows is not None and len(rows):
             self._rows.append(rows)
             carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)
