@@ -429,6 +429,15 @@ def test_a_cancel_in_the_middle_of_the_statistics_keeps_those_that_are_made(work
     assert note.startswith(f"cancelled: of {left} there are no modes, and statistics are those of the first 256 of 600")
 
 
+def test_a_system_without_shared_memory_is_told(monkeypatch):
+    def refused(*_):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("bearing_twin.uq.ensemble.ProcessPoolExecutor", refused)
+    with pytest.raises(StudyError, match="make /dev/shm writable"):
+        run(LOSSY)
+
+
 def test_a_study_keeps_realisations_as_they_come(monkeypatch, quick_workers):
     monkeypatch.setattr("bearing_twin.uq.ensemble.HANDED_OVER", 0.0)
     kept = []

@@ -278,3 +278,11 @@ def test_the_weight_of_the_balls_is_in_the_operating_point():
     simulation.advance(5)
     _, point = simulation.operating_point()
     assert point.loads[1] == pytest.approx(-400.0, rel=1e-9)
+
+
+def test_the_name_of_a_frame_is_anybodys():
+    """It stands on /diagnostics and in files of ROS, as long as it came."""
+    with pytest.raises(BearingTwinError, match="its frame is") as refused:
+        Commands().check_frame(wrench(frame="x\x1b[2J" * 10_000), "bearing_link")
+    assert len(str(refused.value)) < 200
+    assert "\x1b" not in str(refused.value)

@@ -79,3 +79,17 @@ def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
             executor.turn(node)
         assert executor.faults == 4
         executor.shutdown()
+
+
+def test_what_peers_send_in_floods_is_told_once_a_second(capfd):
+    """Every sentence goes into a file of ROS, too: a peer could fill the disk."""
+    with ros_executor() as others:
+
+        @running.guarded
+        def callback(node):
+            raise ValueError("nobody can read this")
+
+        node = plain_node(others)
+        for _ in range(5):
+            callback(node)
+    assert capfd.readouterr().err.count("nobody can read this") == 1

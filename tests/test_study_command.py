@@ -4,12 +4,13 @@ import errno
 import json
 import os
 import re
+import signal
 
 import matplotlib.image
 import numpy as np
 import pytest
 
-from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.study_log import StudyLog, read_study
@@ -270,3 +271,17 @@ def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, ca
     out, err = capsys.readouterr()
     assert json.loads(out)["samples"] == 500
     assert "No space left on device" in err
+
+
+def test_a_study_stopped_by_ctrl_c_draws_no_picture(capsys, tmp_path, monkeypatch):
+    """Drawing took seconds more."""
+
+    def interrupted(study, progress, cancelled, start, keep):
+        signal.raise_signal(signal.SIGINT)
+        return run_study(study, progress, cancelled, start, keep)
+
+    monkeypatch.setattr("bearing_twin.uq.run.run_study", interrupted)
+    picture = tmp_path / "x.png"
+    assert main(["study", *QUICK, "--plot", str(picture)]) == INTERRUPTED
+    assert f"{picture} is not drawn" in capsys.readouterr().err
+    assert not picture.exists()

@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
             raise
         problem = error
     written = {"log": str(log)} if log and not problem else {}
-    if picture:
+    if picture and not cancelled.is_set():  # which takes seconds
         from bearing_twin.uq.picture import plot_study
 
         written["plot"] = str(plot_study(result, picture))
@@ -79,7 +79,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if problem:
         raise problem
     if cancelled.is_set():
-        say(f"stopped by Ctrl-C with {summary['samples']} of {study.settings.samples} samples done")
+        undrawn = f"; {picture} is not drawn" if picture else ""
+        say(f"stopped by Ctrl-C with {summary['samples']} of {study.settings.samples} samples done{undrawn}")
         raise KeyboardInterrupt
     return Outcome(summary, list(result.doubts), lambda: show(summary))
 

@@ -4,6 +4,7 @@ import math
 from contextlib import contextmanager
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.spelling import echo
 
 
 class Commands:
@@ -40,7 +41,7 @@ class Commands:
         """Raises BearingTwinError unless a message with a header is in `frame`, or names no frame at all."""
         given = message.header.frame_id if hasattr(message, "header") else ""
         if given and given != f"{self._prefix}{frame}":
-            raise BearingTwinError(f"its frame is {given!r}, but it is taken in {self._prefix}{frame} alone")
+            raise BearingTwinError(f"its frame is {echo(given)}, but it is taken in {self._prefix}{frame} alone")
 
     def note_load(self, time_ns: int) -> None:
         """A load acts from the output after `time_ns` on."""

@@ -30,6 +30,7 @@ DISCOVERY_POLL = 0.02  # s
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
+TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
 
 
@@ -147,7 +148,8 @@ class Executor(MultiThreadedExecutor):
             self._in_a_row += 1
             if self._in_a_row > MOST_FAULTS or not self.context.ok():
                 raise
-            node.get_logger().error(f"a request or message was given up: {type(error).__name__}: {error}")
+            said = f"a request or message was given up: {type(error).__name__}: {error}"
+            node.get_logger().error(said, throttle_duration_sec=TALK)
 
 
 def guarded(callback: Callable) -> Callable:
@@ -159,9 +161,10 @@ def guarded(callback: Callable) -> Callable:
             return callback(node, *arguments)
         except Exception as error:
             if node.context.ok() and isinstance(error, BearingTwinError):
-                node.get_logger().warning(str(error))
+                node.get_logger().warning(str(error), throttle_duration_sec=TALK)
             elif node.context.ok():
-                node.get_logger().error(f"{callback.__name__}: {type(error).__name__}: {error}")
+                said = f"{callback.__name__}: {type(error).__name__}: {error}"
+                node.get_logger().error(said, throttle_duration_sec=TALK)
             response = arguments[-1] if arguments else None
             if hasattr(response, "success"):
                 response.success = False

@@ -129,7 +129,13 @@ class Ensemble:
                 self._pool = self._client.get_executor(pure=False)
             else:
                 context = multiprocessing.get_context("spawn")
-                self._pool = ProcessPoolExecutor(self._workers, context, _end_with_parent)
+                try:
+                    self._pool = ProcessPoolExecutor(self._workers, context, _end_with_parent)
+                except OSError as error:
+                    raise StudyError(
+                        f"worker processes cannot be started ({error.strerror}): the system lets none share memory or "
+                        "have files open; on Linux make /dev/shm writable"
+                    ) from error
         return self._pool
 
 
