@@ -115,6 +115,7 @@ def test_topics_are_read_timed_and_written(toy, told):
         "y": 0,
         "z": 0,
     }
+    assert told("topic", "echo", "/toy/wrench", "--once", "--field", "wrench.force.x") == "2.5\n---\n"
     shown = told("echo", "/toy/scene", "--once")
     assert "\\e[31m" in shown
     assert "\x1b" not in shown
