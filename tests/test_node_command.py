@@ -30,6 +30,8 @@ def test_the_words_of_a_node_are_those_of_ros2_run():
     assert words_of("sim_node", []) == head
     assert words_of("sim_node", ["-p", "scene:=bearing_6205"]) == [*head, "--ros-args", "-p", "scene:=bearing_6205"]
     assert words_of("sim_node", ["--ros-args", "-p", "a:=1"]) == [*head, "--ros-args", "-p", "a:=1"]
+    mixed = ["-p", "a:=1", "--ros-args", "-r", "__ns:=/a"]
+    assert words_of("sim_node", mixed) == [*head, "--ros-args", *mixed]
     assert words_of("sim_node", ["--help"]) == [*head, "--help"]
     with pytest.raises(BearingTwinError, match="did you mean sim_node"):
         words_of("sim_nod", [])
@@ -113,6 +115,7 @@ def test_topics_are_read_timed_and_written(toy, told):
         "y": 0,
         "z": 0,
     }
+    assert told("topic", "echo", "/toy/wrench", "--once", "--field", "wrench.force.x") == "2.5\n---\n"
     shown = told("echo", "/toy/scene", "--once")
     assert "\\e[31m" in shown
     assert "\x1b" not in shown

@@ -98,6 +98,11 @@ def test_a_parameter_that_nothing_is_assigned_to_is_named_as_it_was_meant(word, 
     one_sentence(here("sim_node", "--ros-args", "-p", word), f"-p '{word}' sets nothing; write -p {meant}")
 
 
+def test_a_parameter_that_ros_would_pass_over_is_refused(here):
+    result = here("sim_node", "-p", "scene:=6308", "--ros-args", "-r", "__ns:=/a")
+    one_sentence(result, "-p scene:=6308 stands before --ros-args", "write --ros-args -p scene:=6308")
+
+
 def test_a_parameter_without_its_option_is_named(here):
     one_sentence(here("sim_node", "--ros-args", "scene:=bearing_6203", "x:="), "x:=", "write -p NAME:=VALUE")
 

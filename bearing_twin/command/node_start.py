@@ -16,7 +16,7 @@ def words_of(node: str, words: Sequence[str]) -> list[str]:
     if node not in NODES:
         raise BearingTwinError(f"{echo(node)} is no node of this package; {unknown(node, NODES)}")
     rest = list(words)
-    if rest and MARK not in rest and not {"-h", "--help"} & set(rest):
+    if rest and rest[0] != MARK and not {"-h", "--help"} & set(rest):
         rest.insert(0, MARK)
     return ["-m", "bearing_twin.nodes.entry", node, *rest]
 

@@ -59,7 +59,8 @@ def _shown(data) -> str:
     """A message as YAML; what could steer a terminal is escaped."""
     import yaml
 
-    return yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=100, allow_unicode=False)
+    text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=100, allow_unicode=False)
+    return text.removesuffix("...\n")  # the end of a document that is one word or number
 
 
 # Lists

@@ -29,6 +29,7 @@ ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next he
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
+MARK = "--ros-args"
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
 TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
@@ -200,7 +201,11 @@ def wait_for_subscribers(publishers: Iterable[Publisher], seconds: float) -> Non
 def refuse_no_assignment(words: Sequence[str]) -> None:
     """Raises BearingTwinError for a `-p` that assigns nothing, and names what was meant: ROS answers with its lexer."""
     for option, word in itertools.pairwise(words):
-        if option in ("-p", "--param") and ":=" not in word:
+        if option not in ("-p", "--param"):
+            continue
+        if MARK not in words[: words.index(option)]:
+            raise BearingTwinError(f"-p {word} stands before {MARK} and would set nothing; write {MARK} -p {word}")
+        if ":=" not in word:
             name, _, value = word.replace(":", "=").partition("=")
             raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
 
