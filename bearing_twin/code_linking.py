@@ -9,6 +9,7 @@ with many arguments more code than their own. It is made only for what Python ca
 """
 
 import importlib
+import itertools
 import threading
 from typing import NamedTuple
 
@@ -139,7 +140,8 @@ def has_way_in(form) -> bool:
 def is_called_by_name(form) -> bool:
     """Whether callers of a form just compiled call it by its name: all but small ones."""
     function = form.library.get_function(form.fndesc.llvm_func_name)
-    return sum(1 for block in function.blocks for _ in block.instructions) > SMALL
+    instructions = (1 for block in function.blocks for _ in block.instructions)
+    return sum(itertools.islice(instructions, SMALL + 1)) > SMALL  # to count on takes a call of LLVM for each
 
 
 def needs_of(library) -> list:
