@@ -319,6 +319,10 @@ def test_a_load_is_commanded():
     simulation = Simulation(load_scene(RIG))
     with pytest.raises(BearingTwinError, match=r"acts on a coordinate that rings\.inner\.free = auto holds"):
         simulation.set_load((0.0, -900.0, 0.0), (1.0, 0.0, 0.0))
+    simulation.set_load((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # the weight of 0.5 kg is left
+    weightless = Simulation(load_scene(RIG, ("gravity=[0,0,0]",)))
+    with pytest.raises(BearingTwinError, match="no ball touches both rings"):
+        weightless.set_load((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def test_an_unbalance_goes_round_with_the_shaft():

@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.border import Partners, outside_load
 from bearing_twin.kinds.bearing.integrate import Chunk
-from bearing_twin.kinds.bearing.layout import CAGE, SHAFT_SPEED, TILT_X
+from bearing_twin.kinds.bearing.layout import CAGE, SHAFT_SPEED
 from bearing_twin.kinds.bearing.quasi_static.operating import check_load
 
 OVERLOAD, TOO_FAST = "overload", "too fast"  # reasons of such errors
@@ -14,7 +14,7 @@ OVERLOAD, TOO_FAST = "overload", "too fast"  # reasons of such errors
 def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin: float) -> IntegrationError:
     """`error` of a chunk that began at `begin` [s], or one that names the load on a ring with mass, time and limit.
 
-    The load counts with the ring's weight and its unbalance, at the beginning of the chunk, else at the error.
+    The load counts with the ring's unbalance, at the beginning of the chunk, else at the error.
     """
     if not len(chunk.partners.ring) or not error.seconds >= begin:
         return error
@@ -29,10 +29,7 @@ def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin
 
 def _load(chunk: Chunk, into: float) -> list[float]:
     """What acts on the free coordinates of the ring [N, N m] (5,) `into` [s] the chunk."""
-    partners = chunk.partners
-    weights = (partners.free * partners.weight)[:CAGE].tolist()
-    weights[TILT_X:CAGE] = 0.0, 0.0  # there a cage whose centre moves has its weight
-    return [outside_load(partners, chunk.drive, into, i) + weight for i, weight in enumerate(weights)]
+    return [outside_load(chunk.partners, chunk.drive, into, i) for i in range(CAGE)]
 
 
 def check_speed(parameters, partners: Partners, times, borders) -> None:

@@ -15,7 +15,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     support_of,
     weights_of,
 )
-from bearing_twin.kinds.bearing.rings import PRESCRIBED, dimension_of, idle_loads
+from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, dimension_of, idle_loads
 from bearing_twin.kinds.contract import OperatingPoint
 
 PLACES = 3  # of the balls on their way round, from one on the load line to two beside it
@@ -36,8 +36,8 @@ def commanded_loads(force, moment) -> tuple[float, ...]:
 def check_load(parameters, law: str, speed: float, force, moment) -> None:
     """Raises BearingTwinError for a load [N], [N m] on the inner ring that nothing follows or no ball carries.
 
-    It is tried in balance with the ring at `speed` [rad/s] and the balls at PLACES of their way from one to the next.
-    None for force and moment: the scene's own load.
+    It is tried in balance, with the weight of a ring with mass, at `speed` [rad/s] and with the balls at PLACES of
+    their way from one to the next. None for force and moment: the scene's own load.
     """
     if dimension_of(parameters) == PRESCRIBED:
         if force is None:
@@ -51,11 +51,18 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
         support = support._replace(loads=commanded_loads(force, moment))
         for problem in idle_loads(parameters, support.loads[:3], support.loads[3:], "force", "torque"):
             raise BearingTwinError(problem)
+    support = support._replace(loads=_with_weight(parameters, support))
     setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
     for place in range(PLACES):
         first = load_line(support) + math.pi / balls * place / (PLACES - 1)
         azimuths = azimuths_of(balls, first)
         Solver(setting, azimuths, weights_of(parameters, setting, azimuths)).solve(support)
+
+
+def _with_weight(parameters, support: Support) -> tuple[float, ...]:
+    mass = parameters.rings.inner.mass if dimension_of(parameters) == FREE_RING else 0.0
+    weight = (*(mass * one for one in parameters.gravity), 0.0, 0.0)
+    return tuple(load + free * one for load, free, one in zip(support.loads, support.free, weight, strict=True))
 
 
 def check_drive(parameters, law: str, key: str, value: float, load: tuple) -> None:
