@@ -109,7 +109,7 @@ def invert_tile(numbers, first):
 
 
 @inlined
-def _column(numbers, first):
+def six(numbers, first):
     """Six numbers from `first` on."""
     return (
         numbers[first],
@@ -138,7 +138,7 @@ def _mixed(tile, r, x):
 def _multiply(left, right):
     """The tile `right` becomes left right."""
     for c in range(SIDE):
-        x = _column(right, c * SIDE)
+        x = six(right, c * SIDE)
         for r in range(SIDE):
             right[c * SIDE + r] = _mixed(left, r, x)
 
@@ -147,7 +147,7 @@ def _multiply(left, right):
 def _subtract(target, left, right):
     """target -= left right, for tiles."""
     for c in range(SIDE):
-        x = _column(right, c * SIDE)
+        x = six(right, c * SIDE)
         for r in range(SIDE):
             target[c * SIDE + r] -= _mixed(left, r, x)
 
@@ -155,7 +155,7 @@ def _subtract(target, left, right):
 @inlined
 def _multiply_vector(tile, vector):
     """The vector becomes tile times it."""
-    x = _column(vector, 0)
+    x = six(vector, 0)
     for r in range(SIDE):
         vector[r] = _mixed(tile, r, x)
 
@@ -163,7 +163,7 @@ def _multiply_vector(tile, vector):
 @inlined
 def _subtract_vector(target, tile, vector):
     """target -= tile times vector."""
-    x = _column(vector, 0)
+    x = six(vector, 0)
     for r in range(SIDE):
         target[r] -= _mixed(tile, r, x)
 

@@ -8,7 +8,7 @@ because each pass over the lanes costs more than what is reckoned in it.
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import CAGE_SPEED
-from bearing_twin.kinds.bearing.border_solve import ball_solved, mixed, share, six, solve_corner
+from bearing_twin.kinds.bearing.border_solve import ball_solved, mixed, share, solve_corner
 from bearing_twin.kinds.bearing.border_system import (
     by_places,
     follow_even,
@@ -40,6 +40,7 @@ from bearing_twin.kinds.bearing.layout import (
     sum_of,
 )
 from bearing_twin.numerics.block_solve import times
+from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add, minus
 

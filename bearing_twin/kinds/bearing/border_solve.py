@@ -184,19 +184,6 @@ def factorise_border(g, border, blocks):
 
 
 @inlined
-def six(numbers, first):
-    """Six numbers from `first` on."""
-    return (
-        numbers[first],
-        numbers[first + 1],
-        numbers[first + 2],
-        numbers[first + 3],
-        numbers[first + 4],
-        numbers[first + 5],
-    )
-
-
-@inlined
 def of_cage(numbers):
     """The cage's of six numbers."""
     return numbers[5]  # written out: CAGE is one of NumPy's integers, which Numba looks up among plain ones
@@ -217,7 +204,7 @@ def mixed(ring, lanes, row, apart, k, weights):
 def solve_corner(border):
     """The border's velocities, once the balls have been eliminated from what they follow from."""
     ring, numbers, speeds = border.ring, border.numbers, at.SOLUTION + PLACES
-    right = six(numbers, speeds)
+    right = chain_solve.six(numbers, speeds)
     if len(ring) > 0:
         for i in range(PLACES):
             tile = at.CORNER + i

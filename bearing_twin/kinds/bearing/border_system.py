@@ -8,7 +8,7 @@ of one statement a row, so that they become vector instructions.
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
 from bearing_twin.kinds.bearing.border import CAGE_SPEED, border_load, leave_out_spares
-from bearing_twin.kinds.bearing.border_solve import mixed, of_cage, six
+from bearing_twin.kinds.bearing.border_solve import mixed, of_cage
 from bearing_twin.kinds.bearing.cage import pocket_answers
 from bearing_twin.kinds.bearing.land import follow_land, land_answers
 from bearing_twin.kinds.bearing.layout import (
@@ -47,6 +47,7 @@ from bearing_twin.kinds.bearing.layout import (
     sum_of,
 )
 from bearing_twin.kinds.bearing.moving_cage_answers import moving_pocket_answers
+from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 

@@ -200,6 +200,19 @@ def _room_near(spot, bearing, lanes):
     return room
 
 
+@kernel
+def _put_changes(coefficient, bearing, lanes, row, step, room):
+    """Writes over the answers of both spots how they change with the number in `row`, by a `step` of it."""
+    for k in range(LANES):
+        put(room, row, k, get(lanes, row, k) + step)
+    answers_near(coefficient, bearing, room)
+    for k in range(LANES):
+        inverse = 1.0 / (get(room, row, k) - get(lanes, row, k))
+        put(room, row, k, get(lanes, row, k))
+        for answer in range(ANSWERS):
+            put(room, ANSWER + answer, k, inverse * (get(room, ANSWER + answer, k) - get(room, BASE + answer, k)))
+
+
 @owning_kernel
 def add_spot_slopes(spot, bearing, lanes):
     """Adds to each lane's Jacobian of a bearing without friction what that over its spots does, where there is any.
@@ -210,15 +223,10 @@ def add_spot_slopes(spot, bearing, lanes):
     if len(spot) > 0:
         room, steps = _room_near(spot, bearing, lanes), nudges(bearing)
         for column in range(MOTION):
+            _put_changes(spot[0], bearing, lanes, column, steps[column], room)
             for k in range(LANES):
-                put(room, column, k, get(lanes, column, k) + steps[column])
-            answers_near(spot[0], bearing, room)
-            for k in range(LANES):
-                inverse = 1.0 / (get(room, column, k) - get(lanes, column, k))
-                put(room, column, k, get(lanes, column, k))
                 for answer in range(len(ANSWERED)):
-                    change = get(room, ANSWER + answer, k) - get(room, BASE + answer, k)
-                    increase(lanes, entry(ANSWERED[answer], column), k, change * inverse)
+                    increase(lanes, entry(ANSWERED[answer], column), k, get(room, ANSWER + answer, k))
                 sign = math.copysign(1.0, get(room, BASE + 6, k) + get(room, BASE + 8, k))
                 put(lanes, entry(GROSS_WORK, column), k, sign * get(lanes, entry(DRIVE_WORK, column), k))
 
@@ -230,30 +238,15 @@ def add_spot_turning(spot, bearing, lanes):
     After `shaft_gradient.put_shaft_answers`; nothing where the bearing's `spot` is empty.
     """
     if len(spot) > 0:
-        room, steps = _room_near(spot, bearing, lanes), nudges(bearing)
+        room, steps, shift = _room_near(spot, bearing, lanes), nudges(bearing), BALL_BY_SHAFT - VELOCITY
         for column in range(MOTION):
+            _put_changes(spot[0], bearing, lanes, column, steps[column], room)
             for k in range(LANES):
-                put(room, column, k, get(lanes, column, k) + steps[column])
-            answers_near(spot[0], bearing, room)
-            for k in range(LANES):
-                inverse = 1.0 / (get(room, column, k) - get(lanes, column, k))
-                put(room, column, k, get(lanes, column, k))
-                increase(
-                    lanes, SHAFT_BY_BALL + column, k, -inverse * (get(room, ANSWER + 9, k) - get(room, BASE + 9, k))
-                )
+                increase(lanes, SHAFT_BY_BALL + column, k, -get(room, ANSWER + 9, k))
+        _put_changes(spot[0], bearing, lanes, RING_SPEED, steps[MOTION - 1], room)
         for k in range(LANES):
-            put(room, RING_SPEED, k, get(lanes, RING_SPEED, k) + steps[MOTION - 1])
-        answers_near(spot[0], bearing, room)
-        for k in range(LANES):
-            inverse = 1.0 / (get(room, RING_SPEED, k) - get(lanes, RING_SPEED, k))
             for answer in range(len(ANSWERED)):
-                change = get(room, ANSWER + answer, k) - get(room, BASE + answer, k)
-                increase(lanes, BALL_BY_SHAFT + ANSWERED[answer] - VELOCITY, k, change * inverse)
-            increase(lanes, SHAFT_OWN, k, -inverse * (get(room, ANSWER + 9, k) - get(room, BASE + 9, k)))
+                increase(lanes, shift + ANSWERED[answer], k, get(room, ANSWER + answer, k))
+            increase(lanes, SHAFT_OWN, k, -get(room, ANSWER + 9, k))
             sign = math.copysign(1.0, get(room, BASE + 6, k) + get(room, BASE + 8, k))
-            put(
-                lanes,
-                BALL_BY_SHAFT + GROSS_WORK - VELOCITY,
-                k,
-                sign * get(lanes, BALL_BY_SHAFT + DRIVE_WORK - VELOCITY, k),
-            )
+            put(lanes, shift + GROSS_WORK, k, sign * get(lanes, shift + DRIVE_WORK, k))

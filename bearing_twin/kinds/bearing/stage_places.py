@@ -2,7 +2,7 @@
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.border_solve import of_cage, six
+from bearing_twin.kinds.bearing.border_solve import of_cage
 from bearing_twin.kinds.bearing.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
@@ -32,6 +32,7 @@ from bearing_twin.kinds.bearing.layout import (
     put_six,
     put_vector,
 )
+from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add
 from bearing_twin.numerics.steppers import five
