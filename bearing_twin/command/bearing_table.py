@@ -16,7 +16,7 @@ PARTS = {"initial": "as made", "shaft_fit": "fit on shaft", "housing_fit": "fit 
 def show_equilibrium(result: dict) -> None:
     """Prints one equilibrium."""
     speed = result["speed_rad_s"] * 30.0 / math.pi
-    show_text(f"{result['scene']}   law {result['law']}   {speed:.5g} rpm   arm {result['arm']}")
+    show_text(f"{result['scene']}   law {result['law']}   {speed:.5g} rpm   arm of tilts {result['arm']}")
     if "catalogue" in result:
         show_text(catalogue_table.summary(result["catalogue"]))
     show_text()
@@ -98,7 +98,7 @@ def _life(turns, result):
 
 def show_sweep(result: dict) -> None:
     """Prints the curves of a sweep, one line a value."""
-    show_text(f"{result['scene']}   law {result['law']}   arm {result['arm']}   over {result['sweep']}\n")
+    show_text(f"{result['scene']}   law {result['law']}   arm of tilts {result['arm']}   over {result['sweep']}\n")
     head = result["axis"]["label"].rpartition("[")[2].rstrip("]")
     show_text(f"{head:>10}{'displacement [µm]':>24}{'stiffness [N/µm]':>24}{'ball':>8}{'life':>10}")
     show_text(f"{'':>10}{'x':>8}{'y':>8}{'z':>8}{'x':>8}{'y':>8}{'z':>8}{'[N]':>8}{'[1e6]':>10}")
