@@ -120,7 +120,8 @@ def _read(name: str) -> list[dict[str, str]]:
 def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
     """(motion, stepper): its rungs from loose to tight, of adaptive steppers that the bearing's own loops run.
 
-    One that lands is the same method with other ends of steps: what it errs less at a setting is luck, and not read.
+    One that lands is the same method with other ends of steps: what it errs less at a setting is luck, and not read
+    (docs/models.md).
     """
     found: dict[tuple[str, str], list[Rung]] = {}
     for row in _read("steppers.csv"):
