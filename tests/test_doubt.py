@@ -6,9 +6,9 @@ import re
 import pytest
 
 from bearing_twin.command.terminal import show_result
-from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Errors, Promise
+from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Dearest, Errors, Promise
 from bearing_twin.report import plain_json
-from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, exceeds, judged
+from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
 
@@ -83,3 +83,16 @@ def test_an_error_without_bound_is_shown_as_such(capsys):
     show_result(plain_json(FIGURES | judged(Errors(parts, (promise(math.inf),)), FIGURES, "done").keys))
     lines = capsys.readouterr().out.splitlines()
     assert sum(re.search(r"± inf N( mm)? \(doubtful\)", line) is not None for line in lines) == 2
+
+
+def test_a_companion_that_takes_much_says_what_took_it():
+    long, short = Dearest(300, "ball 6, 0 s to 0.01 s", 8, 60), Dearest(100, "ball 1, 0 s to 0.01 s", 8, 60)
+    assert companion_cost({"ball_steps": 8000, "companion_ball_steps": 800}, long) == {"companion_share": 0.1}
+    told = companion_cost({"ball_steps": 8000, "companion_ball_steps": 4000}, long)["companion_reason"]
+    assert told.startswith("the companion took 50 %")
+    assert "ball 6, 0 s to 0.01 s, took 300 of its 4000" in told
+    assert (
+        "is short, 50 steps of a ball"
+        in companion_cost({"ball_steps": 400, "companion_ball_steps": 200}, short)["companion_reason"]
+    )
+    assert companion_cost({"steps": 10}, None) == {}
