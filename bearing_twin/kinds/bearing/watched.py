@@ -26,7 +26,18 @@ from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.snapshots import MOVING
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, bumps, followed, is_watched, off_by, unseen
+from bearing_twin.kinds.bearing.windows import (
+    ALL,
+    APART,
+    INHERITED,
+    PLACE,
+    WINDOW,
+    bumps,
+    followed,
+    is_watched,
+    off_by,
+    unseen,
+)
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.report import Choice
 
@@ -236,7 +247,7 @@ class WatchedMotion(BearingMotion):
         if rows is None or self.tolerance <= VERIFIABLE:
             return 0.0
         if bumps(self.parameters):
-            rows = rows[~followed(rows, self._part_begun)]
+            rows = rows[~followed(rows, self._part_begun) & (rows[:, PLACE["ball"]] != INHERITED)]
         return self._off(rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)])
 
     def _off(self, rows: np.ndarray) -> float:
