@@ -16,9 +16,9 @@ import numpy as np
 from numba import njit
 
 from bearing_twin import load_scene, simulate, write_log
-from bearing_twin.kinds.bearing.equations import raceway_rates
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
-from bearing_twin.kinds.bearing.rates import put_ring_speed
+from bearing_twin.kinds.bearing.forces.equations import raceway_rates
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
+from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
 
 NOMINAL = 10.5  # ns a contact
 REPEATS = 5

@@ -10,10 +10,10 @@ import numpy as np
 from made_up_run import a_choice
 
 from bearing_twin.contact.friction import friction_of
-from bearing_twin.kinds.bearing.equations import ball_position, single_contact
-from bearing_twin.kinds.bearing.layout import ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
+from bearing_twin.kinds.bearing.forces.layout import ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.spot import spot_answer, spot_of
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.spot import spot_answer, spot_of
 from bearing_twin.numerics.rotation import about_z, add
 from bearing_twin.run.scene import load_scene
 

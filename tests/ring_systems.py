@@ -3,11 +3,10 @@
 import numpy as np
 from bearings import motion
 
-from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.border import border_rates, follow_cage, put_pockets
-from bearing_twin.kinds.bearing.equations import RingDrive
-from bearing_twin.kinds.bearing.jacobian import ring_jacobian
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.forces.equations import RingDrive
+from bearing_twin.kinds.bearing.forces.jacobian import ring_jacobian
+from bearing_twin.kinds.bearing.forces.layout import (
     ANSWERING,
     AXIS_DISTANCE,
     BALL_BY_BORDER,
@@ -30,10 +29,11 @@ from bearing_twin.kinds.bearing.layout import (
     new_blocks,
     put,
 )
-from bearing_twin.kinds.bearing.linear_system import couple_jacobians, new_coupling
-from bearing_twin.kinds.bearing.pairs import add_pairs
-from bearing_twin.kinds.bearing.rates import lane_rates
-from bearing_twin.kinds.bearing.shaft import turning
+from bearing_twin.kinds.bearing.forces.pairs import add_pairs
+from bearing_twin.kinds.bearing.forces.rates import lane_rates
+from bearing_twin.kinds.bearing.stepping.border import border_rates, follow_cage, put_pockets
+from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, new_coupling
+from bearing_twin.kinds.bearing.stepping.shaft import turning
 
 AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
 FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")

@@ -50,6 +50,9 @@ ROOMS = (
     "command",
     "__main__",
 )
+# Rooms inside the kind of bearings: what pushes a ball, how all are stepped, what goes beside a run. The first two
+# import no other part of the kind, the last comes before motion and doubt, which import it.
+BEARING = ("forces", "stepping", "companion")
 APART = {
     ("nodes", "command"),
     ("command", "nodes"),
@@ -83,10 +86,10 @@ REQUIRED = (
     *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
 )
 
-ACCESSORS, GREATEST_PRODUCTS = "kinds/bearing/layout.py", 20
+ACCESSORS, GREATEST_PRODUCTS = "kinds/bearing/forces/layout.py", 20
 GREATEST_FILE, GREATEST_FUNCTION = 300, 60
 LONG_FILES = {  # path below bearing_twin/: why it is longer
-    "kinds/bearing/equations.py": "reads top to bottom like the paper's section",
+    "kinds/bearing/forces/equations.py": "reads top to bottom like the paper's section",
     "log/mcap_read.py": "every length of a hostile file is checked beside its use",
     "log/mcap_write.py": "one file format, all or nothing at every append",
 }
@@ -95,7 +98,7 @@ LONG_FUNCTIONS = {}  # (path, function): why it is longer
 ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what for
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
-    "kinds/bearing/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),
+    "kinds/bearing/forces/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),
     "kinds/bearing/quasi_static/statics.py": ("ARMS", "the words of --arm, which the command cannot import so early"),
     "run/doubt.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
@@ -145,6 +148,22 @@ def test_imports_point_one_way():
             if not allowed or ((here, room) in APART and not reaches):
                 wrong.append(f"{path.relative_to(ROOT)}:{line} imports {room}")
     assert wrong == []
+
+
+def test_the_rooms_of_the_bearing_import_one_way():
+    home, wrong = PACKAGE / "kinds" / "bearing", []
+    for path in package_trees():
+        here = path.relative_to(home).parts[0] if path.is_relative_to(home) else ""
+        if here not in BEARING:
+            continue
+        for line, name in imported(nodes_of(path), path):
+            inside = name.removeprefix("bearing_twin.kinds.bearing.")
+            room = inside.split(".")[0]
+            before = BEARING[: BEARING.index(here) + 1]
+            if inside != name and room not in before and (room in BEARING or here != "companion"):
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {inside}")
+    assert wrong == []
+    assert {room for room in BEARING if (home / room / "__init__.py").is_file()} == set(BEARING)
 
 
 def test_a_room_does_not_import_itself_in_a_circle():

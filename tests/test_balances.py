@@ -10,7 +10,7 @@ from scipy.integrate import simpson
 
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
-from bearing_twin.kinds.bearing.layout import VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import VELOCITY
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene

@@ -8,12 +8,12 @@ from bearings import TURNED_REST, flat, motion, run, stored_energy, without_comp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from bearing_twin.kinds.bearing.equations import ball_position, ball_vector, meeting, pair_contact
-from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.equations import ball_position, ball_vector, meeting, pair_contact
+from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.loads import wrenches
 from bearing_twin.kinds.bearing.outputs import channels, contact_details
-from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.reference.rolling import rolling_rates
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate

@@ -13,13 +13,22 @@ from bearing_twin.contact.friction import friction_number, friction_of
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import watched as bearing_watched
+from bearing_twin.kinds.bearing.companion.growth import MOST, Growth
+from bearing_twin.kinds.bearing.companion.pointers import one_for_all
+from bearing_twin.kinds.bearing.companion.windows import (
+    ALL,
+    LEAST_STEPS,
+    PLACE,
+    WINDOW,
+    Window,
+    overlap,
+    window_at,
+    within,
+)
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
-from bearing_twin.kinds.bearing.growth import MOST, Growth
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
-from bearing_twin.kinds.bearing.pointers import one_for_all
 from bearing_twin.kinds.bearing.watched import WatchedMotion
-from bearing_twin.kinds.bearing.windows import ALL, LEAST_STEPS, PLACE, WINDOW, Window, overlap, window_at, within
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate

@@ -7,21 +7,21 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.kinds.bearing.departures import bouncing
-from bearing_twin.kinds.bearing.equations import approaches
-from bearing_twin.kinds.bearing.growth import Growth
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.companion.departures import bouncing
+from bearing_twin.kinds.bearing.companion.growth import Growth
+from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
+from bearing_twin.kinds.bearing.forces.equations import approaches
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     ORBIT_ANGLE,
     RADIAL_VELOCITY,
     TANGENTIAL_VELOCITY,
 )
-from bearing_twin.kinds.bearing.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
-from bearing_twin.kinds.bearing.steps import STEPS
-from bearing_twin.kinds.bearing.windows import ALL, APART, PLACE, WINDOW, Window
+from bearing_twin.kinds.bearing.stepping.steps import STEPS
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 

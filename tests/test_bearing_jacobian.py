@@ -6,9 +6,9 @@ from bearings import asking, motion
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.bearing.equations import RingDrive
-from bearing_twin.kinds.bearing.jacobian import lane_jacobian
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.equations import RingDrive
+from bearing_twin.kinds.bearing.forces.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.forces.layout import (
     AHEAD_BY_OWN,
     AXIS_DISTANCE,
     BORDER,
@@ -32,10 +32,10 @@ from bearing_twin.kinds.bearing.layout import (
     new_blocks,
     put,
 )
-from bearing_twin.kinds.bearing.linear_system import factorise_together, new_coupling, solve_together
-from bearing_twin.kinds.bearing.pairs import add_answers, add_pairs
+from bearing_twin.kinds.bearing.forces.pairs import add_answers, add_pairs
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates, lane_rates
 from bearing_twin.kinds.bearing.parameters import GIVES
-from bearing_twin.kinds.bearing.rates import bearing_rates, lane_rates
+from bearing_twin.kinds.bearing.stepping.linear_system import factorise_together, new_coupling, solve_together
 from bearing_twin.numerics import chain_solve
 from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
 

@@ -10,9 +10,9 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.layout import MOTION, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import MOTION, VELOCITY
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.parameters import GIVES
-from bearing_twin.kinds.bearing.rates import bearing_rates
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

@@ -6,7 +6,7 @@ from bearings import motion
 
 from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, VELOCITY
 from bearing_twin.run.scene import load_scene, parse_scene
 
 ALONE = (

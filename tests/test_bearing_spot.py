@@ -31,13 +31,13 @@ from bearing_twin.contact.ellipse import (
     hertz_coefficient,
     semi_axes,
 )
-from bearing_twin.kinds.bearing import spot as bearing_spot
-from bearing_twin.kinds.bearing.equations import ball_position, single_contact
-from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces import spot as bearing_spot
+from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
+from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates
+from bearing_twin.kinds.bearing.forces.spot import add_spots, over_spots
+from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, answers_near, sum_slopes
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.spot import add_spots, over_spots
-from bearing_twin.kinds.bearing.spot_jacobian import ROOM_ROWS, answers_near, sum_slopes
 from bearing_twin.numerics.rotation import add
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.reference.fit_hertz import fit

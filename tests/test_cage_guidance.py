@@ -9,9 +9,8 @@ from ring_systems import CASES, disturbed
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.border_system import border_jacobian
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     CAGE,
@@ -25,6 +24,7 @@ from bearing_twin.kinds.bearing.layout import (
     TANGENTIAL_VELOCITY,
 )
 from bearing_twin.kinds.bearing.rings import land_radius
+from bearing_twin.kinds.bearing.stepping.border_system import border_jacobian
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream

@@ -5,7 +5,7 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.kinds.bearing.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
 
 RIG = "bearing_6203_rig_1000N"
 

@@ -9,8 +9,8 @@ from bearings import motion, stored_energy
 from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing.cage import bump
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.forces.cage import bump
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
 from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.log import cdr

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from bearings import motion
 
-from bearing_twin.kinds.bearing.layout import VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import VELOCITY
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 
 SPAN = 4.8e-5

@@ -7,9 +7,9 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.border import new_border
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.companion.windows import PLACE
+from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDERED_ROWS,
     CAGE_Y,
@@ -27,10 +27,10 @@ from bearing_twin.kinds.bearing.layout import (
     new_blocks,
     put,
 )
-from bearing_twin.kinds.bearing.step_ends import LEAST_FELT, weigh_light
-from bearing_twin.kinds.bearing.steps import REJECTIONS, STEPS
+from bearing_twin.kinds.bearing.stepping.border import new_border
+from bearing_twin.kinds.bearing.stepping.step_ends import LEAST_FELT, weigh_light
+from bearing_twin.kinds.bearing.stepping.steps import REJECTIONS, STEPS
 from bearing_twin.kinds.bearing.watched import BEYOND, WatchedMotion
-from bearing_twin.kinds.bearing.windows import PLACE
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

@@ -5,9 +5,9 @@ import pytest
 from bearings import motion
 from ring_systems import AXIAL_PRELOAD, BALL, CASES, FREE, System, disturbed
 
-from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.equations import RingDrive
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.forces.equations import RingDrive
+from bearing_twin.kinds.bearing.forces.layout import (
     BORDER,
     CAGE,
     COLUMNS,
@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.layout import (
     from_blocks,
     into_blocks,
 )
-from bearing_twin.kinds.bearing.linear_system import couple_jacobians, factorise_together, solve_together
+from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, factorise_together, solve_together
 
 
 @pytest.mark.parametrize("name", CASES)

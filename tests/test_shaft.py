@@ -6,9 +6,9 @@ from bearings import motion, stored_energy
 from scipy.integrate import solve_ivp
 
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing.equations import RingDrive, single_contact
-from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.equations import RingDrive, single_contact
+from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     HEIGHT,
     MOTION,
@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
 )
-from bearing_twin.kinds.bearing.rates import bearing_rates
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.numerics.rotation import about_z
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from ring_systems import BALL, CASES, SHAFT, disturbed
 
-from bearing_twin.kinds.bearing import border_rows as at
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.forces.layout import (
     BORDER,
     COLUMNS,
     GAIN,
@@ -25,8 +25,8 @@ from bearing_twin.kinds.bearing.layout import (
     from_blocks,
     into_blocks,
 )
-from bearing_twin.kinds.bearing.linear_system import couple_jacobians, factorise_together
-from bearing_twin.kinds.bearing.shaft import factorise_shaft, solve_with_shaft
+from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, factorise_together
+from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, solve_with_shaft
 
 TORQUE = ("drive.kind=torque", "drive.torque=0.02", "drive.inertia=1.0e-6", "drive.damping=1.0e-4")
 SPOT = ("contact.friction=spot", "contact.friction_regularisation=1.0e-3")

@@ -5,8 +5,8 @@ import pytest
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import motion
-from bearing_twin.kinds.bearing.equations import single_contact, static_force
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.forces.equations import single_contact, static_force
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.numerics.least_squares import least_squares
 from bearing_twin.numerics.rotation import about_z

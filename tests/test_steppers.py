@@ -12,10 +12,10 @@ from scipy.linalg import lu_factor, lu_solve
 from bearing_twin.charts.work_precision import LADDERS
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.equations import raceway_rates
-from bearing_twin.kinds.bearing.layout import LANE_ROWS, LANES
+from bearing_twin.kinds.bearing.forces.equations import raceway_rates
+from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, LANES
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.step_limits import stability_limits
+from bearing_twin.kinds.bearing.stepping.step_limits import stability_limits
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
     ROSENBROCK,

@@ -9,7 +9,7 @@ from by_rosbags import serialise
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, HEIGHT, MOTION, ORBIT_ANGLE, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, MOTION, ORBIT_ANGLE, VELOCITY
 from bearing_twin.kinds.bearing.loads import contacts, origins, wrenches
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
 from bearing_twin.kinds.contract import Output

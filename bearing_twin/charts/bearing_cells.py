@@ -16,15 +16,15 @@ from bearing_twin.charts.contest import judged
 from bearing_twin.charts.table import REFUSED, Row
 from bearing_twin.charts.timing import LONG_ENOUGH, timed
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.deviations import LEAST_LOAD
-from bearing_twin.kinds.bearing.explicit import explicit_chunk
-from bearing_twin.kinds.bearing.integrate import REFERENCE_SHARE, SCIPY
-from bearing_twin.kinds.bearing.layout import BORDER
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD
+from bearing_twin.kinds.bearing.forces.layout import BORDER
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import empty_outputs, write_outputs
-from bearing_twin.kinds.bearing.rates import bearing_rates
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.steps import RATES, Results
+from bearing_twin.kinds.bearing.stepping.explicit import explicit_chunk
+from bearing_twin.kinds.bearing.stepping.integrate import REFERENCE_SHARE, SCIPY
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.stepping.steps import RATES, Results
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import RungeKutta
 from bearing_twin.report import Choice

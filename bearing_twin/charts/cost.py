@@ -16,10 +16,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.equations import raceway_rates
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
+from bearing_twin.kinds.bearing.forces.equations import raceway_rates
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
+from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.rates import put_ring_speed
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, stamp

@@ -18,7 +18,7 @@ from bearing_twin.charts.model_limits import LIMITED, limit_cell
 from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
 from bearing_twin.charts.table import MapRow
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, fastest_rates, stability_limits
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, fastest_rates, stability_limits
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.parameters import echo, unknown
 

@@ -10,17 +10,17 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.drilling import SIDES, drilling_of
+from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
+from bearing_twin.kinds.bearing.companion.pointers import dearest
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, bumps, carries, place_of, unseen
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
-from bearing_twin.kinds.bearing.growth import FLOOR, Growth, greatest_until
+from bearing_twin.kinds.bearing.forces.drilling import SIDES, drilling_of
 from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
-from bearing_twin.kinds.bearing.pointers import dearest
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.summing import STRETCH
-from bearing_twin.kinds.bearing.windows import ALL, BUMPING, PLACE, WINDOW, bumps, carries, place_of, unseen
 from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block

@@ -19,15 +19,15 @@ from bearing_twin.contact.validity import (
     wave_transit,
 )
 from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
+from bearing_twin.kinds.bearing.companion.windows import WINDOW, is_watched
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
-from bearing_twin.kinds.bearing.kinematics import cage_speed, roll_rate
+from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.run_up import RunUp
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, centre_figures, columns_of, mean_torque
-from bearing_twin.kinds.bearing.windows import WINDOW, is_watched
 from bearing_twin.kinds.energy import ENERGY_GAIN, STORED
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Table

@@ -6,11 +6,10 @@ import math
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.deviations import Part
-from bearing_twin.kinds.bearing.equations import RingDrive, mark_near, time_apart
+from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
-from bearing_twin.kinds.bearing.integrate import Chunk, Instants, check, integrated
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.equations import RingDrive, mark_near, time_apart
+from bearing_twin.kinds.bearing.forces.layout import (
     CARRIED_COLUMNS,
     DRIVE_WORK,
     GROSS_WORK,
@@ -25,8 +24,9 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
-from bearing_twin.kinds.bearing.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
+from bearing_twin.kinds.bearing.stepping.integrate import Chunk, Instants, check, integrated
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
+from bearing_twin.kinds.bearing.stepping.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
 from bearing_twin.kinds.contract import late
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED

@@ -3,11 +3,10 @@
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.border import CAGE_SPEED, outside_load
-from bearing_twin.kinds.bearing.cage import bump
-from bearing_twin.kinds.bearing.equations import RingDrive, ball_vector
-from bearing_twin.kinds.bearing.land import carried_by_ring, touch_at
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.cage import bump
+from bearing_twin.kinds.bearing.forces.equations import RingDrive, ball_vector
+from bearing_twin.kinds.bearing.forces.land import carried_by_ring, touch_at
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     CAGE,
     CAGE_X,
@@ -24,8 +23,9 @@ from bearing_twin.kinds.bearing.layout import (
     VELOCITY,
     WORK_DONE,
 )
-from bearing_twin.kinds.bearing.moving_cage import seen, wall
+from bearing_twin.kinds.bearing.forces.moving_cage import seen, wall
 from bearing_twin.kinds.bearing.output_lanes import DRIVE_TORQUE
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, outside_load
 
 
 @inlined

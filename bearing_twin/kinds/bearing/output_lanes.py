@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.equations import (
+from bearing_twin.kinds.bearing.forces.equations import (
     give_coefficients,
     lane_position,
     raceway_contact,
     ring_contact,
 )
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
     COLUMNS,
@@ -43,9 +43,9 @@ from bearing_twin.kinds.bearing.layout import (
     put_quaternion,
     put_vector,
 )
+from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
+from bearing_twin.kinds.bearing.forces.spot import find_means, lane_answers
 from bearing_twin.kinds.bearing.output_pairs import neighbour_gaps, write_pairs
-from bearing_twin.kinds.bearing.ring_seat import ring_in_lane
-from bearing_twin.kinds.bearing.spot import find_means, lane_answers
 from bearing_twin.numerics.rotation import (
     about_z,
     add,

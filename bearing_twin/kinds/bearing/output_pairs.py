@@ -3,8 +3,8 @@
 import math
 
 from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.equations import neighbour_angle, pair_contact, touchable
-from bearing_twin.kinds.bearing.layout import AXIS_DISTANCE, ORBIT_ANGLE
+from bearing_twin.kinds.bearing.forces.equations import neighbour_angle, pair_contact, touchable
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE
 from bearing_twin.numerics.rotation import about_z, add, scaled
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.bearing.layout import CAGE_X, CAGE_Y, PLACES
+from bearing_twin.kinds.bearing.forces.layout import CAGE_X, CAGE_Y, PLACES
 from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene

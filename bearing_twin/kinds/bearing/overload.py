@@ -3,10 +3,10 @@
 import numpy as np
 
 from bearing_twin.errors import BearingTwinError, IntegrationError
-from bearing_twin.kinds.bearing.border import Partners, outside_load
-from bearing_twin.kinds.bearing.integrate import Chunk
-from bearing_twin.kinds.bearing.layout import CAGE, SHAFT_SPEED
+from bearing_twin.kinds.bearing.forces.layout import CAGE, SHAFT_SPEED
 from bearing_twin.kinds.bearing.quasi_static.operating import check_load
+from bearing_twin.kinds.bearing.stepping.border import Partners, outside_load
+from bearing_twin.kinds.bearing.stepping.integrate import Chunk
 
 OVERLOAD, TOO_FAST = "overload", "too fast"  # reasons of such errors
 

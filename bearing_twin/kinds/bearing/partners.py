@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.border import CAGE_SPEED, Partners
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
-from bearing_twin.kinds.bearing.land import NO_LAND, Land
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.land import NO_LAND, Land
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDER,
     CAGE,
@@ -41,8 +40,9 @@ from bearing_twin.kinds.bearing.rings import (
     land_radius,
     moving_centre,
 )
-from bearing_twin.kinds.bearing.shaft import Shaft
 from bearing_twin.kinds.bearing.start import cage_inertia
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, Partners
+from bearing_twin.kinds.bearing.stepping.shaft import Shaft
 
 NEVER = math.inf
 RING_SHARE = 0.3  # of the errors that a ball's motion may make: those of ring and cage

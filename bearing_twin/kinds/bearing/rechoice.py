@@ -11,7 +11,7 @@ import numpy as np
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.choices import CHOICE, Switch
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     CAGE,
     DISSIPATED,

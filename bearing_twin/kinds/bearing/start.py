@@ -11,10 +11,10 @@ from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.cage import Pockets
 from bearing_twin.kinds.bearing.clearance import operating_geometry
-from bearing_twin.kinds.bearing.equations import Bearing, raceway_of, single_contact, static_force
-from bearing_twin.kinds.bearing.layout import (
+from bearing_twin.kinds.bearing.forces.cage import Pockets
+from bearing_twin.kinds.bearing.forces.equations import Bearing, raceway_of, single_contact, static_force
+from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     COLUMNS,
     HEIGHT,
@@ -22,9 +22,9 @@ from bearing_twin.kinds.bearing.layout import (
     SPIN,
     TANGENTIAL_VELOCITY,
 )
-from bearing_twin.kinds.bearing.moving_cage import MovingPockets
+from bearing_twin.kinds.bearing.forces.moving_cage import MovingPockets
+from bearing_twin.kinds.bearing.forces.ring_seat import RingMotion
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
-from bearing_twin.kinds.bearing.ring_seat import RingMotion
 from bearing_twin.kinds.bearing.rings import FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of, moving_centre
 from bearing_twin.numerics.least_squares import least_squares
 from bearing_twin.numerics.rotation import about_z

@@ -14,19 +14,11 @@ import math
 import numpy as np
 
 from bearing_twin.errors import IntegrationError
-from bearing_twin.kinds.bearing.companion import Companion
-from bearing_twin.kinds.bearing.deviations import Part
-from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
-from bearing_twin.kinds.bearing.inherited import NOTHING, all_of_it, carried_on, ringing_time
-from bearing_twin.kinds.bearing.meetings import as_met, meetings
-from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
-from bearing_twin.kinds.bearing.pointing import POINTED
-from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC
-from bearing_twin.kinds.bearing.snapshots import MOVING
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.windows import (
+from bearing_twin.kinds.bearing.companion.companion import Companion
+from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, ringing_time
+from bearing_twin.kinds.bearing.companion.meetings import as_met, meetings
+from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     APART,
     INHERITED,
@@ -38,6 +30,14 @@ from bearing_twin.kinds.bearing.windows import (
     off_by,
     unseen,
 )
+from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
+from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC
+from bearing_twin.kinds.bearing.snapshots import MOVING
+from bearing_twin.kinds.bearing.stepping.pointing import POINTED
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.report import Choice
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.slope import coefficient_and_slope
-from bearing_twin.kinds.bearing.equations import Raceway
+from bearing_twin.kinds.bearing.forces.equations import Raceway
 
 TINY = 1e-300  # keeps a direction defined where its length is zero
 LEVEL = 0.5  # cosine of an angle beyond which no contact is legal

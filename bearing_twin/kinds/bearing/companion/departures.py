@@ -1,0 +1,123 @@
+"""From where a companion of a bearing run sets out: the run's own states at the beginnings of windows, and room."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window
+from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS, COLUMNS
+from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
+from bearing_twin.kinds.bearing.stepping.steps import Results
+
+UNKNOWN = 0.0  # what the motion of a ball is off, over what is allowed, where nothing pointed to it
+
+
+class Followed(NamedTuple):
+    """A ball (-1: all) with which the companion goes on from part to part, since `begin` [s].
+
+    Arrays as in `Found.last`; `left` is what its motion was off at the end, over what is allowed, and `first` what its
+    first window was off.
+    """
+
+    ball: int
+    begin: float
+    last: tuple[np.ndarray, ...]
+    left: float
+    first: float
+
+
+def loose(part: Part, window: Window) -> bool:
+    """Whether the ball of a window touches neither raceway at an output from there on: bounces make errors grow."""
+    load = part.out["normal_load"][max(window.begin, 0) :, window.ball]
+    return window.ball >= 0 and bool((load.max(axis=1) == 0.0).any())
+
+
+def bouncing(part: Part) -> list[tuple[float, Window, float]]:
+    """The ball that touches neither raceway at most outputs, from before the first of them; see `Companion._follow`."""
+    free = part.out["normal_load"].max(axis=2) == 0.0
+    ball = int(free.sum(axis=0).argmax())
+    if part.partners.active or not free[:, ball].any():
+        return []
+    window = Window(ball, max(int(free[:, ball].argmax()) - 1, 0) - 1, 1)
+    return [(UNKNOWN, window, part.elapsed + part.start(window.begin))]
+
+
+def to_the_end(part: Part, window: Window, begin: float) -> tuple[Window, float]:
+    """A window up to the end of its part, and since when [s]; of a loose ball from where the part begins.
+
+    Only there the run's own state is known: outputs lie between its steps, and what they are off bounces make grow.
+    """
+    carried = part.out["normal_load"][max(window.begin, 0) :, window.ball].min(axis=1) > 0.0
+    if window.ball >= 0 and not carried.all():
+        return Window(window.ball, -1, len(part.times)), part.elapsed
+    return window._replace(length=len(part.times) - 1 - window.begin), begin
+
+
+def likely_steps(part: Part, window: Window) -> float:
+    """Steps that the run took in a window, which are no more than a companion needs there."""
+    inside = slice(window.begin + 1, window.begin + 1 + window.length)
+    balls = slice(None) if window.ball < 0 else window.ball
+    return float(part.pointer[balls, inside, STEPS_IN].sum()) if len(part.pointer) else 0.0
+
+
+def affordable(part: Part, window: Window, steps: float) -> Window:
+    """The window, cut where the run took so many steps in it."""
+    taken = np.cumsum(part.pointer[:, window.begin + 1 :, STEPS_IN].sum(axis=0)) if len(part.pointer) else np.zeros(0)
+    return window._replace(length=min(window.length, int(np.searchsorted(taken, steps))))
+
+
+def nowhere(part: Part, window: Window, tolerance: float) -> list[float]:
+    """The row of a window in which no motion goes on from the run's state: it can be off by anything."""
+    begin, end = (part.elapsed + part.start(at) for at in (window.begin, window.begin + window.length))
+    return [end, begin, window.ball, 0.0, tolerance] + [np.inf] * (len(WINDOW.columns) - 5)
+
+
+def together(part: Part, windows: list[Window]) -> list[list[Window]]:
+    """Windows of single balls that one call can integrate: equally long, from one instant where the drive accelerates.
+
+    Those that begin with the part may have a first output sooner.
+    """
+    groups: dict[tuple, list[Window]] = {}
+    for number, window in enumerate(windows):
+        alike = window.begin if part.drive.acceleration else window.begin < 0
+        groups.setdefault((window.length, alike, number if window.ball < 0 else -1), []).append(window)
+    return list(groups.values())
+
+
+def starts(part: Part, group: list[Window]):
+    """Where windows begin: (state, orientation, step sizes, what laws carry), then ring and cage, one row a window.
+
+    What a law carries is known at the beginning of a part alone; elsewhere it begins anew. The first step is half the
+    run's there.
+    """
+    state, orientation, steps, carried, border = part.begun
+    states, orientations, borders = part.filled
+    rows = []
+    for ball, begin, length in group:
+        if begin < 0:
+            rows.append((state[ball], orientation[ball], 0.5 * steps[ball], carried[ball], border))
+            continue
+        step, rest = steps[ball], slice(begin + 1, begin + 1 + length)
+        if len(part.pointer):
+            step = (part.times[rest][-1] - part.times[begin]) / max(part.pointer[ball, rest, STEPS_IN].sum(), 1.0)
+        rows.append(
+            (states[begin, ball], orientations[begin, ball], 0.5 * step, np.zeros(CARRIED_COLUMNS), borders[begin])
+        )
+    *moving, rings = (np.array(column) for column in zip(*rows, strict=True))
+    return tuple(moving), rings
+
+
+def room(length: int, balls: int, carried: np.ndarray, border: np.ndarray) -> Results:
+    """Empty results of so many instants and balls."""
+    return Results(
+        np.empty((length, balls, COLUMNS)),
+        np.empty((length, balls, 4)),
+        np.zeros(4, np.int64),
+        np.zeros(2),
+        np.zeros(1, np.uint8),
+        carried,
+        np.tile(border, (length, 1)).reshape(length, BORDER),
+        border,
+        np.zeros((0, 0, 0)),
+    )

@@ -1,0 +1,57 @@
+"""Whether what a run is off grows by itself, so that its motion cannot be known beyond: the horizon.
+
+Two kinds of rows tell: of balls that a companion follows, and of a copy of the run that starts apart by what it is off
+just before balls meet, and is looked at just after. A ball that rolls forgets what it is off; one that bounces, or hits
+another, carries it on and more.
+"""
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.companion.windows import APART, PLACE, off_by
+from bearing_twin.kinds.doubt import CHAOTIC, horizon
+
+FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
+MET = 100.0  # times, of a copy: within a millisecond or so, and the next meeting does the same again
+MOST = 32  # balls with their begin whose first error is kept
+
+
+class Growth:
+    """Takes rows of WINDOW; those of one ball with one begin are of a companion that went on beside the run."""
+
+    def __init__(self, tolerance: float, most: float = CHAOTIC):
+        self.tolerance, self.most = tolerance, most  # times that an error may grow beyond the tolerance
+        self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
+        self.grown, self.kept, self.since = 0.0, 0.0, ""
+
+    def add(self, row, greatest: float) -> bool:
+        """Takes a row in; `greatest` load [N] so far. Returns whether the row goes on from one before."""
+        off = max(off_by(row, greatest or 1.0), FLOOR)
+        key = int(row[PLACE["ball"]]), float(row[PLACE["begin"]])
+        goes_on = key in self.first
+        first, kept = self.first.pop(key, (off, key[1]))
+        if off <= self.tolerance:
+            kept = float(row[0])
+        elif off > (MET if key[0] == APART else self.most) * first and (not self.grown or kept < self.kept):
+            self.since = "balls met" if key[0] == APART else "a companion began to follow a ball"
+            self.grown, self.kept = off / first, kept
+        self.first[key] = first, kept
+        if len(self.first) > MOST:
+            del self.first[next(iter(self.first))]
+        return goes_on
+
+    @property
+    def notes(self) -> dict[str, str]:
+        """The note on the horizon, if there is one."""
+        return {"horizon": horizon(self.grown, self.since, self.kept)} if self.grown else {}
+
+
+def greatest_until(rows, before, time_ns, load, begins) -> list[float]:
+    """Greatest of the loads (outputs, balls, 2) [N] up to the end of the stretch in which each row of WINDOW ends.
+
+    `before` is the greatest of earlier outputs. So it does not depend on how many stretches, which begin at the outputs
+    `begins`, come at once.
+    """
+    greatest = np.maximum.accumulate(np.maximum.reduceat(load.max(axis=(1, 2)), begins))
+    outputs = np.searchsorted(time_ns, np.rint(1e9 * rows[:, 0]))  # the first one at or after a record's time
+    stretches = np.minimum(np.searchsorted(begins, outputs, side="right"), len(begins)) - 1
+    return np.maximum(greatest[stretches], before).tolist()

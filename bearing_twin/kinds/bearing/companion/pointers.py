@@ -1,0 +1,80 @@
+"""What points to the errors of a bearing run, ball by ball and output by output."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.windows import ALL, LEAST_STEPS, PLACE, Window, place_of
+from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
+from bearing_twin.kinds.doubt import Dearest
+
+POINTERS, SLIDING = 3, 2  # error of force, error of torque, friction over load; place of the last, which is no error
+MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
+ALWAYS = POINTERS * MOST * LEAST_STEPS  # steps of those windows together
+ALIKE = 0.8  # of what points most: a ball with as much may be looked at in place of those that others point to
+EVEN = 0.3  # of the steps that any takes: balls that take so many each move alike
+
+
+def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """What points to errors, of force [N], torque over N, friction over N, and steps; each (balls or 1, outputs).
+
+    Over no less than the `least` load [N]; balls that are coupled have one row.
+    """
+    inner, outer = np.moveaxis(part.out["normal_load"], -1, 0)
+    if len(part.pointer):
+        force, torque, steps = (part.pointer[:, :, place] for place in (OF_FORCE, OF_TORQUE, STEPS_IN))
+    else:
+        force, torque, steps = bends(part.out)
+    torque = torque / np.maximum(inner + outer, least).T
+    sliding = lengths(part.out["friction_force"]) / np.maximum(part.out["normal_load"], least)
+    grids = force, torque, np.maximum(sliding[..., 0], sliding[..., 1]).T
+    if part.partners.active:
+        grids, steps = tuple(one.max(axis=0)[None] for one in grids), steps.max(axis=0)[None]
+    return grids, steps
+
+
+def dearest(row: np.ndarray, balls: int) -> Dearest:
+    """What the row of WINDOW with most steps of a ball took, in a bearing of so many balls."""
+    steps = int(row[PLACE["steps"]]) * (balls if row[PLACE["ball"]] < 0 else 1)
+    return Dearest(steps, place_of(row), balls, ALWAYS)
+
+
+def spare(best: np.ndarray, grids: tuple[np.ndarray, ...]) -> float:
+    """How many times greater errors of force and torque would still be less than the `best`, which were looked at."""
+    seen = zip(best[:SLIDING], grids[:SLIDING], strict=True)
+    return min(float(least.min()) / max(float(grid.max()), 1e-300) for least, grid in seen)
+
+
+def lengths(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors (..., 3), to the bit those of `np.linalg.norm`, in a third of its time."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def bends(out: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How much force and torque on each ball bend at each output, and steps there: what a method without errors has.
+
+    Each (balls, outputs); a bend is the greater of the changes at both ends, LEAST_STEPS the steps.
+    """
+    found = []
+    for array in (out["raceway_force"], out["raceway_torque"]):
+        change = lengths(np.diff(array, axis=0, prepend=array[:1], append=array[-1:]))
+        found.append(np.maximum(change[1:], change[:-1]).T)
+    return *found, np.full(found[0].shape, float(LEAST_STEPS))
+
+
+def one_for_all(windows: list[Window], grids: tuple[np.ndarray, ...], steps: np.ndarray) -> list[Window]:
+    """One window of a ball through the whole part in place of several, where that takes fewer steps and shows as much.
+
+    `grids` and `steps` are of `pointers`, which must point to that ball nearly as much as to any.
+    """
+    if len(windows) < 2 or any(one.ball == ALL for one in windows):
+        return windows
+    like = np.min([np.ones(len(steps)), *(grid.max(axis=1) / grid.max() for grid in grids if grid.any())], axis=0)
+    ball, taken = int(np.argmax(like)), 0.0
+    for one in windows:
+        taken += float(steps[one.ball, one.begin + 1 : one.begin + 1 + one.length].sum())
+    each = steps.sum(axis=1)
+    alike = like[ball] >= ALIKE and each.min() >= EVEN * each.max()
+    return [Window(ball, -1, steps.shape[1])] if alike and each[ball] < taken else windows

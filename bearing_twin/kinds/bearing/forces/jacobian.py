@@ -1,0 +1,235 @@
+"""The Jacobian of `lane_rates`: how the raceways' answer changes with a ball's motion, balls side by side.
+
+Exact for friction at a point; `spot_jacobian` says how friction over the spot adds to it.
+"""
+
+import math
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact.elasticity import carries, lane_given, looked_up
+from bearing_twin.kinds.bearing.forces.carried import carried_coefficient, gap_at
+from bearing_twin.kinds.bearing.forces.equations import lane_position
+from bearing_twin.kinds.bearing.forces.gradient import CURVATURE_STEP, contact_gradient
+from bearing_twin.kinds.bearing.forces.layout import (
+    ANSWERING,
+    AXIAL_VELOCITY,
+    AXIS_DISTANCE,
+    BALL_BY_BORDER,
+    BALL_TILE,
+    BORDER_BY_BALL,
+    BORDER_BY_BORDER,
+    CAGE,
+    CARRIED_INNER,
+    CARRIED_OUTER,
+    DISSIPATED,
+    DRIVE_WORK,
+    GIVEN_INNER,
+    GIVEN_OUTER,
+    GIVEN_SLOPE_INNER,
+    GIVEN_SLOPE_OUTER,
+    GROSS_WORK,
+    HEIGHT,
+    LANES,
+    MOTION,
+    ORBIT_ANGLE,
+    PLACES,
+    RADIAL_SPIN,
+    RADIAL_VELOCITY,
+    RING_SPEED,
+    SPIN,
+    TANGENTIAL_SPIN,
+    TANGENTIAL_VELOCITY,
+    VELOCITY,
+    clear_rows,
+    entry,
+    get,
+    get_jacobian_block,
+    get_vector,
+    increase,
+    put,
+    put_jacobian_block,
+    put_vector,
+)
+from bearing_twin.kinds.bearing.forces.ring_gradient import inner_gradient, of_ball, put_answers, seated_gradient
+from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane
+from bearing_twin.kinds.bearing.forces.spot_jacobian import add_spot_slopes
+from bearing_twin.numerics.block_solve import Linear, plus, scaled_block
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, scaled
+
+
+@inlined
+def _put_row(lanes, rate, k, by_position, by_velocity, by_spin):
+    """Writes one row of a lane's Jacobian."""
+    put_vector(lanes, entry(rate, AXIS_DISTANCE), k, by_position)
+    put_vector(lanes, entry(rate, VELOCITY), k, by_velocity)
+    put_vector(lanes, entry(rate, SPIN), k, by_spin)
+
+
+@inlined
+def _add_frame(lanes, k, position, velocity, spin, gravity):
+    """Adds what the frame that turns with the ball does, and gravity in it."""
+    inverse = 1.0 / position[0]
+    rate = velocity[1] * inverse
+    increase(lanes, entry(AXIS_DISTANCE, RADIAL_VELOCITY), k, 1.0)
+    increase(lanes, entry(ORBIT_ANGLE, AXIS_DISTANCE), k, -rate * inverse)
+    increase(lanes, entry(ORBIT_ANGLE, TANGENTIAL_VELOCITY), k, inverse)
+    increase(lanes, entry(HEIGHT, AXIAL_VELOCITY), k, 1.0)
+    increase(lanes, entry(RADIAL_VELOCITY, AXIS_DISTANCE), k, -rate * rate)
+    increase(lanes, entry(RADIAL_VELOCITY, ORBIT_ANGLE), k, gravity[1])
+    increase(lanes, entry(RADIAL_VELOCITY, TANGENTIAL_VELOCITY), k, 2.0 * rate)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, AXIS_DISTANCE), k, rate * velocity[0] * inverse)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, ORBIT_ANGLE), k, -gravity[0])
+    increase(lanes, entry(TANGENTIAL_VELOCITY, RADIAL_VELOCITY), k, -rate)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, TANGENTIAL_VELOCITY), k, -velocity[0] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, AXIS_DISTANCE), k, -rate * spin[1] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_VELOCITY), k, spin[1] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_SPIN), k, rate)
+    increase(lanes, entry(TANGENTIAL_SPIN, AXIS_DISTANCE), k, rate * spin[0] * inverse)
+    increase(lanes, entry(TANGENTIAL_SPIN, TANGENTIAL_VELOCITY), k, -spin[0] * inverse)
+    increase(lanes, entry(TANGENTIAL_SPIN, RADIAL_SPIN), k, -rate)
+
+
+@kernel
+def _give_slopes(bearing, lanes):
+    """dC/dQ of the load coefficients that are looked up: from the states carried, else by central differences."""
+    for k in range(LANES):
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        position = lane_position(lanes, k)
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
+        offset = from_ring(ring, place, cosine, sine, position)
+        if carries(bearing.inner.law):
+            _, inner = carried_coefficient(bearing, bearing.inner, offset, lanes, CARRIED_INNER, k)
+            _, outer = carried_coefficient(bearing, bearing.outer, position, lanes, CARRIED_OUTER, k)
+        else:
+            inner, outer = _given_slope(bearing, bearing.inner, offset), _given_slope(bearing, bearing.outer, position)
+        put(lanes, GIVEN_SLOPE_INNER, k, inner)
+        put(lanes, GIVEN_SLOPE_OUTER, k, outer)
+
+
+@kernel
+def _given_slope(bearing, raceway, offset):
+    at = gap_at(bearing, raceway, offset)
+    step = CURVATURE_STEP * at.curvature_large
+    more = lane_given(raceway.law, at.curvature_small, at.curvature_large + step, at.approach)
+    less = lane_given(raceway.law, at.curvature_small, at.curvature_large - step, at.approach)
+    return (more - less) / (2.0 * step)
+
+
+@inlined
+def _put_ball(bearing, lanes, k, gravity, contact, inner):
+    """Writes a ball's own Jacobian from its contact with the inner ring and the derivatives of that."""
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    position, still = lane_position(lanes, k), (0.0, 0.0, 0.0)
+    velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
+    given, slope = get(lanes, GIVEN_OUTER, k), get(lanes, GIVEN_SLOPE_OUTER, k)
+    _, outer = contact_gradient(bearing, bearing.outer, given, slope, still, still, 0.0, position, velocity, spin)
+    for row in range(entry(AXIS_DISTANCE, AXIS_DISTANCE), entry(VELOCITY, AXIS_DISTANCE)):
+        put(lanes, row, k, 0.0)
+    force_p, torque_p = plus(inner.force_p, outer.force_p), plus(inner.torque_p, outer.torque_p)
+    force_v, torque_v = plus(inner.force_v, outer.force_v), plus(inner.torque_v, outer.torque_v)
+    force_s, torque_s = plus(inner.force_s, outer.force_s), plus(inner.torque_s, outer.torque_s)
+    put_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k, scaled_block(inverse_mass, force_p))
+    put_jacobian_block(lanes, VELOCITY, VELOCITY, k, scaled_block(inverse_mass, force_v))
+    put_jacobian_block(lanes, VELOCITY, SPIN, k, scaled_block(inverse_mass, force_s))
+    put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, scaled_block(inverse_inertia, torque_p))
+    put_jacobian_block(lanes, SPIN, VELOCITY, k, scaled_block(inverse_inertia, torque_v))
+    put_jacobian_block(lanes, SPIN, SPIN, k, scaled_block(inverse_inertia, torque_s))
+    loss_p, loss_v = add(inner.loss_p, outer.loss_p), add(inner.loss_v, outer.loss_v)
+    sign = math.copysign(1.0, contact.drive_power)
+    gross_p, gross_v = scaled(sign, inner.power_p), scaled(sign, inner.power_v)
+    _put_row(lanes, DRIVE_WORK, k, inner.power_p, inner.power_v, inner.power_s)
+    _put_row(lanes, DISSIPATED, k, loss_p, loss_v, add(inner.loss_s, outer.loss_s))
+    _put_row(lanes, GROSS_WORK, k, gross_p, gross_v, scaled(sign, inner.power_s))
+    _add_frame(lanes, k, position, velocity, spin, gravity)
+
+
+@kernel
+def _fill(bearing, lanes):
+    """The Jacobian of each lane from the motion and the given coefficients."""
+    for k in range(LANES):
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        speed = get(lanes, RING_SPEED, k)
+        position = lane_position(lanes, k)
+        velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
+        given, slope = get(lanes, GIVEN_INNER, k), get(lanes, GIVEN_SLOPE_INNER, k)
+        contact, inner = inner_gradient(
+            ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin
+        )
+        _put_ball(bearing, lanes, k, about_z(cosine, -sine, bearing.gravity), contact, inner)
+
+
+@kernel
+def _fill_with_ring(ring, bearing, lanes):
+    """`_fill`, and how balls and a ring that moves answer to each other; `ring` is the bearing's, not empty."""
+    for k in range(LANES):
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        place, moving = ring_in_lane(ring, bearing.offset, lanes, k)
+        found = seated_gradient(
+            moving, bearing, get(lanes, GIVEN_INNER, k), get(lanes, GIVEN_SLOPE_INNER, k), place, cosine, sine,
+            get(lanes, RING_SPEED, k), lane_position(lanes, k), get_vector(lanes, VELOCITY, k),
+            get_vector(lanes, SPIN, k),
+        )  # fmt: skip
+        _put_ball(bearing, lanes, k, about_z(cosine, -sine, bearing.gravity), found.contact, of_ball(found))
+        put_answers(bearing, found, lanes, k, cosine, sine)
+        # Nothing of a cage yet: what stands there is of the last step.
+        for rate in range(ANSWERING):
+            put(lanes, BALL_BY_BORDER + rate * 2 * PLACES + CAGE, k, 0.0)
+            put(lanes, BALL_BY_BORDER + rate * 2 * PLACES + PLACES + CAGE, k, 0.0)
+        for i in range(CAGE):
+            put(lanes, BORDER_BY_BORDER + i * 2 * PLACES + CAGE, k, 0.0)
+            put(lanes, BORDER_BY_BORDER + i * 2 * PLACES + PLACES + CAGE, k, 0.0)
+        for column in range(MOTION):
+            put(lanes, BORDER_BY_BALL + CAGE * MOTION + column, k, 0.0)
+        for column in range(2 * PLACES):
+            put(lanes, BORDER_BY_BORDER + CAGE * 2 * PLACES + column, k, 0.0)
+
+
+@kernel
+def lane_jacobian(spot, bearing, lanes):
+    """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's."""
+    if looked_up(bearing.inner.law):
+        _give_slopes(bearing, lanes)
+    _fill(bearing, lanes)
+    add_spot_slopes(spot, bearing, lanes)
+
+
+@kernel
+def ring_jacobian(ring, border, bearing, lanes):
+    """`lane_jacobian` of balls that meet a `border`, and how they and the ring in it answer to each other.
+
+    `ring` is the bearing's.
+    """
+    if len(ring) > 0 and len(border.ring) > 0:
+        if looked_up(bearing.inner.law):
+            _give_slopes(bearing, lanes)
+        _fill_with_ring(ring, bearing, lanes)
+        add_spot_slopes(bearing.spot, bearing, lanes)
+    else:
+        clear_rows(lanes, BALL_BY_BORDER, BALL_TILE)
+        lane_jacobian(bearing.spot, bearing, lanes)
+
+
+@inlined
+def lane_linear(lanes, k):
+    """The Jacobian of lane k as `block_solve` takes it."""
+    return Linear(
+        angle_by_radius=get(lanes, entry(ORBIT_ANGLE, AXIS_DISTANCE), k),
+        angle_by_velocity=get(lanes, entry(ORBIT_ANGLE, TANGENTIAL_VELOCITY), k),
+        vp=get_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k),
+        vv=get_jacobian_block(lanes, VELOCITY, VELOCITY, k),
+        vs=get_jacobian_block(lanes, VELOCITY, SPIN, k),
+        sp=get_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k),
+        sv=get_jacobian_block(lanes, SPIN, VELOCITY, k),
+        ss=get_jacobian_block(lanes, SPIN, SPIN, k),
+    )
+
+
+@inlined
+def lane_answer(lanes, rate, k, position, velocity, spin):
+    """One row of lane k's Jacobian times an increment of the motion."""
+    return (
+        dot(get_vector(lanes, entry(rate, AXIS_DISTANCE), k), position)
+        + dot(get_vector(lanes, entry(rate, VELOCITY), k), velocity)
+        + dot(get_vector(lanes, entry(rate, SPIN), k), spin)
+    )

@@ -1,0 +1,122 @@
+"""A stage of balls that meet only in ring and cage, solved in two passes over the lanes.
+
+The first pass takes what is known and eliminates the balls, the border is solved, the second brings its answer back to
+the balls. It does for one stage what `linear_system` does step by step where balls touch, too; in two large loops,
+because each pass over the lanes costs more than what is reckoned in it.
+"""
+
+from bearing_twin.compiled import inlined
+from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.forces.jacobian import lane_answer, lane_linear
+from bearing_twin.kinds.bearing.forces.layout import (
+    AXIS_DISTANCE,
+    BALL_TILE,
+    CAGE,
+    COLUMNS,
+    FACTOR_RADIUS,
+    FACTOR_VELOCITY,
+    LANES,
+    MOTION,
+    PLACES,
+    RIGHT,
+    SHARES,
+    SOLUTION,
+    SPIN,
+    VELOCITY,
+    get,
+    get_vector,
+    put,
+    put_vector,
+    sum_of,
+)
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED
+from bearing_twin.kinds.bearing.stepping.border_solve import ball_solved, mixed, share, solve_corner
+from bearing_twin.kinds.bearing.stepping.border_system import (
+    by_places,
+    follow_even,
+    follow_integral,
+    follow_places,
+    known_places,
+    known_share,
+)
+from bearing_twin.numerics.block_solve import times
+from bearing_twin.numerics.chain_solve import six
+from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rotation import add, minus
+
+
+@inlined
+def _put_share(lanes, r, k, known, velocity, spin):
+    """Writes what a ball does to coordinate r of the border: by what is known less by what it is solved to."""
+    put(lanes, SHARES + r, k, known_share(lanes, r, k, known) - share(lanes, r, k, velocity, spin))
+
+
+@lean_kernel
+def _eliminate_balls(g, border, lanes):
+    """Takes what is known of a stage, solves for the balls' velocities and spins, and takes these from the border."""
+    ring, numbers, even = border.ring, border.numbers, border.even
+    places = six(numbers, at.SOLUTION)
+    for k in range(LANES):
+        linear, right, push = lane_linear(lanes, k), get_vector(lanes, RIGHT, k), get_vector(lanes, RIGHT + VELOCITY, k)
+        turn, along = 0.0 if even else right[1], 0.0 if even else push[1]
+        radius = g * right[0]
+        known = (radius, g * (turn + linear.angle_by_radius * radius), g * right[2])
+        velocity = add((push[0], along, push[2]), times(linear.vp, known))
+        spin = add(get_vector(lanes, RIGHT + SPIN, k), times(linear.sp, known))
+        velocity = add(velocity, by_places(ring, lanes, 0, k, places))
+        spin = add(spin, by_places(ring, lanes, 3, k, places))
+        velocity, spin = ball_solved(lanes, k, velocity, spin)
+        put_vector(lanes, SOLUTION + AXIS_DISTANCE, k, known)
+        put_vector(lanes, SOLUTION + VELOCITY, k, velocity)
+        put_vector(lanes, SOLUTION + SPIN, k, spin)
+        if len(ring) > 0:
+            for r in range(CAGE):
+                _put_share(lanes, r, k, known, velocity, spin)
+        _put_share(lanes, CAGE, k, known, velocity, spin)
+    for r in range(0 if len(ring) > 0 else CAGE, PLACES):
+        numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
+
+
+@inlined
+def _answer(ring, lanes, row, k, speeds):
+    """What the border's velocities do to three of a ball's, from `row` of its tile on."""
+    return (
+        mixed(ring, lanes, BALL_TILE + row, 6, k, speeds),
+        mixed(ring, lanes, BALL_TILE + row + 1, 6, k, speeds),
+        mixed(ring, lanes, BALL_TILE + row + 2, 6, k, speeds),
+    )
+
+
+@lean_kernel
+def _follow_border(g, border, lanes):
+    """The balls' velocities and spins once the border's are known, and what follows from them."""
+    ring, numbers, even = border.ring, border.numbers, border.even
+    places, speeds = six(numbers, at.SOLUTION), six(numbers, at.SOLUTION + PLACES)
+    cage_speed = numbers[at.BEGIN + CAGE_SPEED]
+    for k in range(LANES):
+        velocity = minus(get_vector(lanes, SOLUTION + VELOCITY, k), _answer(ring, lanes, 0, k, speeds))
+        spin = minus(get_vector(lanes, SOLUTION + SPIN, k), _answer(ring, lanes, 3, k, speeds))
+        turn = get(lanes, FACTOR_RADIUS, k) * velocity[0] + get(lanes, FACTOR_VELOCITY, k) * velocity[1]
+        position = add(get_vector(lanes, SOLUTION, k), (g * velocity[0], turn, g * velocity[2]))
+        for integral in range(MOTION, COLUMNS):
+            found = lane_answer(lanes, integral, k, position, velocity, spin)
+            found += follow_integral(ring, lanes, integral, k, places, speeds)
+            put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + found))
+        put(lanes, SOLUTION + AXIS_DISTANCE, k, position[0])
+        angle, along = follow_even(lanes, k, places, speeds, cage_speed)
+        turn, along = angle if even else position[1], along if even else velocity[1]
+        put_vector(lanes, SOLUTION, k, (position[0], turn, position[2]))
+        put_vector(lanes, SOLUTION + VELOCITY, k, (velocity[0], along, velocity[2]))
+        put_vector(lanes, SOLUTION + SPIN, k, spin)
+
+
+@inlined
+def solve_apart(g, drive, time, border, blocks):
+    """Solves W k = right for one stage of ring, cage, and balls that touch no other."""
+    known_places(g, border.numbers)
+    for block in range(len(blocks)):
+        _eliminate_balls(g, border, blocks[block])
+    solve_corner(border)
+    follow_places(g, drive, time, border)
+    for block in range(len(blocks)):
+        _follow_border(g, border, blocks[block])

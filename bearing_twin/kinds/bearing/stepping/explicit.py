@@ -1,0 +1,252 @@
+"""The bearing by explicit Runge-Kutta methods, all balls side by side in vector lanes, one step size for all."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.forces.carried import carry_on
+from bearing_twin.kinds.bearing.forces.layout import (
+    AXIAL_SPIN,
+    AXIS_DISTANCE,
+    CARRIED_INNER,
+    COLUMNS,
+    LANE_RATES,
+    LANE_ROWS,
+    LANES,
+    MOTION,
+    MOTION_SPAN,
+    RADIAL_SPIN,
+    STATE_SPAN,
+    TANGENTIAL_SPIN,
+    TANGENTIAL_VELOCITY,
+    from_blocks,
+    get,
+    get_quaternion,
+    increase,
+    into_blocks,
+    new_blocks,
+    put,
+    put_quaternion,
+)
+from bearing_twin.kinds.bearing.forces.pairs import Pairs, new_pairs
+from bearing_twin.kinds.bearing.forces.rates import block_rates
+from bearing_twin.kinds.bearing.stepping.steps import (
+    LEAST_STEP,
+    RATES,
+    REJECTIONS,
+    STEPS,
+    check_all,
+    lane_spin,
+    spin_in_frame,
+)
+from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
+from bearing_twin.numerics.steppers import next_step
+
+# Orientations need fewer steps than the contacts do; a state that cannot be right is looked for now and then and at
+# every instant given out.
+TURN_EVERY, CHECK_EVERY = 8, 64
+# Rows of what turns the balls: state and rates where they were turned last, and now; their orientation.
+BEFORE, BEFORE_RATES, NOW, NOW_RATES, TURNED_TO, TURNING_ROWS = np.cumsum((0, *(COLUMNS,) * 4, 4))
+
+
+class LaneRoom(NamedTuple):
+    """Arrays to work in: `y`, `errors` and each slope of `k` are (blocks, STATE_SPAN), `lanes` those of `layout`.
+
+    The lanes begin with the state tried; `turning` holds the rows from BEFORE on.
+    """
+
+    y: np.ndarray
+    errors: np.ndarray
+    k: np.ndarray
+    turning: np.ndarray
+    lanes: np.ndarray
+    pairs: Pairs
+
+
+@kernel
+def _lane_room(state, orientation, near, slopes):
+    """Room for a method with so many slopes, holding `state` and `orientation`."""
+    y, lanes = new_blocks(len(state), COLUMNS), new_blocks(len(state), LANE_ROWS)
+    turning = new_blocks(len(state), TURNING_ROWS)
+    into_blocks(state, y, AXIS_DISTANCE)
+    into_blocks(state, lanes, AXIS_DISTANCE)
+    into_blocks(orientation, turning, TURNED_TO)
+    k = np.zeros((slopes, *y.shape))
+    return LaneRoom(y, np.zeros_like(y), k, turning, lanes, new_pairs(near, np.arange(len(state)), 1.0))
+
+
+@inlined
+def _combine(start, h, weights, count, slopes, out):
+    """out = start + h * (weighted sum of the first `count` slopes), at the beginning of its blocks."""
+    first = 0
+    while first < count - 1 and weights[first] == 0.0:
+        first += 1
+    for block in range(len(start)):
+        factor = h * weights[first]
+        for i in range(STATE_SPAN):
+            out[block, i] = start[block, i] + factor * slopes[first, block, i]
+        for j in range(first + 1, count):
+            factor = h * weights[j]
+            if factor != 0.0:
+                for i in range(STATE_SPAN):
+                    out[block, i] += factor * slopes[j, block, i]
+
+
+@lean_kernel
+def _greatest_error(weights, h, balls, scales, slopes, errors):
+    """Greatest root mean square of a ball's errors in units of the scales; infinite where one is not finite.
+
+    `errors` is room to work in.
+    """
+    greatest = 0.0
+    for block in range(len(errors)):
+        for i in range(STATE_SPAN):
+            errors[block, i] = 0.0
+        for j in range(len(weights)):
+            for i in range(MOTION_SPAN):
+                errors[block, i] += weights[j] * slopes[j, block, i]
+        for column in range(MOTION):
+            for k in range(LANES):
+                ratio = h * get(errors[block], column, k) / scales[column]
+                increase(errors[block], MOTION, k, ratio * ratio)
+    for ball in range(balls):
+        total = get(errors[ball // LANES], MOTION, ball % LANES)
+        greatest = max(greatest, total if total < math.inf else math.inf)
+    return math.sqrt(greatest / MOTION)
+
+
+@inlined
+def _note(room, row):
+    """Writes where the balls are at the start of a step, and their rates there, into the rows from `row` on."""
+    for block in range(len(room.y)):
+        for i in range(STATE_SPAN):
+            put(room.turning[block], row, i, room.y[block, i])
+            put(room.turning[block], row + COLUMNS, i, room.k[0, block, i])
+
+
+@inlined
+def _middle(h, lanes, column, k):
+    """A column of a ball's motion in the middle of `h` [s]: the cubic Hermite mean of both ends."""
+    start = get(lanes, BEFORE + column, k) + 0.25 * h * get(lanes, BEFORE_RATES + column, k)
+    return 0.5 * (start + (get(lanes, NOW + column, k) - 0.25 * h * get(lanes, NOW_RATES + column, k)))
+
+
+@lean_kernel
+def _turn_since(h, room):
+    """Turns the balls over the `h` [s] since they were turned last, to the start of a step."""
+    _note(room, NOW)
+    for block in range(len(room.y)):
+        lanes = room.turning[block]
+        for k in range(LANES):
+            spin = (
+                _middle(h, lanes, RADIAL_SPIN, k),
+                _middle(h, lanes, TANGENTIAL_SPIN, k),
+                _middle(h, lanes, AXIAL_SPIN, k),
+            )
+            middle = spin_in_frame(_middle(h, lanes, AXIS_DISTANCE, k), _middle(h, lanes, TANGENTIAL_VELOCITY, k), spin)
+            first, last = lane_spin(lanes, BEFORE, k), lane_spin(lanes, NOW, k)
+            put_quaternion(lanes, TURNED_TO, k, turned(get_quaternion(lanes, TURNED_TO, k), first, middle, last, h))
+    _note(room, BEFORE)
+
+
+@inlined
+def _slopes(method, bearing, drive, time, h, first, room):
+    """The slopes from `first` on of a step from `room.y`; the last of all is that at its end."""
+    stages = len(method.nodes)
+    for stage in range(first, stages + 1):
+        moment = time + h
+        if stage == stages:
+            _combine(room.y, h, method.weights, stages, room.k, room.lanes)
+        else:
+            moment = time + method.nodes[stage] * h
+            if stage > 0:
+                _combine(room.y, h, method.a[stage], stage, room.k, room.lanes)
+        block_rates(bearing, drive, room.pairs, moment, room.lanes)
+        for block in range(len(room.lanes)):
+            for i in range(STATE_SPAN):
+                room.k[stage, block, i] = get(room.lanes[block], LANE_RATES, i)
+
+
+@inlined
+def _move_on(stages, room):
+    """Takes the end of a step as the start of the next."""
+    for block in range(len(room.y)):
+        for i in range(STATE_SPAN):
+            room.y[block, i] = room.lanes[block, i]
+            room.k[0, block, i] = room.k[stages, block, i]
+
+
+@lean_kernel
+def _advance(
+    method, adaptive, bearing, drive, times, duration, greatest_step, scales, state, orientation, steps, results, room
+):
+    """`explicit_chunk` in the room it has made."""
+    stages, balls, counts = len(method.nodes), bearing.balls, results.counts
+    time, wanted, first = 0.0, steps[0] if adaptive else greatest_step, 0
+    for instant in range(len(times) + 1):
+        goal = times[instant] if instant < len(times) else duration
+        turned_at, done = time, 0
+        while goal - time > 1e-12 * duration:
+            if results.stop[0] != 0:
+                return STOPPED
+            h = (goal - time) / max(1.0, math.ceil((goal - time) / wanted - 1e-9))
+            _slopes(method, bearing, drive, time, h, first, room)
+            first = 1
+            # Without an estimate the error is 0: `check_all` finds what is not finite.
+            error = _greatest_error(method.error, h, balls, scales, room.k, room.errors) if adaptive else 0.0
+            counts[RATES] += stages * balls
+            if not error <= 1.0:
+                counts[REJECTIONS] += balls
+                wanted = next_step(h, error, method.order)
+                if wanted < LEAST_STEP:
+                    results.failure[0], results.failure[1] = time, 0
+                    return STALLED
+                continue
+            counts[STEPS] += balls
+            if adaptive:
+                wanted = next_step(h, error, method.order)
+            time = goal if goal - time - h < 1e-12 * duration else time + h
+            if done == 0:
+                _note(room, BEFORE)
+            done += 1
+            _move_on(stages, room)
+            for block in range(len(room.y)):
+                carry_on(bearing, room.y[block], AXIS_DISTANCE, room.lanes[block])
+            if done % TURN_EVERY == 0 or time == goal:
+                _turn_since(time - turned_at, room)
+                turned_at = time
+            if done % CHECK_EVERY == 0 or time == goal:
+                from_blocks(room.y, AXIS_DISTANCE, state)
+                from_blocks(room.turning, TURNED_TO, orientation)
+                status = check_all(bearing, time, state, results.failure)
+                if status != OK:
+                    return status
+        if instant < len(times):
+            from_blocks(room.y, AXIS_DISTANCE, results.states[instant])
+            from_blocks(room.turning, TURNED_TO, results.orientations[instant])
+    for ball in range(len(steps)):
+        steps[ball] = wanted
+    from_blocks(room.lanes, CARRIED_INNER, results.carried)
+    return OK
+
+
+@kernel
+def explicit_chunk(
+    method, bearing, drive, near, times, duration, greatest_step, scales, state, orientation, steps, results
+):
+    """An explicit Runge-Kutta method, its steps cut so that every instant is the end of one.
+
+    Without an error estimate the steps between two instants are equal, none longer than `greatest_step` [s]; with one
+    they adapt, and `steps` (N,) [s] carries their size. Unstable above about 3 / (fastest rate): contact frequency
+    [rad/s] or friction rate mu N / (m v_regularisation).
+    """
+    adaptive, room = np.any(method.error != 0.0), _lane_room(state, orientation, near, len(method.nodes) + 1)
+    into_blocks(results.carried, room.lanes, CARRIED_INNER)
+    return _advance(
+        method, adaptive, bearing, drive, times, duration, greatest_step, scales, state, orientation, steps, results,
+        room,
+    )  # fmt: skip

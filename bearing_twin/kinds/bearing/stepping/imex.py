@@ -1,0 +1,176 @@
+"""The bearing by an implicit-explicit step: leapfrog for what contacts push, linearly implicit for what resists motion.
+
+Positions take half a step, then the velocities a whole one at the positions in between, then the positions the other
+half. Friction and contact damping grow with velocity and are stiff; the velocities therefore take the linearly implicit
+midpoint rule, (I - h/2 dF/dv) dv = h F. Second order; elastic contacts limit the step as in leapfrog, friction does
+not, but slip that ought to die within a step rings instead (its factor tends to -1).
+"""
+
+import math
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.forces.carried import carry_on
+from bearing_twin.kinds.bearing.forces.layout import (
+    AXIS_DISTANCE,
+    CARRIED_INNER,
+    COLUMNS,
+    FIRST_SPIN,
+    HEIGHT,
+    IMEX_ROWS,
+    LANE_RATES,
+    LANES,
+    MOTION,
+    ORBIT_ANGLE,
+    ORIENTATION,
+    SPIN,
+    SPIN_SUM,
+    VELOCITY,
+    from_blocks,
+    get,
+    get_quaternion,
+    get_vector,
+    increase,
+    increase_vector,
+    into_blocks,
+    new_blocks,
+    put,
+    put_quaternion,
+    put_vector,
+)
+from bearing_twin.kinds.bearing.forces.pairs import add_pairs, new_pairs
+from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
+from bearing_twin.kinds.bearing.forces.resistance import lane_change, lane_resistance, rates_and_resistance
+from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
+from bearing_twin.kinds.bearing.stepping.steps import JACOBIANS, RATES, STEPS, check_all, lane_spin
+from bearing_twin.numerics.block_solve import factorise_motion, solve_motion
+from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rotation import add, minus, scaled, turned
+from bearing_twin.numerics.statuses import OK, STOPPED
+
+TURN_EVERY, CHECK_EVERY = 8, 64  # steps: orientations need fewer than the contacts do
+
+
+@inlined
+def _drift(h, before, lanes):
+    """Moves the positions by h; the orbit angle turns at the radius in the middle of the step, before or after."""
+    for k in range(LANES):
+        radius, velocity = get(lanes, AXIS_DISTANCE, k), get_vector(lanes, VELOCITY, k)
+        moved = radius + h * velocity[0]
+        put(lanes, AXIS_DISTANCE, k, moved)
+        increase(lanes, ORBIT_ANGLE, k, h * velocity[1] / (moved if before else radius))
+        increase(lanes, HEIGHT, k, h * velocity[2])
+
+
+@inlined
+def _kick(h, lanes):
+    """The linearly implicit midpoint rule for velocities and angular velocities at fixed positions."""
+    g = 0.5 * h
+    for k in range(LANES):
+        vv, vs, sv, ss = lane_resistance(lanes, k)
+        velocities, coupling, schur = factorise_motion(g, vv, vs, sv, ss)
+        force = scaled(2.0, get_vector(lanes, LANE_RATES + VELOCITY, k))
+        torque = scaled(2.0, get_vector(lanes, LANE_RATES + SPIN, k))
+        velocity, spin = solve_motion(velocities, coupling, sv, schur, force, torque)
+        for integral in range(MOTION, COLUMNS):
+            answer = lane_change(lanes, integral, k, velocity, spin)
+            increase(lanes, integral, k, h * (get(lanes, LANE_RATES + integral, k) + 0.5 * answer))
+        increase_vector(lanes, VELOCITY, k, velocity)
+        increase_vector(lanes, SPIN, k, spin)
+
+
+@inlined
+def _gather_spin(lanes):
+    """Adds the angular velocity at the end of a step to the sum of those since the balls were turned last."""
+    for k in range(LANES):
+        increase_vector(lanes, SPIN_SUM, k, lane_spin(lanes, AXIS_DISTANCE, k))
+
+
+@lean_kernel
+def _turn(h, steps, blocks):
+    """Turns the balls over the equal steps since they were turned last, by the trapezoidal mean of their spin."""
+    for block in range(len(blocks)):
+        lanes = blocks[block]
+        for k in range(LANES):
+            first, last = get_vector(lanes, FIRST_SPIN, k), lane_spin(lanes, AXIS_DISTANCE, k)
+            ends = scaled(0.5, minus(first, last))
+            mean = scaled(1.0 / steps, add(get_vector(lanes, SPIN_SUM, k), ends))
+            middle = scaled(0.25, minus(scaled(6.0, mean), add(first, last)))  # of which `turned` finds that mean
+            quaternion = turned(get_quaternion(lanes, ORIENTATION, k), first, middle, last, steps * h)
+            put_quaternion(lanes, ORIENTATION, k, quaternion)
+        _begin_turning(lanes)
+
+
+@inlined
+def _begin_turning(lanes):
+    """Notes the spin from which the balls turn next."""
+    for k in range(LANES):
+        put_vector(lanes, FIRST_SPIN, k, lane_spin(lanes, AXIS_DISTANCE, k))
+        put_vector(lanes, SPIN_SUM, k, (0.0, 0.0, 0.0))
+
+
+@inlined
+def _step(bearing, drive, pairs, time, h, blocks):
+    """One step; what balls do to each other is taken explicitly."""
+    for block in range(len(blocks)):
+        lanes = blocks[block]
+        _drift(0.5 * h, True, lanes)
+        put_ring_speed(drive, time + 0.5 * h, lanes)
+        put_still_ring(bearing.ring, bearing, lanes)
+        rates_and_resistance(bearing.spot, bearing.ring, bearing, lanes)
+    if pairs.touching:
+        add_pairs(bearing, pairs, blocks, blocks, LANE_RATES)
+    for block in range(len(blocks)):
+        lanes = blocks[block]
+        _kick(h, lanes)
+        _drift(0.5 * h, False, lanes)
+        _gather_spin(lanes)
+        carry_on(bearing, lanes, AXIS_DISTANCE, lanes)
+
+
+@lean_kernel
+def _advance(bearing, drive, times, duration, greatest_step, state, orientation, results, pairs, blocks):
+    """`imex_chunk` in the room it has made."""
+    balls, counts, time = bearing.balls, results.counts, 0.0
+    for block in range(len(blocks)):
+        _begin_turning(blocks[block])
+    for instant in range(len(times) + 1):
+        goal = times[instant] if instant < len(times) else duration
+        begin, span, turned_at = time, goal - time, 0
+        steps = math.ceil(span / greatest_step - 1e-9) if span > 0.0 else 0
+        for step in range(1, steps + 1):
+            if results.stop[0] != 0:
+                return STOPPED
+            _step(bearing, drive, pairs, time, span / steps, blocks)
+            time = begin + step * (span / steps)
+            counts[STEPS] += balls
+            counts[RATES] += balls
+            counts[JACOBIANS] += balls
+            if step % TURN_EVERY == 0 or step == steps:
+                _turn(span / steps, step - turned_at, blocks)
+                turned_at = step
+            if step % CHECK_EVERY == 0 or step == steps:
+                from_blocks(blocks, AXIS_DISTANCE, state)
+                from_blocks(blocks, ORIENTATION, orientation)
+                status = check_all(bearing, time, state, results.failure)
+                if status != OK:
+                    return status
+        if instant < len(times):
+            from_blocks(blocks, AXIS_DISTANCE, results.states[instant])
+            from_blocks(blocks, ORIENTATION, results.orientations[instant])
+    return OK
+
+
+@kernel
+def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orientation, results):
+    """Equal steps between two instants, none longer than `greatest_step` [s]; see the module."""
+    blocks, pairs = new_blocks(bearing.balls, IMEX_ROWS), new_pairs(near, np.arange(bearing.balls), 0.0)
+    into_blocks(state, blocks, AXIS_DISTANCE)
+    into_blocks(orientation, blocks, ORIENTATION)
+    into_blocks(results.carried, blocks, CARRIED_INNER)
+    what = bearing, drive, times, duration, greatest_step
+    status = _advance(*what, state, orientation, results, pairs, blocks)
+    if status == OK:
+        from_blocks(blocks, CARRIED_INNER, results.carried)
+    return status

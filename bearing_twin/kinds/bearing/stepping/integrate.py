@@ -1,0 +1,126 @@
+"""One part of a chunk by whichever stepper: balls alone, balls that may touch, or all of them with ring and cage."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
+from bearing_twin.kinds.bearing.forces.layout import BORDER, COLUMNS
+from bearing_twin.kinds.bearing.forces.pairs import add_stored
+from bearing_twin.kinds.bearing.stepping.border import Partners
+from bearing_twin.kinds.bearing.stepping.explicit import explicit_chunk
+from bearing_twin.kinds.bearing.stepping.imex import imex_chunk
+from bearing_twin.kinds.bearing.stepping.linear_system import new_coupling
+from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
+from bearing_twin.kinds.bearing.stepping.scipy_chunk import scipy_chunk
+from bearing_twin.kinds.bearing.stepping.steps import FAILURES
+from bearing_twin.numerics.statuses import OK, STOPPED
+from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
+
+REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
+SCIPY = {"dop853": "DOP853", "radau": "Radau"}
+
+
+class Chunk(NamedTuple):
+    """What is integrated: `near` (N,) says which balls may meet the next, `times` [s] are wanted within `duration`.
+
+    `step` [s] is that of methods with fixed steps, `scales` (MOTION,) are the errors of a step of the others.
+    """
+
+    bearing: Bearing
+    drive: RingDrive
+    partners: Partners
+    near: np.ndarray
+    times: np.ndarray
+    duration: float
+    step: float
+    scales: np.ndarray
+
+
+class Instants:
+    """Room for states (count, N, COLUMNS), orientations (count, N, 4) and borders (count, BORDER) of a part.
+
+    Parts take turns: memory that is new to a process costs more than the numbers written into it.
+    """
+
+    def __init__(self):
+        self._room: list[np.ndarray] = []
+
+    def empty(self, count: int, balls: int) -> tuple[np.ndarray, ...]:
+        """That of the next part, all NaN; the arrays handed out before are overwritten."""
+        if not self._room or len(self._room[0]) < count:
+            self._room = [np.empty((count, *shape)) for shape in ((balls, COLUMNS), (balls, 4), (BORDER,))]
+        arrays = tuple(one[:count] for one in self._room)
+        for one in arrays:
+            one.fill(np.nan)
+        return arrays
+
+
+def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
+    """Moves (state, orientation, steps) on in place and fills `results` (`steps.Results`); returns the status."""
+    if stepper == "imex":  # its losses are of first order, those of damping, which are less than the work of loads
+        return imex_chunk(
+            chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration, chunk.step, *moving[:2], results
+        )
+    if not chunk.near.any():
+        return _with_losses(stepper, chunk, moving, results)
+    add_stored(chunk.bearing, chunk.near, 1.0, moving[0])
+    status = _with_losses(stepper, chunk, moving, results)
+    for state in (moving[0], *results.states):
+        add_stored(chunk.bearing, chunk.near, -1.0, state)
+    return status
+
+
+def _with_losses(stepper: str, chunk: Chunk, moving, results) -> int:
+    """`integrated` where the integral of losses takes in what contacts of balls store."""
+    what = chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration
+    if stepper in ROSENBROCK:
+        task = ChunkTask(ROSENBROCK[stepper], chunk.bearing, chunk.drive, chunk.times, chunk.duration, chunk.scales)
+        return _by_rosenbrock(task, chunk.partners, chunk.near, moving, results)
+    if stepper in EXPLICIT:
+        return explicit_chunk(EXPLICIT[stepper], *what, chunk.step, chunk.scales, *moving, results)
+    from scipy import integrate  # late: these methods are for charts and tests
+
+    return scipy_chunk(getattr(integrate, SCIPY[stepper]), *what, REFERENCE_SHARE * chunk.scales, *moving[:2], results)
+
+
+def check(status: int, elapsed: float, failure: np.ndarray) -> None:
+    """Raises Stopped or IntegrationError for a status that is not OK of what began at `elapsed` [s]."""
+    if status == STOPPED:
+        raise Stopped(f"the computation was stopped at {elapsed:.9g} s")
+    if status != OK:
+        reason, advice = FAILURES[status]
+        seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
+        raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
+
+
+def groups_of(near) -> list[list[int]]:
+    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
+    balls = len(near)
+    first = next((k for k in range(balls) if not near[k - 1]), 0)
+    groups = [[first]]
+    for k in range(first + 1, first + balls):
+        if near[(k - 1) % balls]:
+            groups[-1].append(k % balls)
+        else:
+            groups.append([k % balls])
+    return groups
+
+
+def _by_rosenbrock(task, partners, near, moving, results) -> int:
+    """Balls that touch no other side by side, then each group of balls that may touch.
+
+    Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
+    """
+    groups, status = [np.array(group, np.int64) for group in groups_of(near)], OK
+    if partners.active:
+        groups = [np.arange(len(near))]
+    alone = [group for group in groups if len(group) == 1 and not partners.active]
+    if alone:
+        status = rosenbrock_chunk(task, (), np.concatenate(alone), *moving, results)
+    for group in groups:
+        if status == OK and (len(group) > 1 or partners.active):
+            coupling = new_coupling(near, group, partners, results.last_border)
+            status = rosenbrock_chunk(task, coupling, group, *moving, results)
+    return status

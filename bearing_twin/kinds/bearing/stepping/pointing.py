@@ -1,0 +1,81 @@
+"""Where a bearing's forces are least certain: what a step's own error estimate does to them, noted as it goes.
+
+A Rosenbrock step knows its error in the motion. With the Jacobian at its start that becomes an error in the net force
+and the net torque on the ball. That Jacobian does not know of a contact that begins within the step: of a ball alone,
+the rates at the start of a step are therefore compared with those of the last stage before, which are off by the same
+error. As values all these are poor; they point to where a tighter companion is worth its steps.
+"""
+
+import math
+
+from bearing_twin.kinds.bearing.forces.layout import (
+    FIRST_STAGE,
+    FORCE_ERROR,
+    GAIN,
+    LANE_RATES,
+    LANES,
+    LAST_RATES,
+    MOTION,
+    SLOPE,
+    SOLUTION,
+    SPIN,
+    STEP,
+    TIME,
+    TORQUE_ERROR,
+    VELOCITY,
+    entry,
+    get,
+    put,
+)
+from bearing_twin.numerics.lean import lean_kernel
+
+POINTED = 3  # numbers of a ball and an interval between instants: error of force, of torque, and steps
+OF_FORCE, OF_TORQUE, STEPS_IN = range(POINTED)
+
+
+@lean_kernel
+def _square(coupling, first, lanes, row):
+    """Writes the squared length of three rates' errors, from `first` on, into a row; of two such the greater."""
+    alone = 1.0 if len(coupling) == 0 else 0.0
+    for k in range(LANES):
+        gain = get(lanes, GAIN, k)
+        per_gain, drift = 1.0 / gain, gain / get(lanes, STEP, k)
+        total = jumped = 0.0
+        for rate in range(3):
+            # What the first stage solves says what the rates were: u / (h g) = rates + J u + g (h times their change).
+            begun = get(lanes, FIRST_STAGE + first + rate, k) * per_gain
+            begun -= drift * get(lanes, SLOPE + first + rate, k)
+            begun -= get(lanes, LAST_RATES + first - VELOCITY + rate, k)
+            error = 0.0
+            for column in range(MOTION):
+                slope = get(lanes, entry(first + rate, column), k)
+                error += slope * get(lanes, SOLUTION + column, k)
+                begun -= slope * get(lanes, FIRST_STAGE + column, k)
+            total += error * error
+            jumped += begun * begun
+        jumped = alone * jumped if get(lanes, TIME, k) > 0.0 else 0.0
+        put(lanes, row, k, total if total > jumped else jumped)
+
+
+@lean_kernel
+def point_out(coupling, pointer, blocks):
+    """Finds what the errors of the steps just made do to force and torque, where a `pointer` wants them."""
+    if len(pointer) > 0:
+        for block in range(len(blocks)):
+            _square(coupling, VELOCITY, blocks[block], FORCE_ERROR)
+            _square(coupling, SPIN, blocks[block], TORQUE_ERROR)
+
+
+@lean_kernel
+def note_error(pointer, number, cell, lanes, k):
+    """Notes an accepted step of ball `number` before instant `cell` in `pointer` (N, cells, POINTED), if there is one.
+
+    Kept are the greatest errors of the ball's acceleration [m/s^2] and angular acceleration [rad/s^2] in the cell.
+    """
+    if len(pointer) > 0:
+        at = min(cell, pointer.shape[1] - 1)
+        for kind, row in ((OF_FORCE, FORCE_ERROR), (OF_TORQUE, TORQUE_ERROR)):
+            pointer[number, at, kind] = max(pointer[number, at, kind], math.sqrt(get(lanes, row, k)))
+        pointer[number, at, STEPS_IN] += 1.0
+        for rate in range(SPIN + 3 - VELOCITY):
+            put(lanes, LAST_RATES + rate, k, get(lanes, LANE_RATES + VELOCITY + rate, k))

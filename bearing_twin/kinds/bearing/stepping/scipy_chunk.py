@@ -1,0 +1,62 @@
+"""One chunk of a bearing by a method of SciPy: the same equations, for reference."""
+
+import numpy as np
+
+from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.bearing.forces.layout import COLUMNS, MOTION
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates
+from bearing_twin.kinds.bearing.stepping.steps import JACOBIANS, RATES, STEPS, relative_spin
+from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.statuses import OK
+
+
+def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, orientation, results):
+    """Advances all balls together, as the loops in `steps` say, by a SciPy solver's class.
+
+    `scales` (MOTION,) are the absolute errors allowed in a step. Raises IntegrationError, and Stopped soon after the
+    flag in `results` is not 0.
+    """
+    shape = state.shape
+    rates = np.zeros(shape)
+
+    def right_hand_side(time, flat):
+        if results.stop[0] != 0:
+            raise Stopped("the computation was stopped within a chunk")
+        bearing_rates(bearing, drive, near, time, flat.reshape(shape), rates)
+        return rates.ravel().copy()
+
+    method = solver(
+        right_hand_side,
+        0.0,
+        state.ravel().copy(),
+        duration,
+        rtol=2.3e-14,
+        atol=np.tile(np.concatenate([scales, [1e-12] * (COLUMNS - MOTION)]), len(state)),
+        first_step=min(1e-7, duration),
+    )
+    cursor = 0
+    while method.status == "running":
+        # SciPy probes the integrals, on which nothing depends, with ever greater increments.
+        with np.errstate(over="ignore"):
+            message = method.step()
+        if method.status == "failed" or not np.all(np.isfinite(method.y)):
+            raise IntegrationError(f"SciPy's {solver.__name__} stopped at {method.t:.6g} s: {message or 'not finite'}")
+        dense = method.dense_output()
+        start = dense(method.t_old).reshape(shape)
+        while cursor < len(times) and times[cursor] <= method.t:
+            _turn_all(dense, method.t_old, times[cursor], start, orientation, results.orientations[cursor])
+            results.states[cursor] = dense(times[cursor]).reshape(shape)
+            cursor += 1
+        _turn_all(dense, method.t_old, method.t, start, orientation, orientation)
+    state[:] = method.y.reshape(shape)
+    results.counts[STEPS] += method.nfev // 12 * len(state)
+    results.counts[RATES] += method.nfev * len(state)
+    results.counts[JACOBIANS] += method.njev * len(state)
+    return OK
+
+
+def _turn_all(dense, begin, end, start, orientation, out):
+    middle, last = (dense(t).reshape(start.shape) for t in (0.5 * (begin + end), end))
+    for k in range(len(start)):
+        spins = relative_spin(start[k]), relative_spin(middle[k]), relative_spin(last[k])
+        out[k] = turned(tuple(orientation[k]), *spins, end - begin)

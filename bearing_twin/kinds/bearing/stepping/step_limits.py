@@ -1,0 +1,120 @@
+"""How long a fixed step may be: stability limits of the fixed-step methods, from the stiffness of a state.
+
+Two motions of a ball are fast. It rings between its contacts, x'' + c x' + w^2 x = 0, and its slip decays, at the rate
+5 mu N / (m v_s) between two contacts with the load N each. A method is stable where it damps both. `imex` takes
+friction and damping implicitly, so that only w limits it: 2/w, the limit of leapfrog. Where friction limits it, `rk4`
+beyond its limit still gives right loads, while friction is wrong.
+
+Where balls slide, `imex` has a limit by friction, too. A slip s, in units of v_s, with friction f(s) = s/sqrt(1 + s^2)
+steps to s - z f/(1 + z f'/2), z = rate * step. For z >= 3 sqrt(3) there is an s that steps to -s: slip then goes to and
+fro for ever, however long friction has had to end it. Below, and for balls that roll from the start, it dies out.
+"""
+
+import cmath
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.contact.elastic import elastic
+from bearing_twin.kinds.bearing.forces.equations import Bearing
+from bearing_twin.kinds.bearing.stepping.steps import approaches
+
+FIXED_STEP = ("rk4", "imex")
+LEAST_APPROACH = 1e-6  # m: lighter contacts are taken as this one, for loads to come
+STEPS_A_CONTACT = 16  # of a step that is chosen
+FRICTION_SHARE = 0.5  # of the stability limit by friction and damping, of a step that is chosen
+SHARP = 1e-6  # relative: how exactly a limit is found
+TO_AND_FRO = 3.0 * math.sqrt(3.0) / 0.7  # the friction rate of a ball that slides on one raceway is 0.7 of the fastest
+
+
+class Rates(NamedTuple):
+    """The fastest rates of a state [1/s]: contact resonance w, friction creep, damping c; the shortest contact [s]."""
+
+    contact: float
+    friction: float
+    damping: float
+    shortest_contact: float
+
+
+def _grip(inner: float, outer: float) -> float:
+    """Fastest decay of slip times m v_s/mu [N] for the loads [N] of two contacts that lie opposite on a ball.
+
+    The greater root for the ball's sliding and its turning, 2.5 times easier, which unequal loads couple: 5 N for two
+    loads N, 3.5 N for one.
+    """
+    both, apart = inner + outer, inner - outer
+    return 0.5 * (3.5 * both + math.sqrt(2.25 * both**2 + 10.0 * apart**2))
+
+
+def fastest_rates(bearing: Bearing, state: np.ndarray, least: float = LEAST_APPROACH) -> Rates:
+    """The fastest rates to be expected of the balls in a state (N, COLUMNS), contacts at least `least` [m] deep.
+
+    A ball between two contacts rings with both stiffnesses, which are greatest where it is squeezed evenly. The
+    shortest contact is half a period of the contact resonance.
+    """
+    inner, outer = bearing.inner.law, bearing.outer.law
+    stiffness, viscous, grip = 0.0, 0.0, 0.0
+    for k in range(bearing.balls):
+        depths = [max(0.0, approach) for approach in approaches(bearing, state[k])]
+        middle = max(least, 0.5 * sum(depths))
+        both = elastic(inner.given + outer.given, inner.power, middle)
+        loads = (elastic(law.given, law.power, depth).load for law, depth in zip((inner, outer), depths, strict=True))
+        stiffness, viscous = max(stiffness, both.stiffness), max(viscous, both.load)
+        grip = max(grip, _grip(0.5 * both.load, 0.5 * both.load), _grip(*loads))
+    friction = bearing.friction_coefficient * grip / (bearing.friction_regularisation * bearing.ball_mass)
+    contact = math.sqrt(stiffness / bearing.ball_mass)
+    damping = (bearing.damping * viscous + bearing.relaxation_time * stiffness) / bearing.ball_mass
+    return Rates(contact, friction, damping, math.pi / contact)
+
+
+def _growth_of_rk4(z: complex) -> float:
+    """How much a step of the classical method grows what moves at z = rate * step."""
+    return abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
+
+
+def _limit_along(rate: complex) -> float:
+    """The longest step of rk4 [s] at which what moves at this rate [1/s] does not grow; infinite at rate 0."""
+    if rate == 0.0:
+        return math.inf
+    low, high, unit = 0.0, 1.0, 1.0 / abs(rate)
+    while _growth_of_rk4(high * unit * rate) <= 1.0:
+        low, high = high, 1.1 * high
+    while high - low > SHARP * high:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _growth_of_rk4(middle * unit * rate) <= 1.0 else (low, middle)
+    return low * unit
+
+
+def stability_limits(rates: Rates, stepper: str, slides: bool = True) -> tuple[float, float]:
+    """The longest stable steps [s] of a fixed-step method: by what rings in the contacts, and by what creeps.
+
+    `slides` says whether a ball may slide on a raceway, as it does from rest and after a jump of the ring.
+    """
+    if stepper == "imex":
+        return 2.0 / rates.contact, TO_AND_FRO / rates.friction if slides and rates.friction else math.inf
+    root = cmath.sqrt(0.25 * rates.damping**2 - rates.contact**2)
+    ringing = (-0.5 * rates.damping + root, -0.5 * rates.damping - root)
+    return min(map(_limit_along, ringing)), _limit_along(complex(-rates.friction))
+
+
+def stable_step(rates: Rates, stepper: str, slides: bool = True) -> float:
+    """A step [s] for a method with fixed steps: STEPS_A_CONTACT, and well inside its stability limit."""
+    return min(rates.shortest_contact / STEPS_A_CONTACT, FRICTION_SHARE * min(stability_limits(rates, stepper, slides)))
+
+
+def too_long(step: float, rates: Rates, stepper: str, slides: bool = True) -> str:
+    """What is wrong with a step [s] of a fixed-step method in a state with these rates, "" if nothing."""
+    ringing, creeping = stability_limits(rates, stepper, slides)
+    if step <= min(ringing, creeping):
+        return ""
+    advice = f"use {stable_step(rates, stepper, slides):.2g} s or less, or solver.stepper: rodas4"
+    if ringing < creeping:
+        return (
+            f"solver.step = {step:g} s is too long: a ball rings between its contacts at {rates.contact:.2g} rad/s, "
+            f"where {stepper} is stable up to {ringing:.3g} s; {advice}"
+        )
+    return (
+        f"solver.step = {step:g} s is unstable: friction answers at {rates.friction:.2g} /s, where {stepper} is right "
+        f"up to {creeping:.3g} s; {advice}"
+    )

@@ -1,0 +1,231 @@
+"""What the integration loops of the bearing share: costs, failures, checks of a state, dense steps.
+
+The loops (`rosenbrock`, `explicit`, `imex`) take `times` [s], increasing,
+counted from the start of the chunk, all within `duration`; they advance `state` (N, COLUMNS) and `orientation` (N, 4)
+to the end of the chunk and fill `states` (len(times), N, COLUMNS) and `orientations` (len(times), N, 4). `counts`
+gathers the cost; the returned status is one of OK, NOT_FINITE, TOO_DEEP, STALLED, with the failing time and ball in
+`failure`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.forces.equations import approaches
+from bearing_twin.kinds.bearing.forces.layout import (
+    AXIAL_SPIN,
+    AXIS_DISTANCE,
+    COLUMNS,
+    LANES,
+    RADIAL_SPIN,
+    SPIN,
+    TANGENTIAL_SPIN,
+    TANGENTIAL_VELOCITY,
+    get,
+    get_vector,
+    new_lanes,
+    put,
+    put_quaternion,
+)
+from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
+from bearing_twin.numerics.steppers import rosenbrock_dense
+
+STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
+# Rows of instants inside a step: their states from 0 on, half way to them the columns from TURNING_FROM on and the
+# distance from the axis, the orientation, the share of the step.
+TURNING_FROM, TURNING = TANGENTIAL_VELOCITY, SPIN + 3 - TANGENTIAL_VELOCITY
+HALFWAY, HALFWAY_DISTANCE, INSTANT_TURNED, INSTANT, INSTANT_ROWS = COLUMNS + np.cumsum((0, TURNING, 1, 4, 1))
+LEAST_STEP = 1e-15  # seconds; a shorter step means that the equations cannot be followed, and is lost in the time
+TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
+LANDED = 0.95  # share of a step: a contact that changes later in it is as good as at its end
+DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
+
+FAILURES = {
+    NOT_FINITE: ("not finite", "is not finite any more; shorten solver.step or use solver.stepper: rodas4"),
+    TOO_DEEP: ("too deep", "has run through a raceway; check the loads, or shorten solver.step"),
+    STALLED: (
+        "stalled",
+        "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
+    ),
+}
+
+
+class Results(NamedTuple):
+    """What a chunk fills in; `stop` (1,) is looked at before every step, and ends the chunk when it is not 0.
+
+    `carried` (N, CARRIED_COLUMNS) is what the law carries at each ball's contacts, at the chunk's start and its end.
+    `border` (len(times), BORDER) and `last_border` (BORDER,) are those of ring and cage, where a method moves them.
+    `pointer`, where it is not empty, takes what `pointing` notes.
+    """
+
+    states: np.ndarray
+    orientations: np.ndarray
+    counts: np.ndarray
+    failure: np.ndarray
+    stop: np.ndarray
+    carried: np.ndarray
+    border: np.ndarray
+    last_border: np.ndarray
+    pointer: np.ndarray
+
+
+class DenseStep(NamedTuple):
+    """One ball's Rosenbrock step: its start, its end, and the two terms of `rosenbrock_dense`, each (COLUMNS,).
+
+    `orientation` (4,) is that at the start, `between` (COLUMNS,) room for a state inside the step, `lanes` for LANES
+    instants in it: their states, their shares of the step, and the states and orientations `turned` needs.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    third: np.ndarray
+    fourth: np.ndarray
+    orientation: np.ndarray
+    between: np.ndarray
+    lanes: np.ndarray
+
+
+@inlined
+def spin_in_frame(axis_distance, tangential_velocity, spin):
+    """Angular velocity of a ball against the frame that turns with it around the axis [rad/s]."""
+    return (spin[0], spin[1], spin[2] - tangential_velocity / axis_distance)
+
+
+@inlined
+def lane_spin(lanes, state, k):
+    """`spin_in_frame` of a lane's ball whose state stands in the rows from `state` on."""
+    tangential_velocity = get(lanes, state + TANGENTIAL_VELOCITY, k)
+    spin = get_vector(lanes, state + SPIN, k)
+    return spin_in_frame(get(lanes, state + AXIS_DISTANCE, k), tangential_velocity, spin)
+
+
+@kernel
+def relative_spin(row):
+    """`spin_in_frame` from one row of the state."""
+    spin = (row[RADIAL_SPIN], row[TANGENTIAL_SPIN], row[AXIAL_SPIN])
+    return spin_in_frame(row[AXIS_DISTANCE], row[TANGENTIAL_VELOCITY], spin)
+
+
+@kernel
+def changes_contact(bearing, start, end):
+    """Whether a ball begins or ends a contact with a raceway between two states, other than by a hair."""
+    for before, after in zip(approaches(bearing, start), approaches(bearing, end)):  # noqa: B905
+        if before * after < 0.0 and min(abs(before), abs(after)) > TOUCHING:
+            return True
+    return False
+
+
+@kernel
+def new_dense_step():
+    """Room for a `DenseStep`."""
+    return DenseStep(
+        start=np.zeros(COLUMNS),
+        end=np.zeros(COLUMNS),
+        third=np.zeros(COLUMNS),
+        fourth=np.zeros(COLUMNS),
+        orientation=np.zeros(4),
+        between=np.zeros(COLUMNS),
+        lanes=new_lanes(INSTANT_ROWS),
+    )
+
+
+@kernel
+def interpolate(dense, fraction, out):
+    """The state (COLUMNS,) at `fraction` of a dense step."""
+    for column in range(COLUMNS):
+        out[column] = rosenbrock_dense(
+            fraction, dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
+        )
+
+
+@kernel
+def landing(bearing, dense):
+    """Share of a dense step, in which a contact with a raceway begins or ends, after which it just has."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-6:
+        share = 0.5 * (low + high)
+        interpolate(dense, share, dense.between)
+        if changes_contact(bearing, dense.start, dense.between):
+            high = share
+        else:
+            low = share
+    return high
+
+
+@inlined
+def _interpolate_lanes(dense, column, part, row):
+    """One column of the state in all lanes, at `part` of each lane's share of the step."""
+    start, end, third, fourth = dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
+    for k in range(LANES):
+        share = part * get(dense.lanes, INSTANT, k)
+        put(dense.lanes, row, k, rosenbrock_dense(share, start, end, third, fourth))
+
+
+@kernel
+def _fill_lanes(dense, step):
+    """States and orientations at the lanes' shares of the step [s]."""
+    lanes = dense.lanes
+    for column in range(COLUMNS):
+        _interpolate_lanes(dense, column, 1.0, column)
+    for column in range(TURNING):
+        _interpolate_lanes(dense, TURNING_FROM + column, 0.5, HALFWAY + column)
+    _interpolate_lanes(dense, AXIS_DISTANCE, 0.5, HALFWAY_DISTANCE)
+    before = (dense.orientation[0], dense.orientation[1], dense.orientation[2], dense.orientation[3])
+    first = relative_spin(dense.start)
+    for k in range(LANES):
+        spin = get_vector(lanes, HALFWAY + SPIN - TURNING_FROM, k)
+        speed = get(lanes, HALFWAY + TANGENTIAL_VELOCITY - TURNING_FROM, k)
+        middle = spin_in_frame(get(lanes, HALFWAY_DISTANCE, k), speed, spin)
+        spin = get_vector(lanes, SPIN, k)
+        last = spin_in_frame(get(lanes, AXIS_DISTANCE, k), get(lanes, TANGENTIAL_VELOCITY, k), spin)
+        put_quaternion(lanes, INSTANT_TURNED, k, turned(before, first, middle, last, get(lanes, INSTANT, k) * step))
+
+
+@kernel
+def give_out(times, cursor, until, time, step, ball, dense, results):
+    """Writes a ball's instants up to `until` inside its step from `time` on; returns the next instant to serve."""
+    lanes, states, orientations = dense.lanes, results.states, results.orientations
+    while cursor < len(times) and times[cursor] <= until:
+        count = 1
+        while count < LANES and cursor + count < len(times) and times[cursor + count] <= until:
+            count += 1
+        for k in range(LANES):
+            put(lanes, INSTANT, k, (times[cursor + min(k, count - 1)] - time) / step)
+        _fill_lanes(dense, step)
+        # Without a view of a row, which would be counted in and out.
+        for k in range(count):
+            for column in range(COLUMNS):
+                states[cursor + k, ball, column] = get(lanes, column, k)
+            for part in range(4):
+                orientations[cursor + k, ball, part] = get(lanes, INSTANT_TURNED + part, k)
+        cursor += count
+    return cursor
+
+
+@kernel
+def check_ball(bearing, state, k):
+    """OK, or why the state of ball k cannot be right."""
+    total = 0.0
+    for column in range(COLUMNS):
+        total += abs(state[k, column])
+    if not total < math.inf:
+        return NOT_FINITE
+    inner, outer = approaches(bearing, state[k])
+    deepest = DEEPEST * bearing.ball_radius
+    if inner > deepest or outer > deepest:
+        return TOO_DEEP
+    return OK
+
+
+@kernel
+def check_all(bearing, time, state, failure):
+    """`check_ball` for every ball; a failure is noted with its time and ball."""
+    for k in range(bearing.balls):
+        status = check_ball(bearing, state, k)
+        if status != OK:
+            failure[0], failure[1] = time, k
+            return status
+    return OK
