@@ -8,7 +8,7 @@ from bearings import TURNED_REST, flat, motion, run, stored_energy, without_comp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from bearing_twin.kinds.bearing.forces.equations import ball_position, ball_vector, meeting, pair_contact
+from bearing_twin.kinds.bearing.forces.equations import ball_position, ball_vector, mark_met, meeting, pair_contact
 from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
@@ -217,6 +217,30 @@ def test_balls_push_each_other_off():
     assert least_gap(moving) >= 0.0
     residual = out.drive_work[-1] - (stored_energy(out)[-1] - start) - out.dissipated[-1]
     assert abs(residual) < 1e-3 * out.gross_work[-1]
+
+
+def test_a_ball_does_not_pass_through_another_within_a_chunk():
+    """From rest no present speed tells of it, and at the chunk's end ball 1 would stand far beyond ball 2."""
+    rough = ("contact.friction_coefficient=0.15", "drive.offset=[0.0, -3.0e-6, 5.0e-6]", "drive.speed=200.0")
+    longer, shorter = (motion(*rough, scene="bearing_6203_start") for _ in range(2))
+    times = np.arange(1, 501) * 1e-4
+    whole = longer.advance(times, times[-1])
+    cut = [shorter.advance(np.arange(1, 51) * 1e-4, 5e-3) for _ in range(10)]
+    for positions in (whole.position, np.concatenate([out.position for out in cut])):
+        least = np.linalg.norm(positions - np.roll(positions, -1, axis=1), axis=-1).min()
+        assert 2.0 * longer.bearing.ball_radius - 1e-5 < least < 2.02 * longer.bearing.ball_radius
+    assert stored_energy(whole) == pytest.approx(np.concatenate([stored_energy(out) for out in cut]), rel=1e-3)
+
+
+def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
+    moving = motion(*FREE)
+    bearing, states = moving.bearing, np.repeat(moving.state[None], 3, axis=0)
+    reach, apart = 1e-4, 2.0 * math.asin((bearing.ball_radius + 2e-5) / states[0, 0, AXIS_DISTANCE])
+    for nearest in (apart, -0.5):  # closer than `reach`, or past the other
+        near = np.zeros(bearing.balls, bool)
+        states[1, 3, ORBIT_ANGLE] = states[1, 4, ORBIT_ANGLE] - nearest
+        mark_met(bearing, states, reach, near)
+        assert near.tolist() == [k == 3 for k in range(bearing.balls)]
 
 
 CLOSING = 0.5  # m/s

@@ -8,7 +8,7 @@ import numpy as np
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
-from bearing_twin.kinds.bearing.forces.equations import RingDrive, mark_near, time_apart
+from bearing_twin.kinds.bearing.forces.equations import RingDrive, mark_met, mark_near, time_apart
 from bearing_twin.kinds.bearing.forces.layout import (
     CARRIED_COLUMNS,
     DRIVE_WORK,
@@ -257,7 +257,8 @@ class BearingMotion:
             mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
         pointer = self._integrate(drive, partners, near, times, duration, filled)
         if not partners.even:
-            mark_near(self.bearing, self.state, 0.5 * NEAR * self.bearing.ball_radius, 0.0, after)
+            for states in (self.state[None], filled[0]) if len(times) else (self.state[None],):
+                mark_met(self.bearing, states, 0.5 * NEAR * self.bearing.ball_radius, after)
         if np.any(after & ~near):
             # Balls came together that were integrated apart: once more, all together.
             for one, kept in zip(moving, before, strict=True):

@@ -450,7 +450,8 @@ def give_coefficients(bearing, lanes):
 def meeting(bearing, state, k):
     """Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it.
 
-    A gap that cannot close, because there is no other ball or the way round is the longer one, is infinite.
+    A gap that cannot close, because there is no other ball or the way round is the longer one, is infinite; one that
+    ball k has passed through is less than - 2 R.
     """
     if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
         return math.inf, 0.0
@@ -458,7 +459,7 @@ def meeting(bearing, state, k):
     angle = neighbour_angle(bearing, state, k, 1)
     other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
     between = minus(other, ball_position(state, k))
-    gap = math.sqrt(dot(between, between)) - 2.0 * bearing.ball_radius
+    gap = math.copysign(math.sqrt(dot(between, between)), angle) - 2.0 * bearing.ball_radius
     return gap, 2.0 * abs(state[j, TANGENTIAL_VELOCITY] - state[k, TANGENTIAL_VELOCITY])
 
 
@@ -468,6 +469,17 @@ def mark_near(bearing, state, reach, ahead, near):
     for k in range(bearing.balls):
         gap, closing = meeting(bearing, state, k)
         near[k] = gap < reach + ahead * closing
+
+
+@kernel
+def mark_met(bearing, states, reach, near):
+    """Sets `near[k]` where ball k was closer than `reach` [m] to the next ahead in any of states (instants, N, ...)."""
+    for k in range(bearing.balls):
+        first = 0
+        for instant in range(len(states)):
+            if neighbour_angle(bearing, states[instant], k, 1) < neighbour_angle(bearing, states[first], k, 1):
+                first = instant
+        near[k] |= meeting(bearing, states[first], k)[0] < reach
 
 
 @kernel

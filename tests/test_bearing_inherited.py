@@ -1,0 +1,76 @@
+"""What a run inherits from before its windows: a random walk while a ring rings, more where contacts bear little."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from bearings import motion
+
+from bearing_twin.kinds.bearing.companion.inherited import NOTHING, carried_on, light_share, ringing_time
+from bearing_twin.kinds.bearing.companion.windows import ALL, INHERITED, PLACE, WINDOW
+
+GREATEST = 400.0  # N
+
+
+def part_of(bearing, load, friction):
+    """A part of 10 ms from 40 ms on, with these loads [N] and friction forces [N] of one ball at two outputs."""
+    out = {"normal_load": np.array(load).reshape(2, 1, 2), "friction_force": np.zeros((2, 1, 2, 3))}
+    out["friction_force"][..., 0] = np.array(friction).reshape(2, 1, 2)
+    return SimpleNamespace(bearing=bearing, out=out, elapsed=0.04, duration=0.01)
+
+
+def window(ball=ALL, **errors):
+    """A row of WINDOW from 42 ms to 43 ms."""
+    row = np.zeros(len(WINDOW.columns))
+    row[:2], row[PLACE["ball"]] = (0.043, 0.042), ball
+    for name, value in errors.items():
+        row[PLACE[name]] = value
+    return row
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return motion(scene="bearing_6203_rig_400N")
+
+
+def test_a_ring_rings_down_as_its_equation_says(rig):
+    """Eigenvalues of a mass on two Hertz contacts in series, each with its viscous term."""
+    coefficient, relaxation = rig.bearing.inner.law.given, rig.bearing.relaxation_time
+    stiffness = 0.5 * 1.5 * coefficient ** (2 / 3) * GREATEST ** (1 / 3)
+    mass = rig.parameters.rings.inner.mass
+    rates = np.linalg.eigvals([[0.0, 1.0], [-stiffness / mass, -relaxation * stiffness / mass]])
+    assert ringing_time(rig.parameters, rig.bearing, GREATEST) == pytest.approx(math.log(0.1) / rates.real.max())
+    held = motion()
+    assert ringing_time(held.parameters, held.bearing, GREATEST) == 0.0
+
+
+def test_errors_add_up_as_a_random_walk_while_the_ring_rings(rig):
+    part, rows = (
+        part_of(rig.bearing, [300, 300, 400, 400], [0, 0, 0, 0]),
+        np.array([window(load=2.0, orbit_angle=1e-7)]),
+    )
+    found, known = carried_on(NOTHING, part, rows, 4e-3, 0.0, GREATEST)
+    (row,) = found[found[:, PLACE["ball"]] == INHERITED]
+    assert row[PLACE["load"]] == pytest.approx(2.0 * 2.0)  # 4 ms are four windows
+    assert row[PLACE["orbit_angle"]] == pytest.approx(1e-7 * math.sqrt(43.0))  # nothing damps it: since the beginning
+    assert known[1] == pytest.approx(4.0)
+    assert carried_on(NOTHING, part, rows, 0.0, 0.0, GREATEST)[0] is rows
+
+
+def test_contacts_that_bear_little_feel_more_of_it(rig):
+    """A Hertz contact's load changes with its approach as N^(1/3), so its share does as N^(-2/3)."""
+    coefficient = rig.bearing.friction_coefficient
+    loaded, light = (part_of(rig.bearing, 4 * [load], 4 * [coefficient * load]) for load in (GREATEST, GREATEST / 8))
+    assert light_share(loaded, GREATEST) == pytest.approx(1.0)
+    assert light_share(light, GREATEST) == pytest.approx(4.0)
+    assert light_share(part_of(rig.bearing, 4 * [0.0], 4 * [0.0]), GREATEST) == 0.0
+    found, _ = carried_on(NOTHING, light, np.array([window(load=2.0)]), 1e-3, 0.0, GREATEST)
+    assert found[-1, PLACE["friction"]] == pytest.approx(4.0 * 2.0 / GREATEST)
+
+
+def test_what_balls_are_off_their_way_round_makes_loads_err(rig):
+    part = part_of(rig.bearing, [100, 100, 400, 400], [8, 8, 8, 8])
+    _, (_, off, told) = carried_on(NOTHING, part, np.array([window(ball=0)]), 0.0, 1e-4, GREATEST)
+    assert off == pytest.approx(1e-4 * 300.0)
+    assert told > 0.0
