@@ -1,7 +1,7 @@
 """Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
 
 Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `FRESH` were
-chosen after all estimates were as they are, and then run for the first time.
+chosen last; docs/doubt.md says what was found with them.
 """
 
 VARIANTS = {

@@ -2,8 +2,7 @@
 
 Shipped bearing scenes, shortened, and variants of them, run as `simulate` runs them, against the same scene at a
 tolerance so tight that it counts as true; then others that nothing of the companion was fitted to, and some that were
-chosen and run once all estimates were as they are. Errors are those of
-the chart of steppers: of load over the greatest load, of friction over mu N of a contact or mu N R of a ball, at every
+chosen later still. Errors are those of the chart of steppers: of load over the greatest load, of friction over mu N of a contact or mu N R of a ball, at every
 output. `setting` is the tolerance, `reason` what failed.
 """
 
@@ -233,7 +232,7 @@ def _share(number: int, total: int) -> str:
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says, of the scenes it was made with and of those that nothing was fitted to."""
     first = VARIANTS | FURTHER
-    for who, cases in (("Scenes known", CASES), ("Variants unseen", first), ("Variants run once all was done", FRESH)):
+    for who, cases in (("Scenes known", CASES), ("Variants unseen", first), ("Fresh variants", FRESH)):
         mine = [p for p in points if p.problem in cases]
         if mine:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
