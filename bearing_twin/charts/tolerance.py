@@ -2,8 +2,8 @@
 
 Shipped bearing scenes, shortened, and variants of them, run as `simulate` runs them, against the same scene at a
 tolerance so tight that it counts as true; then others that nothing of the companion was fitted to, and some that were
-chosen later still. Errors are those of the chart of steppers: of load over the greatest load, of friction over mu N of a contact or mu N R of a ball, at every
-output. `setting` is the tolerance, `reason` what failed.
+chosen later still. Errors are those of the chart of steppers: of load over the greatest load, of friction over mu N of
+a contact or mu N R of a ball, at every output. `setting` is the tolerance, `reason` what failed.
 """
 
 import functools
