@@ -58,16 +58,37 @@ from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, scale
 
 
 @inlined
-def _put_row(lanes, rate, k, by_position, by_velocity, by_spin):
-    """Writes one row of a lane's Jacobian."""
-    put_vector(lanes, entry(rate, AXIS_DISTANCE), k, by_position)
+def _put_row(lanes, rate, k, by_velocity, by_spin):
+    """Writes one row of a lane's Jacobian, its columns of velocity and spin."""
     put_vector(lanes, entry(rate, VELOCITY), k, by_velocity)
     put_vector(lanes, entry(rate, SPIN), k, by_spin)
 
 
 @inlined
+def put_resistance(bearing, position, velocity, spin, power, inner, outer, lanes, k):
+    """Writes the columns of velocity and spin of a ball's Jacobian; `power` is that of the drive [W]."""
+    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    inverse, sign = 1.0 / position[0], math.copysign(1.0, power)
+    rate = velocity[1] * inverse
+    put_jacobian_block(lanes, VELOCITY, VELOCITY, k, scaled_block(inverse_mass, plus(inner.force_v, outer.force_v)))
+    put_jacobian_block(lanes, VELOCITY, SPIN, k, scaled_block(inverse_mass, plus(inner.force_s, outer.force_s)))
+    put_jacobian_block(lanes, SPIN, VELOCITY, k, scaled_block(inverse_inertia, plus(inner.torque_v, outer.torque_v)))
+    put_jacobian_block(lanes, SPIN, SPIN, k, scaled_block(inverse_inertia, plus(inner.torque_s, outer.torque_s)))
+    increase(lanes, entry(RADIAL_VELOCITY, TANGENTIAL_VELOCITY), k, 2.0 * rate)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, RADIAL_VELOCITY), k, -rate)
+    increase(lanes, entry(TANGENTIAL_VELOCITY, TANGENTIAL_VELOCITY), k, -velocity[0] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_VELOCITY), k, spin[1] * inverse)
+    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_SPIN), k, rate)
+    increase(lanes, entry(TANGENTIAL_SPIN, TANGENTIAL_VELOCITY), k, -spin[0] * inverse)
+    increase(lanes, entry(TANGENTIAL_SPIN, RADIAL_SPIN), k, -rate)
+    _put_row(lanes, DRIVE_WORK, k, inner.power_v, inner.power_s)
+    _put_row(lanes, DISSIPATED, k, add(inner.loss_v, outer.loss_v), add(inner.loss_s, outer.loss_s))
+    _put_row(lanes, GROSS_WORK, k, scaled(sign, inner.power_v), scaled(sign, inner.power_s))
+
+
+@inlined
 def _add_frame(lanes, k, position, velocity, spin, gravity):
-    """Adds what the frame that turns with the ball does, and gravity in it."""
+    """Adds what answers to places in the frame that turns with the ball, gravity in it, and how places change."""
     inverse = 1.0 / position[0]
     rate = velocity[1] * inverse
     increase(lanes, entry(AXIS_DISTANCE, RADIAL_VELOCITY), k, 1.0)
@@ -76,17 +97,10 @@ def _add_frame(lanes, k, position, velocity, spin, gravity):
     increase(lanes, entry(HEIGHT, AXIAL_VELOCITY), k, 1.0)
     increase(lanes, entry(RADIAL_VELOCITY, AXIS_DISTANCE), k, -rate * rate)
     increase(lanes, entry(RADIAL_VELOCITY, ORBIT_ANGLE), k, gravity[1])
-    increase(lanes, entry(RADIAL_VELOCITY, TANGENTIAL_VELOCITY), k, 2.0 * rate)
     increase(lanes, entry(TANGENTIAL_VELOCITY, AXIS_DISTANCE), k, rate * velocity[0] * inverse)
     increase(lanes, entry(TANGENTIAL_VELOCITY, ORBIT_ANGLE), k, -gravity[0])
-    increase(lanes, entry(TANGENTIAL_VELOCITY, RADIAL_VELOCITY), k, -rate)
-    increase(lanes, entry(TANGENTIAL_VELOCITY, TANGENTIAL_VELOCITY), k, -velocity[0] * inverse)
     increase(lanes, entry(RADIAL_SPIN, AXIS_DISTANCE), k, -rate * spin[1] * inverse)
-    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_VELOCITY), k, spin[1] * inverse)
-    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_SPIN), k, rate)
     increase(lanes, entry(TANGENTIAL_SPIN, AXIS_DISTANCE), k, rate * spin[0] * inverse)
-    increase(lanes, entry(TANGENTIAL_SPIN, TANGENTIAL_VELOCITY), k, -spin[0] * inverse)
-    increase(lanes, entry(TANGENTIAL_SPIN, RADIAL_SPIN), k, -rate)
 
 
 @kernel
@@ -118,7 +132,6 @@ def _given_slope(bearing, raceway, offset):
 @inlined
 def _put_ball(bearing, lanes, k, gravity, contact, inner):
     """Writes a ball's own Jacobian from its contact with the inner ring and the derivatives of that."""
-    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     position, still = lane_position(lanes, k), (0.0, 0.0, 0.0)
     velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
     given, slope = get(lanes, GIVEN_OUTER, k), get(lanes, GIVEN_SLOPE_OUTER, k)
@@ -126,20 +139,13 @@ def _put_ball(bearing, lanes, k, gravity, contact, inner):
     for row in range(entry(AXIS_DISTANCE, AXIS_DISTANCE), entry(VELOCITY, AXIS_DISTANCE)):
         put(lanes, row, k, 0.0)
     force_p, torque_p = plus(inner.force_p, outer.force_p), plus(inner.torque_p, outer.torque_p)
-    force_v, torque_v = plus(inner.force_v, outer.force_v), plus(inner.torque_v, outer.torque_v)
-    force_s, torque_s = plus(inner.force_s, outer.force_s), plus(inner.torque_s, outer.torque_s)
-    put_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k, scaled_block(inverse_mass, force_p))
-    put_jacobian_block(lanes, VELOCITY, VELOCITY, k, scaled_block(inverse_mass, force_v))
-    put_jacobian_block(lanes, VELOCITY, SPIN, k, scaled_block(inverse_mass, force_s))
-    put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, scaled_block(inverse_inertia, torque_p))
-    put_jacobian_block(lanes, SPIN, VELOCITY, k, scaled_block(inverse_inertia, torque_v))
-    put_jacobian_block(lanes, SPIN, SPIN, k, scaled_block(inverse_inertia, torque_s))
-    loss_p, loss_v = add(inner.loss_p, outer.loss_p), add(inner.loss_v, outer.loss_v)
-    sign = math.copysign(1.0, contact.drive_power)
-    gross_p, gross_v = scaled(sign, inner.power_p), scaled(sign, inner.power_v)
-    _put_row(lanes, DRIVE_WORK, k, inner.power_p, inner.power_v, inner.power_s)
-    _put_row(lanes, DISSIPATED, k, loss_p, loss_v, add(inner.loss_s, outer.loss_s))
-    _put_row(lanes, GROSS_WORK, k, gross_p, gross_v, scaled(sign, inner.power_s))
+    put_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k, scaled_block(1.0 / bearing.ball_mass, force_p))
+    put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, scaled_block(1.0 / bearing.ball_inertia, torque_p))
+    put_vector(lanes, entry(DRIVE_WORK, AXIS_DISTANCE), k, inner.power_p)
+    put_vector(lanes, entry(DISSIPATED, AXIS_DISTANCE), k, add(inner.loss_p, outer.loss_p))
+    gross_p = scaled(math.copysign(1.0, contact.drive_power), inner.power_p)
+    put_vector(lanes, entry(GROSS_WORK, AXIS_DISTANCE), k, gross_p)
+    put_resistance(bearing, position, velocity, spin, contact.drive_power, inner, outer, lanes, k)
     _add_frame(lanes, k, position, velocity, spin, gravity)
 
 

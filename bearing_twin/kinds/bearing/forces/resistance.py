@@ -1,38 +1,25 @@
 """Rates of balls side by side, and how the raceways answer to velocity and spin alone: what `imex` steps by."""
 
-import math
-
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elasticity import in_lanes
 from bearing_twin.kinds.bearing.forces.equations import give_coefficients, lane_position, put_rates, raceway_contact
 from bearing_twin.kinds.bearing.forces.gradient import driven, raceway_slopes
-from bearing_twin.kinds.bearing.forces.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.forces.jacobian import lane_jacobian, put_resistance
 from bearing_twin.kinds.bearing.forces.layout import (
-    DISSIPATED,
-    DRIVE_WORK,
     GIVEN_INNER,
     GIVEN_OUTER,
-    GROSS_WORK,
     LANES,
     ORBIT_ANGLE,
-    RADIAL_SPIN,
-    RADIAL_VELOCITY,
     RING_SPEED,
     SPIN,
-    TANGENTIAL_SPIN,
-    TANGENTIAL_VELOCITY,
     VELOCITY,
     entry,
     get,
     get_jacobian_block,
     get_vector,
-    increase,
-    put_jacobian_block,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
-from bearing_twin.numerics.block_solve import plus, scaled_block
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus
 
 STILL = (0.0, 0.0, 0.0)
 
@@ -44,34 +31,6 @@ def _resisting(bearing, raceway, given, centre, ring_speed, position, velocity, 
     slopes = raceway_slopes(bearing, raceway, given, 0.0, contact, 0.0)  # those by places are not looked at
     point = add(minus(position, centre), contact.arm)
     return contact, driven(contact, slopes, (-ring_speed * point[1], ring_speed * point[0], 0.0))
-
-
-@inlined
-def _put_row(lanes, rate, k, by_velocity, by_spin):
-    put_vector(lanes, entry(rate, VELOCITY), k, by_velocity)
-    put_vector(lanes, entry(rate, SPIN), k, by_spin)
-
-
-@inlined
-def _put_resistance(bearing, position, velocity, spin, power, inner, outer, lanes, k):
-    """Writes the columns of velocity and spin of a ball's Jacobian; `power` is that of the drive [W]."""
-    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
-    inverse, sign = 1.0 / position[0], math.copysign(1.0, power)
-    rate = velocity[1] * inverse
-    put_jacobian_block(lanes, VELOCITY, VELOCITY, k, scaled_block(inverse_mass, plus(inner.force_v, outer.force_v)))
-    put_jacobian_block(lanes, VELOCITY, SPIN, k, scaled_block(inverse_mass, plus(inner.force_s, outer.force_s)))
-    put_jacobian_block(lanes, SPIN, VELOCITY, k, scaled_block(inverse_inertia, plus(inner.torque_v, outer.torque_v)))
-    put_jacobian_block(lanes, SPIN, SPIN, k, scaled_block(inverse_inertia, plus(inner.torque_s, outer.torque_s)))
-    increase(lanes, entry(RADIAL_VELOCITY, TANGENTIAL_VELOCITY), k, 2.0 * rate)
-    increase(lanes, entry(TANGENTIAL_VELOCITY, RADIAL_VELOCITY), k, -rate)
-    increase(lanes, entry(TANGENTIAL_VELOCITY, TANGENTIAL_VELOCITY), k, -velocity[0] * inverse)
-    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_VELOCITY), k, spin[1] * inverse)
-    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_SPIN), k, rate)
-    increase(lanes, entry(TANGENTIAL_SPIN, TANGENTIAL_VELOCITY), k, -spin[0] * inverse)
-    increase(lanes, entry(TANGENTIAL_SPIN, RADIAL_SPIN), k, -rate)
-    _put_row(lanes, DRIVE_WORK, k, inner.power_v, inner.power_s)
-    _put_row(lanes, DISSIPATED, k, add(inner.loss_v, outer.loss_v), add(inner.loss_s, outer.loss_s))
-    _put_row(lanes, GROSS_WORK, k, scaled(sign, inner.power_v), scaled(sign, inner.power_s))
 
 
 @inlined
@@ -97,7 +56,7 @@ def rates_and_resistance(spot, ring, bearing, lanes):
             two, outer = _resisting(bearing, bearing.outer, given, STILL, 0.0, position, velocity, spin)
             gravity = about_z(cosine, -sine, bearing.gravity)
             put_rates(bearing, gravity, position, velocity, spin, one, two, lanes, k)
-            _put_resistance(bearing, position, velocity, spin, one.drive_power, inner, outer, lanes, k)
+            put_resistance(bearing, position, velocity, spin, one.drive_power, inner, outer, lanes, k)
 
 
 @inlined
