@@ -74,3 +74,13 @@ def test_what_balls_are_off_their_way_round_makes_loads_err(rig):
     _, (_, off, told) = carried_on(NOTHING, part, np.array([window(ball=0)]), 0.0, 1e-4, GREATEST)
     assert off == pytest.approx(1e-4 * 300.0)
     assert told > 0.0
+
+
+def test_what_loads_were_off_falls_as_the_ring_rings_down(rig):
+    """To a tenth in that time, and for the part after it counts in full."""
+    part, rows = part_of(rig.bearing, [300, 300, 400, 400], [0, 0, 0, 0]), np.array([window(load=1e-9)])
+    _, (_, off, _) = carried_on((0.0, 3.0, 0.0), part, rows, part.duration, 0.0, GREATEST)
+    assert off == pytest.approx(0.3)
+    rubbing = part_of(rig.bearing, 4 * [GREATEST], 4 * [rig.bearing.friction_coefficient * GREATEST])
+    found, _ = carried_on((0.0, 3.0, 0.0), rubbing, rows, part.duration, 0.0, GREATEST)
+    assert found[-1, PLACE["friction"]] == pytest.approx(3.0 / GREATEST)

@@ -60,7 +60,8 @@ def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, aroun
     """Rows of WINDOW with that of what a part inherits, if it is more than was told before, and what is `known` then.
 
     `seconds` a ring goes on with what it is off; `around` [rad] balls may be off their way round. Known are the
-    greatest share of `light_share`, of loads off [N], and what was told of friction.
+    greatest share of `light_share`, how far loads are off [N], which falls as the ring rings down, and what was told of
+    friction.
     """
     light, off, told = known
     row = np.zeros(len(WINDOW.columns))
@@ -72,10 +73,12 @@ def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, aroun
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
         row[ERRORS] = np.maximum(row, longer * one)[ERRORS]
     loads = part.out["normal_load"]
-    off = max(off, float(row[PLACE["load"]]) + around * float(np.ptp(loads)))
+    now = float(row[PLACE["load"]]) + around * float(np.ptp(loads))
+    later = max(now, off * (10.0 ** (-part.duration / seconds) if seconds else 1.0))
+    off = max(off, now)
     light = max(light, light_share(part, greatest))
     friction = max(float(row[PLACE["friction"]]), light * off / greatest if greatest else 0.0)
     row[PLACE["friction"]] = friction
     if friction <= max(told, float(rows[:, PLACE["friction"]].max())) and not len(whole):
-        return rows, (light, off, told)
-    return np.concatenate([rows, row[None]]), (light, off, max(told, friction))
+        return rows, (light, later, told)
+    return np.concatenate([rows, row[None]]), (light, later, max(told, friction))
