@@ -1,6 +1,7 @@
-"""Where the files that are not Python live: config/, launch/ and msg_schemas/, in a checkout or installed."""
+"""Where files that are not Python live, in a checkout or installed, and how files are written: whole or not at all."""
 
 import os
+import threading
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
@@ -26,3 +27,26 @@ def own_folder(name: str) -> Path:
     """The folder of the user's own files of a kind, `$XDG_CONFIG_HOME/bearing_twin/<name>`; it need not exist."""
     home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
     return Path(home) / "bearing_twin" / name
+
+
+def write_whole(path, content: bytes) -> Path:
+    """Writes a file through a draft beside it that takes its name, so that a full disk leaves what was there before.
+
+    A link stays one; devices and pipes take the bytes themselves. Raises BearingTwinError where it cannot be written.
+    """
+    path = Path(path)
+    target = path.resolve()
+    draft = target.with_name(f".{os.getpid()}_{threading.get_ident()}.part")
+    try:
+        if target.exists() and not target.is_file():
+            target.write_bytes(content)
+            return path
+        try:
+            draft.write_bytes(content)
+            os.replace(draft, target)
+        except BaseException:
+            draft.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
+    return path

@@ -25,7 +25,7 @@ from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, Row
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 from bearing_twin.units import two_digits
@@ -217,7 +217,7 @@ def draw(rows: list[CageRow], path: Path) -> None:
     figure.suptitle(title, fontsize=15, color=STYLE["ink"])
     figure.get_layout_engine().set(rect=(0.0, 0.08, 1.0, 0.92))  # below is room for both
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 CONTESTS = {

@@ -10,8 +10,7 @@ from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.ellipse import curvature_ratio
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.stress import axis_stresses
-from bearing_twin.errors import SceneError
-from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, SIZE, STYLE, ball_line, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, SIZE, STYLE, ball_line, frame, heading, save
 
 LEAST_SHOWN = 1e-12  # of the laws' errors
 
@@ -33,12 +32,7 @@ def plot_contact(result: dict, poisson_ratio: float, png_path) -> Path:
         f"E* {1e-9 * result['effective_modulus_pa']:.4g} GPa"
     )
     figure.text(0.07, 0.915, facts, fontsize=12, color=STYLE["soft"], va="center")
-    path = Path(png_path)
-    try:
-        figure.savefig(path, format="png")
-    except OSError as error:
-        raise SceneError(f"{path} cannot be written ({error.strerror}); give another path") from error
-    return path
+    return save(figure, png_path)
 
 
 def _draw_ellipse(figure, axis, result):

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
 from bearing_twin.charts.chart import Chart, stopped, unsure
 from bearing_twin.charts.table import DONE, UNSURE, Row
-from bearing_twin.pictures.style import STYLE, ball_line, frame
+from bearing_twin.pictures.style import STYLE, ball_line, frame, save
 
 LEAST, GREATEST = 1e-10, 10.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 EDGE = 3.0  # where failures are drawn
@@ -87,7 +87,7 @@ def draw(chart, rows: list[Row], path: Path) -> None:
     figure.suptitle(
         f"{chart.title} (dotted: {chart.wanted:g}, x: no result; {RINGED})", fontsize=17, color=STYLE["ink"]
     )
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def draw_over(chart, rows: list[Row], path: Path) -> None:
@@ -117,7 +117,7 @@ def draw_over(chart, rows: list[Row], path: Path) -> None:
     right.yaxis.set_major_formatter("{x:g}")
     right.yaxis.set_minor_formatter(NullFormatter())
     figure.suptitle(f"{chart.title} (dotted: {chart.wanted:g})", fontsize=19, color=STYLE["ink"])
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def ring(axis, rows: Iterable[Row], place: Callable[[Row], tuple[float, float]], colour: str) -> None:

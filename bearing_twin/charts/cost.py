@@ -22,7 +22,7 @@ from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, stamp
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, save, stamp
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run
 
@@ -194,4 +194,4 @@ def draw(points: list[CostPart], path: Path) -> None:
     title = f"Where the time of a simulated second into a log goes ({RATE} outputs a second, 8 balls)"
     figure.suptitle(title, fontsize=16, color=STYLE["ink"])
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)

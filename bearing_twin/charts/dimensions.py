@@ -25,7 +25,7 @@ from bearing_twin.charts.timing import Timing, timed
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 from bearing_twin.units import two_digits
@@ -259,7 +259,7 @@ def draw(points: list[DimensionRow], path: Path) -> None:
         frame(axis)
     figure.suptitle("Dimensions of a bearing: equilibria against moving balls", fontsize=16, color=STYLE["ink"])
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 CONTESTS = {

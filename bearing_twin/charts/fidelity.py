@@ -23,12 +23,12 @@ from bearing_twin.charts.contest_picture import ring
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.charts.timing import timed
-from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.numerics.steppers import ROSENBROCK
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -234,10 +234,7 @@ def draw(points: list[FidelityRow], path: Path) -> None:
     title = f"The chooser against all that could be chosen, {len(CASES)} bearings over {1e3 * SPAN:g} ms"
     figure.text(0.07, 0.945, title, fontsize=17, weight="bold", color=STYLE["ink"], va="center")
     stamp(figure)
-    try:
-        figure.savefig(path)
-    except OSError as problem:
-        raise BearingTwinError(f"{path} cannot be written ({problem.strerror}); give another path") from problem
+    save(figure, path)
 
 
 CONTESTS = {

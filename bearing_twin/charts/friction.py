@@ -24,7 +24,7 @@ from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.charts.timing import Timing
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
 from bearing_twin.reference.spot import spot_friction_exact
 
 WORST = 0.1  # an error beyond this is a cross
@@ -260,7 +260,7 @@ def draw(rows: list[FrictionRow], path: Path) -> None:
     panels[0, count].legend(handles, labels, loc="lower left", frameon=False, fontsize=11)
     figure.suptitle("Friction over a spot that slides and spins", fontsize=16, color=STYLE["ink"])
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 CONTESTS = {

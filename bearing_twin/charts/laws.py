@@ -26,7 +26,7 @@ from bearing_twin.contact.differential import Shape, differential_coefficient, f
 from bearing_twin.contact.elasticity import NO_SHAPE, coefficient_at, coefficient_of, elasticity
 from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
 
 LEAST = 1e-12  # smaller errors are drawn here
 WORST = 0.1  # an error beyond this is a cross
@@ -223,7 +223,7 @@ def draw(rows: list[Row], path: Path) -> None:
     left.legend(loc="lower left", frameon=False, bbox_to_anchor=(0.0, 0.12))
     figure.suptitle("Elastic laws: accuracy against cost", fontsize=16, color=STYLE["ink"])
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 CONTESTS = {

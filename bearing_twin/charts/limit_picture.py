@@ -8,7 +8,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from bearing_twin.charts.limits import Limit
 from bearing_twin.charts.model_limits import LIMITED
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, stamp
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, save, stamp
 
 COLUMNS, SIZE = 3, 15  # panels in a row; of the letters
 MICRO = 1e6
@@ -28,7 +28,7 @@ def of_limits(limits: list[Limit], path: Path) -> None:
     figure.suptitle("The longest fixed step: line predicted, rings found, dashes refused from there on",
                     fontsize=20, color=STYLE["ink"])  # fmt: skip
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def _panel(axis, name: str, limits: list[Limit]) -> None:

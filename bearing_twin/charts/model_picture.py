@@ -9,7 +9,7 @@ from bearing_twin.charts.left_alone import TOLD_FROM
 from bearing_twin.charts.map_picture import PREDICTED, Curves, add_bar, add_legend, draw_map
 from bearing_twin.charts.model_maps import MODELS, chosen_by_tolerance, law_limits
 from bearing_twin.charts.table import MapRow
-from bearing_twin.pictures.style import STYLE, stamp
+from bearing_twin.pictures.style import STYLE, save, stamp
 
 COLUMNS, APART = 3, 10.0  # panels in a row; ratio of the made-up settings that laws stand at
 
@@ -38,7 +38,7 @@ def of_models(rows: list[MapRow], path: Path) -> None:
     add_legend(figure, False, f"error above {_levels(name for name, _ in panels)}", True)
     figure.suptitle("Where models fail", fontsize=20, color=STYLE["ink"])
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def _levels(names) -> str:

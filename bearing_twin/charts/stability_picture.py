@@ -16,7 +16,7 @@ from bearing_twin.charts.model_maps import MODELS, sentences_of
 from bearing_twin.charts.model_picture import of_models
 from bearing_twin.charts.stability import ADAPTIVE, AXES, FIXED, MAPS, TOLERANCE, measure, one_cell
 from bearing_twin.charts.table import DONE, MapRow, read_table, write_rows, write_table
-from bearing_twin.pictures.style import STYLE, stamp
+from bearing_twin.pictures.style import STYLE, save, stamp
 
 WITHIN = 0.2  # of the limit found: how near a prediction has to be
 KEPT = 1.0  # times the tolerance: errors up to here count as kept
@@ -73,7 +73,7 @@ def of_steps(rows: list[MapRow], limits: list[Limit], path: Path) -> None:
         color=STYLE["ink"],
     )
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def of_tolerances(rows: list[MapRow], path: Path) -> None:
@@ -91,7 +91,7 @@ def of_tolerances(rows: list[MapRow], path: Path) -> None:
     add_legend(figure, False, "error above the tolerance")
     figure.suptitle("What tolerances give: one ball of a 6203 from rest", fontsize=20, color=STYLE["ink"])
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def write_limits(limits: list[Limit], path: Path) -> None:

@@ -25,7 +25,7 @@ from bearing_twin.charts.table import DONE, Row
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, stamp
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save, stamp
 from bearing_twin.run.doubt import MUCH
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run, simulate
@@ -222,7 +222,7 @@ def draw(points: list[ToleranceRow], path: Path) -> None:
     figure.legend(loc="outside right upper", fontsize=12, frameon=False)
     figure.suptitle("A tolerance and what it is worth", fontsize=16, color=STYLE["ink"])
     stamp(figure)
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def _share(number: int, total: int) -> str:

@@ -21,7 +21,7 @@ from bearing_twin.charts.contest_picture import RINGED, cheapest, found_again, r
 from bearing_twin.charts.table import DONE, STOPPED, Row
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save
 
 DEFAULT = "rodas4"  # whose share of the tolerance for one step is judged
 WANTED = 1e-3  # the error in load and in friction at which costs are compared
@@ -136,7 +136,7 @@ def draw(rows: list[Row], path: Path) -> None:
         fontsize=9,
         color=STYLE["soft"],
     )
-    figure.savefig(path, dpi=100)
+    save(figure, path, dpi=100)
 
 
 def shares_of_steps(rows: list[Row], stepper: str) -> dict[str, tuple[float, float]]:

@@ -10,6 +10,7 @@ import yaml
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.panels import Curve, Panels, Plot
+from bearing_twin.paths import write_whole
 
 COLORS = (
     "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf",
@@ -39,8 +40,7 @@ def write_layout(program: str, panels: Panels, path) -> Path:
     path = Path(path)
     if path.exists():
         raise BearingTwinError(f"{path} exists and is not overwritten; give another folder or remove it first")
-    path.write_bytes(LAYOUTS[program].made(panels))
-    return path
+    return write_whole(path, LAYOUTS[program].made(panels))
 
 
 def rviz(panels: Panels, *others: Panels) -> bytes:

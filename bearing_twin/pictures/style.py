@@ -1,5 +1,6 @@
 """Colours that stay apart for colour-blind eyes (Okabe and Ito), the same in every chart."""
 
+import io
 import platform
 import time
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bearing_twin import __version__
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.paths import write_whole
 from bearing_twin.units import prefixed
 
 STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6dc", "edge": "#8a97a3"}
@@ -88,9 +89,11 @@ def finish(figure, title: str, footer: str, png_path, size: int = 20, worth=()) 
 
         draw_worth(figure, worth)
     figure.text(0.06, 0.22 / figure.get_size_inches()[1], footer, fontsize=10.5, color=STYLE["soft"], va="center")
-    path = Path(png_path)
-    try:
-        figure.savefig(path, format="png", metadata={"Software": f"bearing_twin {__version__}"})
-    except OSError as error:
-        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
-    return path
+    return save(figure, png_path, metadata={"Software": f"bearing_twin {__version__}"})
+
+
+def save(figure, path, **options) -> Path:
+    """Writes a figure as a PNG, whole or not at all; raises BearingTwinError where that is impossible."""
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", **options)
+    return write_whole(path, drawn.getvalue())

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bearing_twin import __version__
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.paths import write_whole
 from bearing_twin.report import json_text
 
 SCRIPTS = (
@@ -64,9 +64,4 @@ def _safe(script: str) -> str:
 
 def write_page(document: Mapping[str, Any], path) -> Path:
     """Writes the page; returns the path. Raises BearingTwinError where there is no place for it."""
-    path = Path(path)
-    try:
-        path.write_text(html(document), encoding="utf-8")
-    except OSError as error:
-        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path with --out") from error
-    return path
+    return write_whole(path, html(document).encode())
