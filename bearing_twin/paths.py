@@ -30,23 +30,28 @@ def own_folder(name: str) -> Path:
 
 
 def write_whole(path, content: bytes) -> Path:
-    """Writes a file through a draft beside it that takes its name, so that a full disk leaves what was there before.
-
-    A link stays one; devices and pipes take the bytes themselves. Raises BearingTwinError where it cannot be written.
-    """
+    """Writes a file as `put_whole` does; raises BearingTwinError where it cannot be written."""
     path = Path(path)
-    target = path.resolve()
-    draft = target.with_name(f".{os.getpid()}_{threading.get_ident()}.part")
     try:
-        if target.exists() and not target.is_file():
-            target.write_bytes(content)
-            return path
-        try:
-            draft.write_bytes(content)
-            os.replace(draft, target)
-        except BaseException:
-            draft.unlink(missing_ok=True)
-            raise
+        put_whole(path, content)
     except OSError as error:
         raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
     return path
+
+
+def put_whole(path: Path, content: bytes) -> None:
+    """Writes a file through a draft beside it that takes its name, so that a full disk leaves what was there before.
+
+    A link stays one; devices and pipes take the bytes themselves. Raises OSError where it cannot be written.
+    """
+    target = path.resolve()
+    if target.exists() and not target.is_file():
+        target.write_bytes(content)
+        return
+    draft = target.with_name(f".{os.getpid()}_{threading.get_ident()}.part")
+    try:
+        draft.write_bytes(content)
+        os.replace(draft, target)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise

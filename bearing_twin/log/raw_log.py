@@ -5,7 +5,6 @@ A log is one `.mcap` file, or a rosbag2 folder when its path has no suffix `.mca
 """
 
 import datetime
-import os
 import platform
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -20,6 +19,7 @@ from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names
 from bearing_twin.log.thinning import Thinning
+from bearing_twin.paths import put_whole
 from bearing_twin.signals import Unbroken
 
 SCENE_RECORD = "bearing_twin"
@@ -208,10 +208,8 @@ class RawLogWriter(Told):
         if self._folder is None:
             return
         target = self._folder / "metadata.yaml"
-        draft = target.with_suffix(".yaml.tmp")
         try:
-            draft.write_text(self._log.information(), encoding="utf-8")
-            os.replace(draft, target)
+            put_whole(target, self._log.information().encode())
         except OSError as error:
             raise LogError(
                 f"{target} cannot be written ({error.strerror}); the messages are in {self._log.path}"
