@@ -89,11 +89,9 @@ def estimate(sample, statistic, confidence=0.95, replicates=1) -> Estimate:
         found = np.array([np.quantile(part, statistic, method="hazen") for part in parts])
         return interval(float(found.mean()), found - found.mean(), confidence, replicates)
     value, influence = _moment(kept, statistic, replicates)
-    if len(kept) < len(every):
-        spread = np.full(len(every), np.nan)
-        spread[good] = influence
-        influence = spread
-    return interval(value, influence, confidence, replicates, FEWEST_EFFECTIVE[statistic])
+    spread = np.full(len(every), np.nan)
+    spread[good] = influence
+    return interval(value, spread, confidence, replicates, FEWEST_EFFECTIVE[statistic])
 
 
 def interval(value, influence, confidence=0.95, replicates=1, least=0.0) -> Estimate:
