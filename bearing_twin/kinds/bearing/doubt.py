@@ -13,7 +13,7 @@ from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_
 from bearing_twin.kinds.bearing.companion.pointers import dearest
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, bumps, carries, place_of, unseen
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
-from bearing_twin.kinds.bearing.forces.drilling import SIDES, drilling_of
+from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.left_out import left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
@@ -45,6 +45,7 @@ class BearingDoubt:
         self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
+        self.spin = np.zeros((balls, 2))  # greatest under load
         self.rubbed = np.zeros((balls, 2))  # sums of load^(4/3) times spin
 
     def add(self, block: Block) -> None:
@@ -54,7 +55,9 @@ class BearingDoubt:
         self.least = min(self.least, float(load.min()))
         self._note_windows(block, load, begins)
         self.outputs += len(block)
-        rubbed = np.add.reduceat(load * np.cbrt(load) * np.abs(block.values["spin_rate"]), begins, axis=0)
+        spin = np.where(load > 0.0, np.abs(block.values["spin_rate"]), 0.0)
+        self.spin = np.maximum(self.spin, spin.max(axis=0))
+        rubbed = np.add.reduceat(load * np.cbrt(load) * spin, begins, axis=0)
         for stretch in rubbed:  # one after the other: sums are the same to the bit however outputs are cut
             self.rubbed += stretch
         better = load.max(axis=0) > self.load
@@ -213,8 +216,8 @@ class BearingDoubt:
         """Errors of the friction model: at a point it holds no drilling; over a spot it is off by its quadrature."""
         if dimension_of(self.parameters) == QUASI_STATIC or not self.outputs:
             return {}
-        mu = self.parameters.contact.friction_coefficient
-        most, power = drilling_of(mu, self.load, self.curvatures, self.rubbed / self.outputs, figures)
+        met = Drilled(self.load, self.curvatures, self.spin, self.rubbed / self.outputs)
+        most, power = drilling_of(self.parameters.contact, met, figures)
         model, speed = FRICTIONS[self.parameters.contact.friction], abs(figures["inner_ring_speed_at_end_rad_s"])
         share = model.error if model.over_spot else 1.0
         found = {
