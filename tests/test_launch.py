@@ -140,6 +140,17 @@ def test_two_bearings_stand_in_a_namespace_of_the_users():
     assert [node.node_name.rpartition("/")[0] for node in nodes] == ["/cell/left", "/cell/right"]
 
 
+@pytest.mark.parametrize("name", ["simulate", "replay", "study"])
+@pytest.mark.parametrize("namespace", ["", "/cell"])
+def test_nodes_and_recorder_stand_in_the_namespace_given_or_where_they_stand_by_themselves(name, namespace):
+    actions, context = started(name, namespace=namespace, record="run.mcap")
+    nodes = [action for action in actions if hasattr(action, "node_executable")]
+    assert len(nodes) == 2
+    for node in nodes:
+        node._perform_substitutions(context)
+        assert node.expanded_node_namespace == (namespace or node.UNSPECIFIED_NODE_NAMESPACE)
+
+
 def test_a_bad_word_ends_the_launch_with_its_sentence():
     with pytest.raises(BearingTwinError, match="must be a number"):
         started("simulate", duration="soon")
