@@ -159,7 +159,7 @@ def _node(name: str, words: Mapping[str, str], given: Mapping[str, object], **op
     return Node(
         package="bearing_twin",
         executable=name,
-        namespace=words["namespace"] or None,  # launch_ros would put "" into the root, not where the kind of scene belongs
+        namespace=words["namespace"] or None,  # launch_ros would put "" into the root, not into that of the kind
         output="screen",
         parameters=[*files, *([typed] if typed else [])],
         arguments=["--ros-args", "--log-level", words["log_level"]],
