@@ -89,10 +89,9 @@ def estimate(sample, statistic, confidence=0.95, replicates=1) -> Estimate:
         found = np.array([np.quantile(part, statistic, method="hazen") for part in parts])
         return interval(float(found.mean()), found - found.mean(), confidence, replicates)
     value, influence = _moment(kept, statistic, replicates)
-    if len(kept) < len(every):
-        spread = np.full(len(every), np.nan)
-        spread[good] = influence
-        influence = spread
+    if kept is not every:
+        known, influence = influence, np.full(len(every), np.nan)
+        influence[good] = known
     return interval(value, influence, confidence, replicates, FEWEST_EFFECTIVE[statistic])
 
 
@@ -202,9 +201,7 @@ def _quantile(sample, probability, confidence):
     look()
     low = float(ordered[below - 1]) if below >= 1 else -math.inf
     high = float(ordered[above - 1]) if above <= count else math.inf
-    place = min(max(count * probability + (probability - 2.0) / 3.0, 0.0), count - 1.0)
-    near = ordered[int(place) : int(place) + 2]
-    value = float(near[0] + (place - int(place)) * (near[-1] - near[0]))
+    value = float(np.interp(count * probability + (probability - 2.0) / 3.0, np.arange(count), ordered))
     return Estimate(value, low, high, "order statistics")
 
 
