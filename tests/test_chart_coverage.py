@@ -20,7 +20,7 @@ SCATTER = 0.026  # twice that of a share of 0.95 among SEEDS
 @pytest.fixture(scope="module")
 def points():
     with pytest.MonkeyPatch.context() as patch:
-        # SciPy copies the generator of each sequence for a `reset`, which nobody asks for: half of what the points cost.
+        # SciPy copies the generator of each sequence for a `reset` that nobody asks for: a quarter of the time.
         patch.setattr("scipy.stats._qmc.copy", SimpleNamespace(deepcopy=lambda one: one))
         return [
             *measure(("gamma",), tuple(SAMPLERS), (128, 1024), SEEDS),
