@@ -117,7 +117,8 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
         fits = type(value) is kind
     if not fits:
         wanted = f"{KINDS[kind]}{unit and f' in{unit}'}{words}{meant(parameter, value)}"
-        return f"parameter {parameter.name} = {echo(value)} must be {wanted}"
+        shown = value if isinstance(value, str) or not isinstance(value, Sequence) else list(value)
+        return f"parameter {parameter.name} = {echo(shown)} must be {wanted}"
     if kind is float and not math.isfinite(value):
         return f"parameter {parameter.name} = {value} must be finite"
     low, high = parameter.low, parameter.high

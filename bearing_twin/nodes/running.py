@@ -5,6 +5,7 @@ import functools
 import itertools
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -19,7 +20,7 @@ from rclpy.publisher import Publisher
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.cdr import DIAGNOSTICS
-from bearing_twin.nodes.log_room import Room, warning
+from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 from bearing_twin.nodes.outlet import MANY
@@ -217,6 +218,14 @@ def refuse_no_parameters(words: Sequence[str]) -> None:
             raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and ros__parameters:")
 
 
+def wake_at_jumps(executor, ended: threading.Event, clock: SteadyTime | None = None) -> None:
+    """Until the end wakes an executor where the clock is put back: a wait of DDS that has begun lasts that longer."""
+    clock = clock or SteadyTime()
+    while not ended.wait(POLL):
+        if clock.look() < 0:
+            executor.wake()
+
+
 def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
 
@@ -242,11 +251,12 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
         said = f"ROS knows no {error}" if str(error).startswith("[") else error
         print(f"{name}: {said}; write -p NAME:=VALUE for a parameter".replace("\n", " "), file=sys.stderr)
         return 2
-    failure = None
+    failure, ended = None, threading.Event()
     try:
         node = make_node()
         executor = Executor()
         executor.add_node(node)
+        threading.Thread(target=wake_at_jumps, args=(executor, ended), name="clock", daemon=True).start()
         while rclpy.ok() and not node.done.is_set() and not asked:
             executor.turn(node)
     except BearingTwinError as error:
@@ -255,6 +265,7 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
         if rclpy.ok():  # otherwise a signal ended ROS in the middle of a call
             raise
     finally:
+        ended.set()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_IGN)
         failure_at_end = _end(node)
