@@ -640,6 +640,14 @@ def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_pa
     assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
 
 
+def test_realisations_have_a_time_each_where_the_clock_stands_still(tmp_path, monkeypatch):
+    result, now = run({**ENSEMBLE, "inputs": {ALPHA: GAMMA}}), time.time_ns()
+    monkeypatch.setattr("bearing_twin.log.study_log.time.time_ns", lambda: now)
+    path = write_study(result, tmp_path / "study.mcap")
+    times = [message.log_time for message in raw_messages(path) if message.topic.name == REALISATIONS_TOPIC]
+    assert times == list(range(now + 1, now + 1 + len(result.status)))
+
+
 def test_a_study_without_samples_comes_back_from_its_log(tmp_path):
     result = run(SPHERES)
     again = read_study(write_study(result, tmp_path / "exact.mcap"))
