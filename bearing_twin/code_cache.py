@@ -14,7 +14,6 @@ import pickle
 import re
 import shutil
 import sys
-import tempfile
 import time
 import types as python_types
 import zlib
@@ -30,6 +29,7 @@ from numba.core.serialize import dumps
 from numba.core.types import Callable
 
 from bearing_twin import code_linking
+from bearing_twin.paths import put_whole
 from bearing_twin.source_state import note_imported, state_of
 
 FORMAT = 4  # of the files
@@ -253,14 +253,7 @@ def _write(path: Path, content: bytes) -> None:
     """Writes a file as a whole or not at all."""
     path.parent.parent.mkdir(mode=0o700, exist_ok=True)
     path.parent.mkdir(mode=0o700, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".tmp")
-    try:
-        with open(handle, "wb") as file:
-            file.write(_MARK + zlib.crc32(content).to_bytes(4, "big") + content)
-        os.replace(name, path)
-    except BaseException:
-        _remove(Path(name))
-        raise
+    put_whole(path, _MARK + zlib.crc32(content).to_bytes(4, "big") + content, 0o600)
 
 
 def _remove(path: Path) -> None:
@@ -280,7 +273,7 @@ def _remove_old_states(folder: Path) -> None:
         with contextlib.suppress(OSError):
             if match and match.group(1) == module:
                 states.append((entry.stat().st_mtime, entry))
-            elif _EARLIER_FOLDER.fullmatch(entry.name) or entry.suffix == ".tmp":
+            elif _EARLIER_FOLDER.fullmatch(entry.name) or entry.name.startswith("."):
                 latest = max(one.stat().st_mtime for one in (entry, *entry.glob("*")))
                 if time.time() - latest > 2 * DAY:
                     _remove(entry) if entry.is_file() else shutil.rmtree(entry, ignore_errors=True)

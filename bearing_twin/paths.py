@@ -1,7 +1,9 @@
 """Where files that are not Python live, in a checkout or installed, and how files are written: whole or not at all."""
 
+import contextlib
 import os
-import threading
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
@@ -31,26 +33,45 @@ def own_folder(name: str) -> Path:
 
 def write_whole(path, content: bytes) -> Path:
     """Writes a file as `put_whole` does; raises BearingTwinError where it cannot be written."""
-    path = Path(path)
+    with written_whole(path) as draft:
+        draft.write_bytes(content)
+    return Path(path)
+
+
+@contextlib.contextmanager
+def written_whole(path) -> Iterator[Path]:
+    """`drafted` for who writes by itself; raises BearingTwinError where the file cannot be written."""
     try:
-        put_whole(path, content)
+        with drafted(Path(path)) as draft:
+            yield draft
     except OSError as error:
-        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
-    return path
+        raise BearingTwinError(f"{path} cannot be written ({error.strerror or error}); give another path") from error
 
 
-def put_whole(path: Path, content: bytes) -> None:
-    """Writes a file through a draft beside it that takes its name, so that a full disk leaves what was there before.
+def put_whole(path: Path, content: bytes, mode: int = 0o666) -> None:
+    """Writes a file by `drafted`; raises OSError where it cannot be written."""
+    with drafted(path, mode) as draft:
+        draft.write_bytes(content)
 
-    A link stays one; devices and pipes take the bytes themselves. Raises OSError where it cannot be written.
+
+@contextlib.contextmanager
+def drafted(path: Path, mode: int = 0o666) -> Iterator[Path]:
+    """A draft beside a file, with its ending, that takes its name in the end: a full disk leaves what was there before.
+
+    A new file has the permissions `mode`, an earlier one keeps its own. A link stays one; devices and pipes take the
+    bytes themselves. Processes that write one file at the same time have a draft each. Raises OSError where it cannot
+    be written.
     """
     target = path.resolve()
     if target.exists() and not target.is_file():
-        target.write_bytes(content)
+        yield target
         return
-    draft = target.with_name(f".{os.getpid()}_{threading.get_ident()}.part")
+    draft = target.with_name(f".{os.urandom(8).hex()}.part{target.suffix}")
     try:
-        draft.write_bytes(content)
+        draft.touch(mode, exist_ok=False)
+        yield draft
+        with contextlib.suppress(FileNotFoundError):
+            shutil.copymode(target, draft)
         os.replace(draft, target)
     except BaseException:
         draft.unlink(missing_ok=True)

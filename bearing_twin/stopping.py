@@ -29,9 +29,9 @@ def _shared() -> tuple[int, np.ndarray]:
     if not hasattr(os, "memfd_create"):
         return -1, np.zeros(1, np.uint8)
     file = os.memfd_create("bearing_twin_signals", os.MFD_CLOEXEC)
-    os.ftruncate(file, mmap.PAGESIZE)
+    os.ftruncate(file, 1)  # no more than it needs: it counts as a file where those may not grow
     os.set_blocking(file, False)
-    return file, np.frombuffer(mmap.mmap(file, mmap.PAGESIZE), np.uint8)[:1]
+    return file, np.frombuffer(mmap.mmap(file, 1), np.uint8)
 
 
 _FILE, SIGNALLED = _shared()  # SIGNALLED (1,): not 0 once a signal with a handler has come, within `heeding_signals`

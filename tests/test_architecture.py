@@ -14,6 +14,7 @@ from bearing_twin.kinds import KINDS
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
     "errors",
+    "paths",
     "signals",
     "stopping",
     "source_state",
@@ -24,7 +25,6 @@ GROUND = (
     "spelling",
     "units",
     "parameters",
-    "paths",
     "permission",
     "pipes",
     "processors",

@@ -338,7 +338,7 @@ def test_where_nothing_can_be_kept_one_warning_is_all(root, cache, where):
     assert (values, names) == (VALUES, ["four_times", "square", "twice"])
     assert said.startswith(f"bearing_twin: compiled code cannot be kept in {cache} (")
     assert said.count("\n") == 1
-    assert where is _a_file_in_its_place or list(cache.rglob("*.tmp")) == []
+    assert where is _a_file_in_its_place or list(cache.rglob("*.part*")) == []
 
 
 def test_the_folder_is_private(root, cache):
@@ -408,7 +408,7 @@ def test_processes_that_compile_at_once_do_not_mix(root, cache):
         assert repr(values[0]) == repr([wanted[repr(call)] for call in order])
         assert values[2] == ""
     assert len(files(cache)) == len(calls)
-    assert list(cache.rglob("*.tmp")) == []
+    assert list(cache.rglob("*.part*")) == []
     assert started(root, calls) == (list(wanted.values()), [], "")
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import subprocess
 import sys
 from functools import cache
 
@@ -232,6 +233,26 @@ def test_what_breaks_in_the_middle_leaves_nothing(log, tmp_path):
         with pytest.raises(LogError, match="the middle"):
             export_log(log, to, tmp_path / name, watch=breaks)
         assert list(tmp_path.iterdir()) == []
+
+
+FULL = """
+import resource, sys
+from bearing_twin.command.cli import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_a_full_disk_is_told_in_a_sentence_and_leaves_nothing(to, log, tmp_path):
+    """In a process of its own, which HDF5 would end."""
+    out = tmp_path / "out"
+    words = [sys.executable, "-B", "-c", FULL, "export", str(log), "--to", to, "--out", str(out)]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == cli.BAD_INPUT
+    assert f"bearing_twin: {out} cannot be written (" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(("to", "module"), [("parquet", "pyarrow"), ("netcdf", "xarray"), ("netcdf", "h5netcdf")])

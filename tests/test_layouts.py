@@ -249,6 +249,21 @@ def test_a_file_for_rerun_plays_an_impact_so_that_it_can_be_seen(tmp_path, capsy
     assert 5.0 < log_span(tmp_path / "impact.mcap") / float(speed) < 7.0  # s of looking
 
 
+def test_a_file_for_rerun_that_finds_no_room_is_told_and_leaves_nothing(tmp_path):
+    pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
+    write_log(simulate(load_scene("two_spheres")), tmp_path / "impact.mcap")
+    code = (
+        "import resource, sys\nfrom bearing_twin.command.cli import main\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\nsys.exit(main(sys.argv[1:]))"
+    )
+    words = ["layouts", str(tmp_path / "impact.mcap"), "--out", str(tmp_path), "--for", "rerun"]
+    done = subprocess.run([sys.executable, "-B", "-c", code, *words], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert f"bearing_twin: {tmp_path / 'impact.rrd'} cannot be written (" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["impact.mcap"]
+
+
 def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys):
     only = ["quantities=[peak_force]", "stop.quantity=peak_force"]
     study = load_study("spheres_alpha_4e-5", [*only, "method=ensemble", "samples=40", "workers=1"])

@@ -314,8 +314,10 @@ def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
     """What was flushed stays, what fits into memory waits, what does not is counted, and the rest follows."""
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 2000)
     monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 5000)
+    seen = []
 
     def full(*_):
+        seen.append(log.problem)
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with RawLogWriter(tmp_path / "run.mcap", safety=Safety(patient=True)) as log:
@@ -332,6 +334,7 @@ def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
             assert "cannot grow (No space left on device): 40 messages" in log.problem
             assert (tmp_path / "run.mcap").read_bytes() == before
             assert 0 < log.dropped < 100
+            assert all(seen[1:]), "nobody who looks in between is told that there is room"
         log.flush()
         assert log.problem == ""
         for k in range(140, 150):

@@ -1,5 +1,7 @@
 """What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
 
+import threading
+
 import pytest
 from ros import (
     DiagnosticArray,
@@ -48,6 +50,26 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         node.close()
         node.destroy_node()
         executor.shutdown()
+
+
+def test_a_clock_put_back_ends_the_wait_of_a_node(monkeypatch):
+    """DDS waits until a time of the clock of the system: put back by an hour, a node heard no signal for an hour."""
+    monkeypatch.setattr(running, "POLL", 0.01)
+    jumps, ended, woken = [0, 0, int(3.6e12), 0, -int(3.6e12), 0], threading.Event(), []
+
+    class Clock:
+        def look(self):
+            jump = jumps.pop(0)
+            if not jumps:
+                ended.set()
+            return jump
+
+    class Waiting:
+        def wake(self):
+            woken.append(len(jumps))
+
+    running.wake_at_jumps(Waiting(), ended, Clock())
+    assert woken == [1]
 
 
 def test_two_nodes_of_one_name_are_told(tmp_path):

@@ -27,6 +27,46 @@ def test_a_file_that_cannot_be_written_whole_leaves_what_was_there(tmp_path):
     assert os.listdir(tmp_path) == ["picture.png"]
 
 
+FULL = "import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
+MOVING = """
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from bearing_twin.pictures.moving import write_moving
+figure = Figure(figsize=(2, 2))
+FigureCanvasAgg(figure)
+write_moving(figure, sys.argv[1], range(2), lambda row: figure.text(0.1, 0.3 * row, "text"))
+"""
+FILM = """
+import io, os
+from pathlib import Path
+from PIL import Image
+from bearing_twin.paths import written_whole
+from bearing_twin.view.film import WRITERS
+images = []
+for _ in range(3):
+    held = io.BytesIO()
+    Image.frombytes("RGB", (64, 64), os.urandom(3 * 64 * 64)).save(held, "png")
+    images.append(held.getvalue())
+with written_whole(sys.argv[1]) as draft:
+    WRITERS[Path(sys.argv[1]).suffix](images, draft)
+"""
+
+
+@pytest.mark.parametrize(("script", "name"), [(MOVING, "moving.gif"), (FILM, "film.gif"), (FILM, "film.mp4")])
+def test_films_that_find_no_room_leave_what_was_there(tmp_path, script, name):
+    if name.endswith("mp4"):
+        pytest.importorskip("imageio_ffmpeg", reason="films as MP4 need imageio-ffmpeg")
+    path = tmp_path / name
+    path.write_bytes(b"old")
+    done = subprocess.run([sys.executable, "-B", "-c", FULL + script, path], capture_output=True, text=True)
+    assert f"{path} cannot be written (" in done.stderr.splitlines()[-1]
+    assert path.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == [name]
+    subprocess.run([sys.executable, "-c", "import sys\n" + script, path], check=True)
+    assert path.read_bytes()[:4] in (b"GIF8", b"\0\0\0 ")
+    assert os.listdir(tmp_path) == [name]
+
+
 def test_links_stay_links_and_pipes_take_the_bytes(tmp_path):
     (tmp_path / "far").mkdir()
     link, pipe = tmp_path / "link.png", tmp_path / "pipe"
@@ -40,6 +80,14 @@ def test_links_stay_links_and_pipes_take_the_bytes(tmp_path):
     assert os.read(reader, 10) == b"bytes"
     os.close(reader)
     assert pipe.is_fifo()
+
+
+def test_who_may_read_a_file_stays(tmp_path):
+    path = tmp_path / "picture.png"
+    write_whole(path, b"old")
+    path.chmod(0o640)
+    write_whole(path, b"new")
+    assert (path.stat().st_mode & 0o777, path.read_bytes()) == (0o640, b"new")
 
 
 @pytest.mark.parametrize("place", ["nowhere/picture.png", "."])

@@ -42,14 +42,15 @@ def test_a_prefix_knows_the_package_after_the_script_twice(tmp_path, monkeypatch
 
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "sim_node").touch()
+    (tmp_path / "share" / "bearing_twin").mkdir(parents=True)
+    (tmp_path / "share" / "bearing_twin" / "launch").symlink_to(ROOT / "launch")
     for _ in range(2):
         subprocess.run([sys.executable, ROOT / ".ci" / "ament_index.py", tmp_path], check=True)
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     packages = importlib.import_module("ament_index_python.packages")
     share = Path(packages.get_package_share_directory("bearing_twin"))
-    assert {path.name for path in (share / "launch").iterdir()} >= {
-        path.name for path in (ROOT / "launch").glob("*.py")
-    }
+    walked = {name for _, _, names in os.walk(share) for name in names}  # as `ros2 launch` looks: it follows no links
+    assert walked >= {path.name for path in (ROOT / "launch").glob("*.py")}
     assert (share / "config" / "sim_node.yaml").is_file()
     assert (share / "package.xml").samefile(ROOT / "package.xml")
     assert (Path(packages.get_package_prefix("bearing_twin")) / "lib" / "bearing_twin" / "sim_node").samefile(

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, get_type_hints
 
+from bearing_twin.paths import drafted
+
 DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
 UNSURE = 0.1  # spread of a cost beyond which it is flagged; differences of that size are then none
 NEWER = ("spread",)  # columns that tables of earlier versions lack
@@ -70,8 +72,8 @@ def write_table(rows: Sequence, path: Path, kind: type | None = None) -> None:
 
 
 def write_rows(path: Path, header: Iterable[str], rows: Iterable[Iterable]) -> None:
-    """Writes a header and rows; raises OSError where that is impossible."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
+    """Writes a header and rows, whole or not at all; raises OSError where that is impossible."""
+    with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
         table.writerow(header)
         table.writerows(rows)

@@ -6,6 +6,7 @@ CSV and Parquet hold a file for each group of channels with the same axes, one r
 
 import contextlib
 import csv
+import io
 import itertools
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -18,6 +19,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.extras import wanted
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
+from bearing_twin.paths import put_whole
 from bearing_twin.run.axes import Axis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
 from bearing_twin.uq.frame import columns_of, meanings_of, units_of
@@ -61,10 +63,12 @@ def export_log(
     begun: list[Path] = []
     try:
         return write(stream, target, begun, watch)._replace(missing=getattr(stream, "missing", 0))
-    except BaseException:
+    except BaseException as error:
         for path in reversed(begun):
             with contextlib.suppress(OSError):
                 path.rmdir() if path.is_dir() else path.unlink()
+        if isinstance(error, OSError):
+            raise LogError(f"{target} cannot be written ({error.strerror or error}); give another path") from error
         raise
 
 
@@ -230,9 +234,11 @@ def _parquet(stream, target, begun, watch) -> Exported:
 
 
 def _netcdf(stream, target, begun, watch) -> Exported:
-    """One file of NetCDF 4 by h5netcdf; realisations of a study are its variables over `realisation`."""
-    xarray = wanted("xarray", "export")
-    wanted("h5netcdf", "export")
+    """One file of NetCDF 4 by h5netcdf; realisations of a study are its variables over `realisation`.
+
+    Made in memory: where a disk is full HDF5 ends the process when it closes the file.
+    """
+    xarray, h5netcdf = wanted("xarray", "export"), wanted("h5netcdf", "export")
     if hasattr(stream, "study"):
         told = {name: {"long_name": meaning} for name, meaning in meanings_of(stream).items()}
         for name, unit in units_of(stream).items():
@@ -244,8 +250,10 @@ def _netcdf(stream, target, begun, watch) -> Exported:
     else:
         dataset = dataset_of(_Watched(stream, watch))
         rows = dataset.sizes["time"]
-    begun.append(target)
-    dataset.to_netcdf(target, engine="h5netcdf", format="NETCDF4")
+    held = io.BytesIO()
+    with h5netcdf.File(held, "w") as file:
+        dataset.dump_to_store(xarray.backends.H5NetCDFStore(file))
+    put_whole(target, held.getbuffer())
     return Exported((os.fspath(target),), rows)
 
 

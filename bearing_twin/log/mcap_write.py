@@ -188,10 +188,10 @@ class McapWriter:
 
     def flush(self) -> None:
         """Puts every message so far on disk for good, also what waited for room; raises LogError if there is none."""
-        if self._patient and not self._closed:
-            self._failure = None
-        self._check()
+        if self._closed or not self._patient:
+            self._check()
         self.end_chunk()
+        self._failure = None  # not before: others look at `problem` meanwhile
         if self._fsync:
             os.fsync(self._file)
 

@@ -8,6 +8,7 @@ from bearing_twin.extras import install
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.panels import Panels
 from bearing_twin.log.raw_log import log_files
+from bearing_twin.paths import write_whole
 
 APPLICATION = "bearing_twin"
 TIMELINE = "message_log_time"
@@ -19,8 +20,8 @@ def write_rerun(log, panels: Panels, path) -> Path:
     """Writes a log (.mcap or bag folder) with a 3-D view and plots to a new .rrd file: `rerun FILE` opens it.
 
     Rerun binds layouts to programs, so that a layout alone would not be used for a log. It draws the links of
-    `robot_description` where `/tf` places them; of markers it knows nothing. Raises LogError, and BearingTwinError
-    without rerun-sdk.
+    `robot_description` where `/tf` places them; of markers it knows nothing. It is made in memory. Raises LogError,
+    and BearingTwinError without rerun-sdk.
     """
     try:
         import rerun
@@ -32,13 +33,11 @@ def write_rerun(log, panels: Panels, path) -> Path:
     if path.exists():
         raise LogError(f"{path} exists and is not overwritten; give another name or remove it first")
     recording = rerun.RecordingStream(APPLICATION)
-    recording.save(path)
+    stream = recording.binary_stream()  # a sink that writes a file can wait for ever where the disk is full
     for file in log_files(log):
         recording.log_file_from_path(file)
     recording.send_blueprint(_blueprint(panels, log_span(log)))
-    recording.flush()
-    recording.disconnect()
-    return path
+    return write_whole(path, stream.read() or b"")
 
 
 def _blueprint(panels: Panels, span: float):

@@ -5,19 +5,16 @@ from pathlib import Path
 
 from matplotlib.animation import PillowWriter
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.paths import written_whole
 
 FRAMES_A_SECOND = 20
 
 
 def write_moving(figure, path, frames: Iterable, draw: Callable) -> Path:
-    """Writes one picture a frame, `draw(frame)` filling the figure; raises BearingTwinError for a bad place."""
+    """Writes one picture a frame, `draw(frame)` filling the figure, whole or not at all; raises as `written_whole`."""
     writer = PillowWriter(fps=FRAMES_A_SECOND)
-    try:
-        with writer.saving(figure, str(path), dpi=figure.dpi):
-            for frame in frames:
-                draw(frame)
-                writer.grab_frame()
-    except OSError as error:
-        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another path") from error
+    with written_whole(path) as draft, writer.saving(figure, str(draft), dpi=figure.dpi):
+        for frame in frames:
+            draw(frame)
+            writer.grab_frame()
     return Path(path)

@@ -8,11 +8,13 @@ import io
 import math
 import os
 import shutil
+import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.extras import wanted
+from bearing_twin.paths import written_whole
 
 WIDTH, HEIGHT = 832, 624  # films want multiples of 16
 SECONDS, RATE = 6.0, 12.5  # of a film at most, and its images a second
@@ -59,7 +61,9 @@ def write_films(
     A film shows at most SECONDS of looking at the page's own pace. Raises BearingTwinError for a page without motion
     and where something it needs is missing.
     """
-    writers = {path: WRITERS[path.suffix.lower()](path) for path in paths}
+    if any(path.suffix.lower() == ".mp4" for path in paths):
+        wanted("imageio_ffmpeg", "view")
+    images = []
     with browser_page() as page:
         page.goto(Path(page_path).resolve().as_uri())
         page.wait_for_selector("body[data-ready]", timeout=READY)
@@ -69,57 +73,37 @@ def write_films(
         first, last, pace = page.evaluate(_SPAN)
         # a little more than fits is shown a little faster, so that a film of an impact has its end
         shown = last - first if last - first < 2.0 * SECONDS * pace else SECONDS * pace
-        images = max(2, math.ceil(min(SECONDS, shown / pace) * RATE))
-        for number in range(images):
-            page.evaluate(_GO_TO, [first + shown * number / (images - 1)])
+        count = max(2, math.ceil(min(SECONDS, shown / pace) * RATE))
+        for number in range(count):
+            page.evaluate(_GO_TO, [first + shown * number / (count - 1)])
             page.evaluate(DRAWN)
-            content = page.screenshot(type="png")
-            for writer in writers.values():
-                writer.add(content)
-            progress((number + 1) / images)
-    for writer in writers.values():
-        writer.finish()
+            images.append(page.screenshot(type="png"))
+            progress((number + 1) / count)
+    for path in paths:
+        with written_whole(path) as draft:
+            WRITERS[path.suffix.lower()](images, draft)
     return paths
 
 
-class _Gif:
+def _write_gif(images: list[bytes], path: Path) -> None:
     """Images in one palette each, at the film's rate, for ever."""
+    from PIL import Image
 
-    def __init__(self, path: Path):
-        self._path, self._images = path, []
-
-    def add(self, content: bytes) -> None:
-        from PIL import Image
-
-        self._images.append(Image.open(io.BytesIO(content)).convert("RGB").quantize(256, dither=Image.Dither.NONE))
-
-    def finish(self) -> None:
-        first, *others = self._images
-        try:
-            first.save(
-                self._path, save_all=True, append_images=others, duration=round(1000 / RATE), loop=0, optimize=True
-            )
-        except OSError as error:
-            raise BearingTwinError(f"{self._path} cannot be written ({error.strerror}); give another path") from error
+    first, *others = (
+        Image.open(io.BytesIO(one)).convert("RGB").quantize(256, dither=Image.Dither.NONE) for one in images
+    )
+    first.save(path, save_all=True, append_images=others, duration=round(1000 / RATE), loop=0, optimize=True)
 
 
-class _Mp4:
-    """H.264 by the ffmpeg that comes with imageio-ffmpeg."""
-
-    def __init__(self, path: Path):
-        ffmpeg = wanted("imageio_ffmpeg", "view")
-        self._path, self._stream = path, ffmpeg.write_frames(str(path), (WIDTH, HEIGHT), fps=RATE, quality=8)
-        self._stream.send(None)
-
-    def add(self, content: bytes) -> None:
-        from PIL import Image
-
-        self._stream.send(Image.open(io.BytesIO(content)).convert("RGB").tobytes())
-
-    def finish(self) -> None:
-        self._stream.close()
-        if not self._path.is_file():
-            raise BearingTwinError(f"{self._path} cannot be written; give another path")
+def _write_mp4(images: list[bytes], path: Path) -> None:
+    """H.264 by the ffmpeg that comes with imageio-ffmpeg; raises OSError with its last words."""
+    words = [wanted("imageio_ffmpeg", "view").get_ffmpeg_exe(), "-y", "-v", "error"]
+    words += ["-f", "image2pipe", "-c:v", "png", "-framerate", str(RATE), "-i", "-"]
+    words += ["-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv420p", str(path)]
+    made = subprocess.run(words, input=b"".join(images), capture_output=True)
+    if made.returncode:
+        last = made.stderr.decode(errors="replace").partition("\n")[0].rpartition("] ")[2]
+        raise OSError(last or f"ffmpeg ended with {made.returncode}")
 
 
-WRITERS = {".gif": _Gif, ".mp4": _Mp4}
+WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}

@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.companion.departures import (
     Followed,
     affordable,
     bouncing,
-    likely_steps,
     loose,
     nowhere,
     starts,
@@ -60,8 +59,9 @@ LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked 
 BEARABLE = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
-THREATENED = 0.45  # ... unless it is off by the tolerance, loose, or bumps into a cage: then where so many were ...
-BOUNCING = 0.35  # ... or would be, with a ball that bounces although nothing points to it, or with all that met
+THREATENED = 0.33  # ... unless it is off by the tolerance, loose, or bumps into a cage: then until so many were
+BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
+DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool, "grew": float}
 
 
@@ -231,22 +231,22 @@ class Companion:
         whole = Window(-1, -1, len(part.times))
         those = [(one.left, whole._replace(ball=one.ball), one.begin, one.first, one.last) for one in before]
         off.sort(key=lambda one: (one[2],) if self.probing else (-one[0], one[1]))
-        new = [*((*one, np.inf) for one in bouncing(part)), *off]
-        those += [(left, *to_the_end(part, at, begin), first, None) for left, at, begin, first in new]
+        those += [(left, at, begin, np.inf, None) for left, at, begin in bouncing(part)]
+        those += [(left, *to_the_end(part, at, begin), first, None) for left, at, begin, first in off]
         for left, there, begin, first, last in those:
             window = until_met(there, met)
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or len(self.followed) == AT_A_TIME
-            share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
-            more = 0.0
-            if window.ball == ALL and self.probing:
-                share, window = THREATENED, affordable(part, window, THREATENED * part.taken - self.steps)
-            elif (window.ball == ALL and not part.partners.active) or left == UNKNOWN:
-                more, share = likely_steps(part, window), min(share, BOUNCING)
-            spent = self.steps + more > share * part.taken
-            spent = spent or (self.diverged and window.ball == ALL)
+            share = THREATENED if left > 1.0 or left == UNKNOWN or loose(part, window) else FOLLOWING
+            if self.probing and window.ball == ALL:
+                share = THREATENED
+            room = (BOUNCING if left == UNKNOWN else THREATENED) * part.taken - self.steps
+            spent = self.steps > share * part.taken or (self.diverged and window.ball == ALL)
+            whole, window = window, affordable(part, window, room / DEARER)
+            spent = spent or (left == UNKNOWN and window != whole)
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
                 continue
-            alone, until = window.ball != ALL, part.duration if window is there else None
+            ends = window.begin + 1 + window.length == len(part.times)
+            alone, until = window.ball != ALL, part.duration if ends else None
             found = (
                 some_beside(part, [window], scales, last, until)
                 if alone
