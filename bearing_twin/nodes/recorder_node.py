@@ -92,12 +92,15 @@ class RecorderNode(Node):
         stopping = False
         while not stopping:
             stopping = self._stopping.wait(TAKE_PERIOD)
-            if jump := self._time.look():
-                self.recording.clock_jumped_ns = self._time.jumped_ns
-                said = f"the clock was put {'forward' if jump > 0 else 'back'} by {1e-9 * abs(jump):.3f} s"
-                self.get_logger().warning(f"{said}: the times in the log go on as if it had not been")
+            self._look_at_clock()
             for name, subscription in list(self._taken.items()):
                 self._on_messages(name, taken(subscription))
+
+    def _look_at_clock(self) -> None:
+        if jump := self._time.look():
+            self.recording.clock_jumped_ns = self._time.jumped_ns
+            said = f"the clock was put {'forward' if jump > 0 else 'back'} by {1e-9 * abs(jump):.3f} s"
+            self.get_logger().warning(f"{said}: the times in the log go on as if it had not been")
 
     def _on_message(self, topic: str, data: bytes, info: dict) -> None:
         self._on_messages(topic, ((data, info),))
@@ -107,6 +110,7 @@ class RecorderNode(Node):
             found = list(found)
             if not found:
                 return
+            self._look_at_clock()  # after they were taken: none of them can have come by a clock put since
             received = [self._time.at(info["received_timestamp"]) for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]
