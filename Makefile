@@ -77,10 +77,10 @@ $(TOOLS): $(PACKAGES) requirements/test.txt
 	  $(PIP_INSTALL) $(addprefix -r ,$(REQUIREMENTS) requirements/test.txt)
 	@touch $@
 
-$(STAMPS)/package: $(PACKAGES) .ci/ament_index.py launch setup.py setup.cfg pyproject.toml package.xml
+$(STAMPS)/package: $(PACKAGES) Makefile .ci/ament_index.py launch setup.py setup.cfg pyproject.toml package.xml
 	$(call stage,bearing_twin into .venv)
 	@.ci/stage $(LOGS)/package.txt 5 "installing bearing_twin" \
-	  .venv/bin/python -m pip install --no-deps --no-build-isolation --editable .
+	  .venv/bin/python -m pip install --no-deps --no-build-isolation --config-settings editable_mode=compat --editable .
 	@.venv/bin/python .ci/ament_index.py .venv
 	@touch $@
 
