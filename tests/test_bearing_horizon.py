@@ -22,6 +22,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.stepping.steps import STEPS
+from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -180,3 +182,16 @@ def test_a_copy_that_grows_away_names_the_horizon_where_balls_met():
         row[0], row[PLACE["begin"]], row[PLACE["ball"]], row[PLACE["friction"]] = end, 0.0308, APART, error
         growth.add(row, 50.0)
     assert growth.notes["horizon"].startswith("errors have grown 2e+03 times since balls met: beyond 0.031 s")
+
+
+@pytest.mark.parametrize(("reached", "known"), [(1e-7, True), (1e-5, False)])
+def test_meetings_that_no_copy_looks_at_do_to_errors_what_was_seen(reached, known):
+    """A copy was made 40 times as far off: once more, and it is within the tolerance or not."""
+    scene = load_scene("bearing_6203_loose", ("wanted.tolerance=1e-4",))
+    companion, met = WatchedMotion(scene.parameters, choose(scene)).companion, np.zeros((4, 3), bool)
+    companion.grew, companion.reached, companion.met = 40.0, reached, 2
+    assert companion._parted(a_part(), None, 1e-4, met) == []
+    assert not companion.adrift  # none met
+    met[2, 0] = True
+    assert companion._parted(a_part(), None, 1e-4, met) == []
+    assert companion.adrift != known
