@@ -41,13 +41,14 @@ SIZE := about $(MEGABYTES) MB of disk, make setup $(TESTS_MEGABYTES) MB more
 room = free=$$(df -Pm . | awk 'NR == 2 {print $$4}'); test "$$free" -gt $(1) || \
   { echo "Only $$free MB are free here and the set-up takes $(1) MB: make room, or move the checkout." >&2; exit 1; }
 INTERFACES := $(if $(MISSING),missing,install/.interfaces)
+INTERFACES_TOO := $(if $(MISSING),,install/.interfaces_cpp)
 
 help:
 	@sed -n 's/^# make/make/p' Makefile
 
 base: $(PACKAGES) $(STAMPS)/package $(INTERFACES)
 
-setup: base $(TOOLS) $(STAMPS)/kernels
+setup: $(INTERFACES_TOO) base $(TOOLS) $(STAMPS)/kernels
 
 missing:
 	@echo "The nodes are left out, because $(MISSING) is missing; command line, logs and pictures work without." >&2
@@ -76,24 +77,33 @@ $(TOOLS): $(PACKAGES) requirements/test.txt
 	  $(PIP_INSTALL) $(addprefix -r ,$(REQUIREMENTS) requirements/test.txt)
 	@touch $@
 
-$(STAMPS)/package: $(PACKAGES) .ci/ament_index.py setup.py setup.cfg pyproject.toml package.xml
+$(STAMPS)/package: $(PACKAGES) Makefile .ci/ament_index.py launch setup.py setup.cfg pyproject.toml package.xml
 	$(call stage,bearing_twin into .venv)
 	@.ci/stage $(LOGS)/package.txt 5 "installing bearing_twin" \
-	  .venv/bin/python -m pip install --no-deps --no-build-isolation --editable .
+	  .venv/bin/python -m pip install --no-deps --no-build-isolation --config-settings editable_mode=compat --editable .
 	@.venv/bin/python .ci/ament_index.py .venv
 	@touch $@
 
-# tf2_msgs is built too where this ROS has none: its wheels lack the package.
-install/.interfaces: $(PACKAGES) $(shell find cmake msg_schemas -type f)
-	$(call stage,interface packages$(,) about 60 s)
+# $(1) seconds, $(2) further settings of CMake. tf2_msgs is built too where this ROS has none: its wheels lack the package.
+define build_interfaces
+	$(call stage,interface packages$(,) about $(1) s)
 	@mkdir -p install && rm -f install/local_setup.bash && source env.bash && \
 	  tf=$$(python -c 'import importlib.util as u; print("" if u.find_spec("tf2_msgs") else "tf2_msgs")') && \
-	  .ci/stage $(LOGS)/interfaces.txt 60 "building bearing_twin_msgs $$tf" \
+	  .ci/stage $(LOGS)/interfaces.txt $(1) "building bearing_twin_msgs $$tf" \
 	  colcon --log-level error build --base-paths msg_schemas $${tf:+cmake/$$tf} --packages-select bearing_twin_msgs $$tf \
 	  --event-handlers console_direct+ console_cohesion- --cmake-clean-cache \
 	  --cmake-args -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DCMAKE_INSTALL_MESSAGE=NEVER \
-	  -DCMAKE_PROJECT_INCLUDE="$(CURDIR)/cmake/relocate.cmake" -Wno-dev
-	@touch $@
+	  -DCMAKE_PROJECT_INCLUDE="$(CURDIR)/cmake/relocate.cmake" $(2) -Wno-dev
+	@touch install/.interfaces $@
+endef
+SCHEMAS := $(PACKAGES) $(shell find cmake msg_schemas -type f)
+
+# What our own nodes need, in half the time; where C++ has been built for, that is kept up to date too.
+install/.interfaces: $(SCHEMAS)
+	$(call build_interfaces,30,-DPYTHON_ONLY=$(if $(wildcard install/.interfaces_cpp),OFF,ON))
+
+install/.interfaces_cpp: $(SCHEMAS)
+	$(call build_interfaces,60,-DPYTHON_ONLY=OFF)
 
 # Compiled once here, so that nobody waits for it later; a run whose kernels are not there compiles them itself.
 $(STAMPS)/kernels: $(STAMPS)/package $(shell grep -rl --include=*.py bearing_twin.compiled bearing_twin)
@@ -101,15 +111,18 @@ $(STAMPS)/kernels: $(STAMPS)/package $(shell grep -rl --include=*.py bearing_twi
 	@mkdir -p $(LOGS) && .venv/bin/python -m bearing_twin compile > $(LOGS)/kernels.txt
 	@touch $@
 
-# What tests need beside the kernels of scenes: other friction, steppers, and balls that touch.
+# What tests need beside the kernels of scenes: other friction, steppers, a torque that drives, and balls that touch.
 SPOT := contact.friction=spot
-VARIANTS := $(SPOT) solver.stepper=rk4 solver.stepper=imex $(SPOT)$(,)solver.stepper=rk4 $(SPOT)$(,)solver.stepper=imex
+TORQUE := drive.kind=torque$(,)drive.inertia=1e-5
+VARIANTS := $(SPOT) solver.stepper=rk4 solver.stepper=imex $(SPOT)$(,)solver.stepper=rk4 $(SPOT)$(,)solver.stepper=imex \
+  $(TORQUE) $(SPOT)$(,)$(TORQUE)
 TOUCHING := --set geometry.balls=13 --set geometry.pitch_diameter=28.1888e-3 --set initial.motion=rest
 $(STAMPS)/variants: $(STAMPS)/kernels
-	$(call stage,kernels that only tests need$(,) two to three minutes)
+	$(call stage,kernels that only tests need$(,) three to four minutes)
 	@for one in $(VARIANTS); do \
-	  .venv/bin/python -m bearing_twin compile bearing_6203 --set $${one/,/ --set } > $(LOGS)/kernels.txt || exit; done
-	@.venv/bin/python -m bearing_twin compile bearing_6203_rig_1000N --set cage.kind=pockets > $(LOGS)/kernels.txt
+	  .venv/bin/python -m bearing_twin compile bearing_6203 --set $${one//,/ --set } > $(LOGS)/kernels.txt || exit; done
+	@.venv/bin/python -m bearing_twin compile bearing_6203_rig_1000N bearing_6203_run_up --set cage.kind=pockets > $(LOGS)/kernels.txt
+	@.venv/bin/python -m bearing_twin compile bearing_6203_guided_cage --set drive.kind=torque > $(LOGS)/kernels.txt
 	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) > $(LOGS)/kernels.txt
 	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) --set $(SPOT) > $(LOGS)/kernels.txt
 	@touch $@

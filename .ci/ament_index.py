@@ -15,8 +15,12 @@ PACKAGE = "bearing_twin"
 def main(prefix: Path) -> None:
     """Writes the links, again where they are there already."""
     link(CHECKOUT / "resource" / PACKAGE, prefix / "share" / "ament_index" / "resource_index" / "packages" / PACKAGE)
-    for name in ("package.xml", "config", "launch"):
-        link(CHECKOUT / name, prefix / "share" / PACKAGE / name)
+    share = prefix / "share" / PACKAGE
+    if (share / "launch").is_symlink():  # as earlier versions had it
+        (share / "launch").unlink()
+    # `ros2 launch` does not follow a link to a folder.
+    for name in ("package.xml", "config", *(str(one.relative_to(CHECKOUT)) for one in CHECKOUT.glob("launch/*.py"))):
+        link(CHECKOUT / name, share / name)
     for program in (prefix / "bin").glob("*_node"):
         link(program, prefix / "lib" / PACKAGE / program.name)
 

@@ -286,11 +286,24 @@ def test_a_torque_of_friction_at_a_point_says_what_drilling_it_does_not_hold():
     assert "set contact.friction: spot, which computes the drilling that a point does not hold" in flag
 
 
-@pytest.mark.parametrize("scene", ["bearing_6203_rig_1000N", "bearing_6203_tilted"])
-def test_friction_over_spots_is_no_advice_where_it_is_refused(scene):
+def drilling_errors(*words):
+    found = reported(*words, "run.duration=0.02").report.errors["errors_by_source"]
+    return found["friction_torque_nm"]["friction_model"]
+
+
+def test_spots_that_do_not_spin_hold_no_drilling_and_slow_ones_little():
+    assert drilling_errors("bearing_6203_rig_1000N") == [0.0] * 8
+    sharp, smooth = (drilling_errors("bearing_6203", f"contact.friction_regularisation={v}") for v in (0.01, 0.1))
+    assert 0.0 < smooth[0] < 0.7 * sharp[0]
+
+
+@pytest.mark.parametrize(
+    "words", [("bearing_6203_rig_1000N", "rings.inner.load=[0.0, -1000.0, 200.0]"), ("bearing_6203_tilted",)]
+)
+def test_friction_over_spots_is_no_advice_where_it_is_refused(words):
     with pytest.raises(SceneError, match="is not built for a ring that tilts or moves"):
-        simulate(load_scene(scene, ["contact.friction=spot"]))
-    run = reported(scene, "run.duration=0.02")
+        simulate(load_scene(words[0], [*words[1:], "contact.friction=spot"]))
+    run = reported(*words, "run.duration=0.02")
     assert any("mostly friction model" in flag for flag in run.report.flags)
     assert not any("contact.friction: spot" in flag for flag in run.report.flags)
     assert "spot is not built for a ring" in run.report.errors["errors_unknown"]["friction_model"]
@@ -424,7 +437,7 @@ def test_an_error_that_grows_by_itself_beyond_what_is_wanted_is_a_horizon():
 def test_a_chunk_in_which_balls_meet_is_done_again_from_its_beginning(retaken, monkeypatch):
     """A ring jumps at 20 ms, and two balls that were thrown meet at 31 ms: 5e-9 m become an error of friction."""
     monkeypatch.setattr(bearing_watched, "RETAKEN", retaken)
-    case, tolerance = "sudden, harder", 1e-3
+    case, tolerance = "sudden, harder", 2e-3
     name, differs = CASES[case]
     point = judge(case, METHOD, tolerance, 0.0)
     assert point.kept == (retaken > 0)

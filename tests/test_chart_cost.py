@@ -18,14 +18,23 @@ def made(name, **ms):
 def test_parts_are_what_a_stage_takes_beyond_the_stage_before(monkeypatch):
     """Stages run in order, once to compile and then counted; a clock that ticks by what was run tells them apart."""
     ticks = iter(range(10**6))
-    spent = {"motion": 3.0, "moved": 5.0, "blocks": 9.0, "samples": 9.5, "messages": 20.0, "log": 50.0}
+    spent = {"motion": 3.0, "moved": 5.0, "watched": 8.0, "blocks": 9.0, "samples": 9.5, "messages": 20.0, "log": 50.0}
     stages = [*spent.values()]
     monkeypatch.setattr(cost, "_seconds", lambda work: (work(), stages[next(ticks) % len(stages)])[1])
     monkeypatch.setattr(cost, "_contact_seconds", lambda motion: 1.0 / motion.costs()["ball_rates"])
     monkeypatch.setitem(cost.RUNS, "short", ("bearing_6203", (), 0.05))
     found = {p.part: p.cpu_per_simulated_second * 0.05 for p in measure(["short"])}
     assert found == pytest.approx(
-        {"kernel": 1.0, "steps": 2.0, "outputs": 2.0, "packaging": 4.0, "publishing": 11.0, "log": 30.0, SAMPLES: 0.5}
+        {
+            "kernel": 1.0,
+            "steps": 2.0,
+            "outputs": 2.0,
+            "companion": 3.0,
+            "packaging": 1.0,
+            "publishing": 11.0,
+            "log": 30.0,
+            SAMPLES: 0.5,
+        }
     )
 
 
@@ -44,7 +53,7 @@ def test_sentences_table_and_picture_say_what_was_measured(tmp_path):
     assert first.startswith("first: a log takes 10 ms CPU a simulated second, 100 times real time: ")
     assert "raceway contacts 10 %, the rest of the steps 30 %" in first
     assert "writing the log 60 %; samples one by one take 0.5 ms beside it." in first
-    assert "outputs 100 %, packaging as blocks 0 %" in second
+    assert "outputs 100 %, its companion 0 %, packaging as blocks 0 %" in second
     write_table(points, tmp_path / "cost.csv")
     rows = list(csv.DictReader((tmp_path / "cost.csv").open(encoding="utf-8")))
     assert [row["part"] for row in rows] == [*PARTS, *PARTS]

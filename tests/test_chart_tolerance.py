@@ -56,4 +56,13 @@ def test_what_is_missed_is_said_with_what_the_run_says_of_it():
     assert "true error in 4 of 6" in text
     assert "at most" in text
     assert not broken.kept
+    assert "nobody knows" not in text
+    lost = _made("fast", 4e-3, 1e-4, 4e-3, 1e-4, "doubtful: loads", 100, 400, 50).but(load_known=5e-3)
+    assert not lost.kept
+    assert not lost.missed
+    text = " ".join(reading([good, lost]))
+    assert "within the tolerance in 1 of 2 runs" in text
+    assert "in 1 runs nobody knows, as the reference is off by more (fast)" in text
+    assert "doubtful are 1 of 1." in text
+    assert lost.but(load_known=1e-3).missed
     assert said.ratios == pytest.approx([1.0, 1.0])

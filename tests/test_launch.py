@@ -123,6 +123,13 @@ def executables(actions):
     return [action.node_executable for action in actions if hasattr(action, "node_executable")]
 
 
+def is_installed(package):
+    """Whether this ROS has a package; what shows or places is left out with a word where not."""
+    from ament_index_python.packages import get_packages_with_prefixes
+
+    return package in get_packages_with_prefixes()
+
+
 @pytest.mark.parametrize("name", LAUNCH)
 def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path, monkeypatch):
     monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
@@ -136,12 +143,13 @@ def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path, 
     own |= {parameter.name for parameter in TABLES.get(name, ())}
     assert set(context.launch_configurations) == shared | own
     nodes = {"simulate": ["sim_node"], "replay": ["replay_node"], "study": ["uq_node"]}
-    two = ["sim_node", "static_transform_publisher"] * 2
+    two = ["sim_node", *["static_transform_publisher"] * is_installed("tf2_ros")] * 2
     found = [one for one in executables(actions) if one not in ("rviz2", "foxglove_bridge")]
     assert found == ["recorder_node", *nodes.get(name, two)]
     said = [action for action in actions if type(action).__name__ == "LogInfo"]
     bridged = "foxglove_bridge" in executables(actions)  # then where to look is said too
-    assert len(said) + len(executables(actions)) - len(found) == (0 if name == "replay" else 2 + bridged)
+    missing = 2 * (name == "two_bearings" and not is_installed("tf2_ros"))
+    assert len(said) + len(executables(actions)) - len(found) == (0 if name == "replay" else 2 + bridged + missing)
 
 
 def test_two_bearings_stand_in_a_namespace_of_the_users():
@@ -150,6 +158,17 @@ def test_two_bearings_stand_in_a_namespace_of_the_users():
     for node in nodes:
         node._perform_substitutions(context)
     assert [node.node_name.rpartition("/")[0] for node in nodes] == ["/cell/left", "/cell/right"]
+
+
+@pytest.mark.parametrize("name", ["simulate", "replay", "study"])
+@pytest.mark.parametrize("namespace", ["", "/cell"])
+def test_nodes_and_recorder_stand_in_the_namespace_given_or_where_they_stand_by_themselves(name, namespace):
+    actions, context = started(name, namespace=namespace, record="run.mcap")
+    nodes = [action for action in actions if hasattr(action, "node_executable")]
+    assert len(nodes) == 2
+    for node in nodes:
+        node._perform_substitutions(context)
+        assert node.expanded_node_namespace == (namespace or node.UNSPECIFIED_NODE_NAMESPACE)
 
 
 def test_a_bad_word_ends_the_launch_with_its_sentence():

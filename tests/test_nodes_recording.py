@@ -219,6 +219,17 @@ def test_a_recording_holds_the_bytes_and_what_was_lost(tmp_path):
     assert stored.metadata[RECORDING_RECORD]["samples_received"] == "100"
 
 
+def test_outputs_that_nobody_sent_were_not_lost_on_the_way(tmp_path):
+    recording = Recording(tmp_path / "out.mcap", ["/bearing/*"])
+    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+    blocks = [sample_block(0, 1), sample_block(20, 1), sample_block(60, 1)]  # a thinned log, played
+    numbers = 7, 8, 10  # of messages: the last but one went astray
+    told = [recording.receive(SAMPLES, 1, 1, data, number) for data, number in zip(blocks, numbers, strict=True)]
+    assert told == [0, 0, 39]
+    assert recording.status()["samples_lost"] == 19 + 39
+    recording.close()
+
+
 def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
     folder = tmp_path / "share" / "others" / "msg"
     folder.mkdir(parents=True)

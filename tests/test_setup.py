@@ -42,14 +42,15 @@ def test_a_prefix_knows_the_package_after_the_script_twice(tmp_path, monkeypatch
 
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "sim_node").touch()
+    (tmp_path / "share" / "bearing_twin").mkdir(parents=True)
+    (tmp_path / "share" / "bearing_twin" / "launch").symlink_to(ROOT / "launch")
     for _ in range(2):
         subprocess.run([sys.executable, ROOT / ".ci" / "ament_index.py", tmp_path], check=True)
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     packages = importlib.import_module("ament_index_python.packages")
     share = Path(packages.get_package_share_directory("bearing_twin"))
-    assert {path.name for path in (share / "launch").iterdir()} >= {
-        path.name for path in (ROOT / "launch").glob("*.py")
-    }
+    walked = {name for _, _, names in os.walk(share) for name in names}  # as `ros2 launch` looks: it follows no links
+    assert walked >= {path.name for path in (ROOT / "launch").glob("*.py")}
     assert (share / "config" / "sim_node.yaml").is_file()
     assert (share / "package.xml").samefile(ROOT / "package.xml")
     assert (Path(packages.get_package_prefix("bearing_twin")) / "lib" / "bearing_twin" / "sim_node").samefile(
@@ -68,6 +69,17 @@ def test_the_size_is_said_before_anything_is_made():
     said = shown.index("MB of disk")
     assert said < shown.index("-m venv .venv")
     assert said < shown.index("df -Pm")
+
+
+@pytest.mark.environment
+def test_the_package_is_found_beside_a_checkout_of_its_name(tmp_path):
+    """Python looks where it is started first: folders of a checkout there are no part of the package."""
+    (tmp_path / "bearing_twin" / "log").mkdir(parents=True)
+    there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    words = [sys.executable, "-c", "import bearing_twin.log.bag as bag; print(bag.__file__)"]
+    done = subprocess.run(words, cwd=tmp_path, env=there, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert Path(done.stdout.strip()).name == "bag.py"
 
 
 def needed(files):

@@ -1,5 +1,6 @@
 """Uncertain inputs: distributions by parameters and by knowledge, refusals, and the Gaussian copula."""
 
+import itertools
 import math
 import pickle
 
@@ -318,3 +319,22 @@ def test_correlations_that_cannot_be_are_refused(correlation, words):
         Joint(inputs, correlation)
     with pytest.raises(StudyError, match="input a is given twice"):
         Joint([inputs[0], inputs[0]])
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", sorted(set(DISTRIBUTIONS) - {"empirical", "fixed"}))
+def test_numbers_that_no_double_holds_are_refused_in_a_sentence(name):
+    extremes = (5e-324, 1e-308, 1.0, 1.6, 3.0, 1e200, 1e308)
+    told, means = [], []
+    for form in DISTRIBUTIONS[name].forms:
+        few = extremes if len(form) < 4 else extremes[::2]
+        for values in itertools.product(few, repeat=len(form)):
+            try:
+                one = read_input("run.duration", {"distribution": name, **dict(zip(form, values, strict=True))})
+                means += [one.mean, one.std]
+            except StudyError as error:
+                told.append(str(error))
+    assert means
+    assert np.isfinite(means).all()
+    assert told
+    assert all(one.startswith("input run.duration: ") for one in told)

@@ -1,8 +1,8 @@
 """Where the time of a bearing's run goes, from the contacts to a log on disk.
 
-Each part is what a further stage adds: the motion without outputs, with outputs, blocks, messages, a log; and samples,
-beside it, to blocks. CPU time of one core, medians of several runs in turn; the raceway contacts' part is that of as
-many evaluations, timed apart.
+Each part is what a further stage adds: the motion without outputs, with outputs, watched by its companion, blocks,
+messages, a log; and samples, beside it, to blocks. CPU time of one core, medians of several runs in turn; the raceway
+contacts' part is that of as many evaluations, timed apart.
 """
 
 import tempfile
@@ -20,6 +20,7 @@ from bearing_twin.kinds.bearing.forces.equations import raceway_rates
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LANE_ROWS, LANES, into_blocks, new_blocks
 from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
 from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.moving import moving_by
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, save, stamp
@@ -41,6 +42,7 @@ PARTS = {
     "kernel": "raceway contacts",
     "steps": "the rest of the steps",
     "outputs": "outputs",
+    "companion": "its companion",
     "packaging": "packaging as blocks",
     "publishing": "messages as published",
     "log": "writing the log",
@@ -110,11 +112,12 @@ def _exhaust(items) -> None:
         pass
 
 
-def _parts(motion, run: Run) -> dict[str, float]:
+def _parts(motion, watched, run: Run) -> dict[str, float]:
     """CPU seconds of each of PARTS: what a stage takes beyond the stage before it."""
     steps = _seconds(lambda: _move(motion, run, False))
     contacts = motion.costs()["ball_rates"] * _contact_seconds(motion)
     outputs = _seconds(lambda: _move(motion, run, True))
+    beside = _seconds(lambda: _move(watched, run, True))
     blocks = _seconds(lambda: _exhaust(run.blocks()))
     samples = _seconds(lambda: _exhaust(run))
     messages = _seconds(lambda: _messages(run))
@@ -123,7 +126,8 @@ def _parts(motion, run: Run) -> dict[str, float]:
         "kernel": contacts,
         "steps": steps - contacts,
         "outputs": outputs - steps,
-        "packaging": blocks - outputs,
+        "companion": beside - outputs,
+        "packaging": blocks - beside,
         "publishing": messages - blocks,
         "log": log - messages,
         "samples": samples - blocks,
@@ -136,9 +140,9 @@ def measure(names=tuple(RUNS), say: Callable[[str], None] = lambda _: None) -> I
         scene, overrides, seconds = RUNS[name]
         say(name)
         run = Run(load_scene(scene, (*overrides, f"run.duration={seconds}", f"run.output_rate={RATE}")))
-        motion = BearingMotion(run.scene.parameters, run.choice)
-        _parts(motion, run)
-        found = [_parts(motion, run) for _ in range(REPEATS)]
+        motions = [make(run.scene.parameters, run.choice) for make in (BearingMotion, moving_by)]
+        _parts(*motions, run)
+        found = [_parts(*motions, run) for _ in range(REPEATS)]
         for part in PARTS:
             costs = np.array([one[part] for one in found]) / seconds
             middle = float(np.median(costs))

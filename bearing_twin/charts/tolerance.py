@@ -98,6 +98,16 @@ class ToleranceRow(Row):
         return self.error <= self.setting
 
     @property
+    def doubtful(self) -> bool:
+        """Whether the run says that its error is more."""
+        return self.told.startswith("doubtful")
+
+    @property
+    def missed(self) -> bool:
+        """Whether it is more, where the reference itself is off by no more than that: else nobody knows."""
+        return not self.kept and max(self.load_known, self.friction_known) <= self.setting
+
+    @property
     def ratios(self) -> list[float]:
         """Estimates over true errors, of those that can be known."""
         return [found / true for found, true in self.pairs]
@@ -177,16 +187,13 @@ def _look(number: int, case: str) -> dict:
 
 def draw(points: list[ToleranceRow], path: Path) -> None:
     """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs."""
-    figure = Figure(figsize=(15, 8.4), layout="constrained")
-    FigureCanvasAgg(figure)
+    FigureCanvasAgg(figure := Figure(figsize=(15, 8.4), layout="constrained"))
     left, right = figure.subplots(1, 2)
-    good = [p for p in points if p.status == DONE]
-    names = list(dict.fromkeys(p.problem for p in points))
-    last = names[-1]
+    good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
     for number, case in enumerate(names):
         look = _look(number, case)
         for p in (p for p in good if p.problem == case):
-            fill = "none" if p.told.startswith("doubtful") else look["color"]
+            fill = "none" if p.doubtful else look["color"]
             shift = 1.0 + 0.03 * (min(number, len(CASES)) - 0.5 * len(CASES))  # side by side
             left.plot(p.setting * shift, p.error, look["marker"], mfc=fill, mec=look["color"], ms=9, mew=1.6)
             right.plot(
@@ -201,7 +208,7 @@ def draw(points: list[ToleranceRow], path: Path) -> None:
             )
         lost = [p.setting for p in points if p.problem == case and p.status != DONE]
         left.plot(lost, [1.0] * len(lost), "x", color=look["color"], ms=11, mew=2.5)
-        label = case if case not in UNSEEN else "variants unseen" if case == last else None
+        label = case if case not in UNSEEN else "variants unseen" if case == names[-1] else None
         left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=label)
     ends = np.array([min(p.setting for p in points), max(p.setting for p in points)])
     left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
@@ -215,9 +222,12 @@ def draw(points: list[ToleranceRow], path: Path) -> None:
         xscale="log", yscale="log", xlabel="tolerance asked for", ylabel="true error of load or friction, the greater"
     )
     right.set(xscale="log", yscale="log", xlabel="true error", ylabel="what the run says of it / true error")
-    heading(left, "error got (open marks: the run calls itself doubtful)")
-    heading(right, f"estimates (dotted: factors {NEAR:g} and {FAR:g})")
-    for axis in (left, right):
+    titles = (
+        "error got (open marks: the run calls itself doubtful)",
+        f"estimates (dotted: factors {NEAR:g} and {FAR:g})",
+    )
+    for axis, title in zip((left, right), titles, strict=True):
+        heading(axis, title)
         frame(axis)
     figure.legend(loc="outside right upper", fontsize=12, frameon=False)
     figure.suptitle("A tolerance and what it is worth", fontsize=16, color=STYLE["ink"])
@@ -231,8 +241,8 @@ def _share(number: int, total: int) -> str:
 
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says, of the scenes it was made with and of those that nothing was fitted to."""
-    first = VARIANTS | FURTHER
-    for who, cases in (("Scenes known", CASES), ("Variants unseen", first), ("Fresh variants", FRESH)):
+    groups = {"Scenes known": CASES, "Variants unseen": VARIANTS | FURTHER, "Fresh variants": FRESH}
+    for who, cases in groups.items():
         mine = [p for p in points if p.problem in cases]
         if mine:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
@@ -240,13 +250,16 @@ def reading(points: list[ToleranceRow]) -> Iterator[str]:
 
 def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
     good = [p for p in points if p.status == DONE]
-    missed = [p for p in good if not p.kept]
-    yield f"the error is within the tolerance in {_share(len(good) - len(missed), len(points))} runs."
-    unsaid = [p for p in missed if not p.told.startswith("doubtful")]
-    worst = max((p.error / p.setting for p in missed), default=0.0)
+    missed, kept = [p for p in good if p.missed], [p for p in good if p.kept]
+    yield f"the error is within the tolerance in {_share(len(kept), len(points))} runs."
+    if lost := [p for p in good if not p.kept and not p.missed]:
+        told = ", ".join(dict.fromkeys(p.problem for p in lost)), _share(sum(p.doubtful for p in lost), len(lost))
+        yield "in {} runs nobody knows, as the reference is off by more ({}); doubtful are {}.".format(len(lost), *told)
+    unsaid = [p for p in missed if not p.doubtful]
     if missed:
+        worst = max(p.error / p.setting for p in missed)
         yield (
-            f"where it is not, the run calls itself doubtful in {_share(len(missed) - len(unsaid), len(missed))}; the "
+            f"where it is more, the run calls itself doubtful in {_share(len(missed) - len(unsaid), len(missed))}; the "
             f"greatest error is {worst:.2g} times the tolerance."
         )
     if unsaid:
@@ -262,15 +275,13 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
         f"median is {np.median(ratios):.2g} times it."
     )
     shares = {(p.problem, p.setting): p.companion_steps / p.watched_steps for p in good if p.watched_steps}
-    costs = [(p.companion_steps + p.watched_steps) / p.steps for p in good if p.steps]
-    taken = list(shares.values())
+    taken, costs = list(shares.values()), [(p.companion_steps + p.watched_steps) / p.steps for p in good if p.steps]
     yield (
         f"the companion takes {100.0 * np.median(taken):.2g} % of a run's steps as a median and "
         f"{100.0 * max(taken):.3g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
         f"steps of one that nobody watches, {max(costs):.2g} at most."
     )
-    dear = [case for (case, _), share in shares.items() if share > MUCH]
-    if dear:
+    if dear := [case for (case, _), share in shares.items() if share > MUCH]:
         named = ", ".join(f"{case} ({dear.count(case)})" for case in dict.fromkeys(dear))
         yield f"it takes over {100.0 * MUCH:g} % in {_share(len(dear), len(shares))} runs: {named}."
 

@@ -188,7 +188,8 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": arguments.control}
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)
-    return head | {"speed_rad_s": parameters.drive.speed} | answer.answer_of(parameters, solver, support, found)
+    head["speed_rad_s"] = parameters.drive.speed
+    return head | answer.answer_of(parameters, law, solver, support, found)
 
 
 def _sweep(text: str) -> tuple[str, list[float]]:

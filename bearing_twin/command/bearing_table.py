@@ -23,7 +23,11 @@ def show_equilibrium(result: dict) -> None:
     show_text(f"{'inner ring':<22}" + "".join(f"{name:>11}" for name in ("x", "y", "z", "about x", "about y")))
     moved = [1e6 * one for one in result["ring_displacement_m"]]
     _row("displacement", "µm, °", moved, result["misalignment_rad"], _DEGREE)
+    off = [1e6 * one for one in result["ring_displacement_m_error"]]
+    _row("  ±", "", off, result["misalignment_rad_error"], _DEGREE, _rounded)
     _row("load", "N, N mm", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -_MOMENT)
+    if any(result["ring_force_n_error"]) or any(result["ring_moment_nm_error"]):
+        _row("  ±", "", result["ring_force_n_error"], result["ring_moment_nm_error"], _MOMENT, _rounded)
     show_text("stiffness: load [N, N mm] for 1 µm or 0.01° more along")
     rises = (1.0, 1.0, 1.0, _MOMENT, _MOMENT)
     for name, row, rise in zip(("x", "y", "z", "about x", "about y"), result["stiffness"], rises, strict=True):
@@ -34,9 +38,14 @@ def show_equilibrium(result: dict) -> None:
     _lives(result)
 
 
-def _row(name, units, lengths, turns, scale):
-    cells = [*lengths, *(0.0 + scale * one for one in turns)]
-    show_text(f"{name:<13}{units:<9}" + "".join(f"{_short(one):>11}" for one in cells))
+def _row(name, units, lengths, turns, scale, show=None):
+    cells, show = [*lengths, *(0.0 + scale * one for one in turns)], show or _short
+    show_text(f"{name:<13}{units:<9}" + "".join(f"{show(one):>11}" for one in cells))
+
+
+def _rounded(error):
+    """An error in two digits."""
+    return _short(float(f"{error:.2g}"), 8)
 
 
 def _short(value, room=10):
@@ -61,6 +70,21 @@ def _balls(result):
             f"{k:>4}{degrees:>9.2f}{_short(load[0], 8):>9}{_short(load[1], 8):>9}{angle[0]:>8.3f}{angle[1]:>7.3f}"
             f"{pressure[0]:>8.1f}{pressure[1]:>8.1f}{size[0]:>9.4f}{size[1]:>8.4f}"
         )
+    cells = (f"{_rounded(scale * max(result[f'{key}_error'])):>{width}}" for key, scale, width in SPREAD)
+    show_text(f"{'±':>4}{'':>9}{''.join(cells)}")
+
+
+SPREAD = (
+    ("normal_load_inner_n", 1.0, 9),
+    ("normal_load_outer_n", 1.0, 9),
+    ("contact_angle_inner_rad", _DEGREE, 8),
+    ("contact_angle_outer_rad", _DEGREE, 7),
+    ("peak_pressure_inner_pa", _PRESSURE, 8),
+    ("peak_pressure_outer_pa", _PRESSURE, 8),
+    ("semi_major_inner_m", 1e3, 9),
+    ("semi_minor_inner_m", 1e3, 8),
+)
+"""Figures of the columns of balls, the factor into what is shown, and the width; an error is the greatest of balls."""
 
 
 def _lives(result):
@@ -68,9 +92,8 @@ def _lives(result):
     parts = result["clearance_m"]
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
     show_text(f"clearance              {1e6 * parts['operating']:.4g} µm ({', '.join(shown)})")
-    show_text(
-        f"rating                 C {result['basic_dynamic_rating_n']:.5g} N, C0 {result['basic_static_rating_n']:.5g} N"
-    )
+    dynamic, static = (_short(result[f"basic_{kind}_rating_n"]) for kind in ("dynamic", "static"))
+    show_text(f"rating                 C {dynamic} N, C0 {static} N")
     basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
     show_text(f"basic life             {basic} (ISO 281)")
     show_text(f"reference life         {reference} (ISO/TS 16281)")
@@ -92,8 +115,8 @@ def _life(turns, result):
     if not math.isfinite(turns):
         return "without limit"
     speed = abs(result["speed_rad_s"])
-    hours = f", {1e6 * turns * 2.0 * math.pi / speed / 3600.0:.4g} h" if speed else ""
-    return f"{turns:.5g} million turns{hours}"
+    hours = f", {_short(1e6 * turns * 2.0 * math.pi / speed / 3600.0)} h" if speed else ""
+    return f"{_short(turns)} million turns{hours}"
 
 
 def show_sweep(result: dict) -> None:
@@ -117,4 +140,4 @@ def show_sweep(result: dict) -> None:
 def _tiny(value):
     if not math.isfinite(value):
         return "none"
-    return "0" if abs(value) < 1e-6 else f"{value:.4g}"
+    return "0" if abs(value) < 1e-6 else _short(float(f"{value:.4g}"))

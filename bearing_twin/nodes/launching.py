@@ -26,6 +26,7 @@ from bearing_twin.nodes.scene_parameters import PARAMETERS as SIMULATION
 from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import load_scene
+from bearing_twin.spelling import ROS_ARGS
 
 DISCOVERY = 5.0  # s that a simulation or a replay waits for its recorder
 BRIDGE_PORT = 8765
@@ -160,18 +161,19 @@ def _node(name: str, words: Mapping[str, str], given: Mapping[str, object], **op
     return Node(
         package="bearing_twin",
         executable=name,
-        namespace=words.get("namespace", ""),
+        namespace=words["namespace"] or None,  # launch_ros would put "" into the root, not into that of the kind
         output="screen",
         parameters=[*files, *([typed] if typed else [])],
-        arguments=["--ros-args", "--log-level", words["log_level"]],
+        arguments=[ROS_ARGS, "--log-level", words["log_level"]],
         **options,
     )
 
 
-def _standing(frame: str, height: float) -> Node:
+def _standing(frame: str, height: float):
     words = {"--z": height, "--frame-id": "world", "--child-frame-id": frame}
-    return Node(
-        package="tf2_ros",
+    return _if_installed(
+        f"place of {frame} in world",
+        "tf2_ros",
         executable="static_transform_publisher",
         name=f"place_of_{frame.replace('/', '_')}",
         arguments=[str(word) for pair in words.items() for word in pair],
@@ -183,11 +185,11 @@ def _shown(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list
     found = []
     if truth(words, "rviz"):
         layout = _written("bearing_twin.rviz", rviz(*scenes()))
-        found.append(_if_installed("rviz", "rviz2", arguments=["-d", layout]))
+        found.append(_if_installed("rviz:=true", "rviz2", arguments=["-d", layout]))
     if truth(words, "foxglove"):
         layout = _written("bearing_twin.foxglove.json", foxglove(scenes()[0]))
         bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
-        found.append(_if_installed("foxglove", "foxglove_bridge", parameters=[bridge]))
+        found.append(_if_installed("foxglove:=true", "foxglove_bridge", parameters=[bridge]))
         if isinstance(found[-1], Node):
             found.append(LogInfo(msg=f"in Foxglove open ws://localhost:{BRIDGE_PORT} and import the layout {layout}"))
     return found
@@ -199,11 +201,11 @@ def _written(name: str, content: bytes) -> str:
     return str(path)
 
 
-def _if_installed(argument: str, package: str, **options):
-    """The program of a package that is named as it, or a word that it is not there."""
+def _if_installed(wanted: str, package: str, executable: str = "", **options):
+    """A program of a package, by default the one named as it; or a word that it is not there for what is `wanted`."""
     try:
         get_package_prefix(package)
     except PackageNotFoundError:
         debian = f"ros-jazzy-{package.replace('_', '-')}"
-        return LogInfo(msg=f"{argument}:=true: {package} is not installed, so it is not opened (Debian: {debian})")
-    return Node(package=package, executable=package, output="screen", **options)
+        return LogInfo(msg=f"{wanted}: {package} is not installed, so it is not started (Debian: {debian})")
+    return Node(package=package, executable=executable or package, output="screen", **options)

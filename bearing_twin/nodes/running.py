@@ -24,13 +24,12 @@ from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 from bearing_twin.nodes.outlet import MANY
-from bearing_twin.spelling import echo
+from bearing_twin.spelling import ROS_ARGS, echo
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
-MARK = "--ros-args"
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
 TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
@@ -176,9 +175,9 @@ def guarded(callback: Callable) -> Callable:
     return safe
 
 
-def acknowledged(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
-    """Waits until reliable subscribers have everything that was published, for `seconds` at most; False otherwise."""
-    end = time.monotonic() + seconds
+def acknowledged(publishers: Iterable[Publisher]) -> bool:
+    """Waits until reliable subscribers have everything that was published; False if they take too long."""
+    end = time.monotonic() + ACKNOWLEDGE_TIME
     for publisher in publishers:
         left = max(0.0, end - time.monotonic())
         if not publisher.wait_for_all_acked(Duration(nanoseconds=round(left * 1e9))):
@@ -204,8 +203,9 @@ def refuse_no_assignment(words: Sequence[str]) -> None:
     for option, word in itertools.pairwise(words):
         if option not in ("-p", "--param"):
             continue
-        if MARK not in words[: words.index(option)]:
-            raise BearingTwinError(f"-p {word} stands before {MARK} and would set nothing; write {MARK} -p {word}")
+        if ROS_ARGS not in words[: words.index(option)]:
+            better = f"{ROS_ARGS} -p {word}"
+            raise BearingTwinError(f"-p {word} stands before {ROS_ARGS} and would set nothing; write {better}")
         if ":=" not in word:
             name, _, value = word.replace(":", "=").partition("=")
             raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")

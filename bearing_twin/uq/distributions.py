@@ -76,7 +76,6 @@ class _TruncatedExponential(stats.rv_continuous):
 
     def _stats(self, tilt):
         tilt = float(np.ravel(tilt)[0])  # a frozen distribution has one
-        tilt = float(np.ravel(tilt)[0])  # a frozen distribution has one
         return _tilted_mean(tilt), _tilted_variance(tilt), None, None
 
 

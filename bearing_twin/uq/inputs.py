@@ -111,13 +111,17 @@ def read_input(key: str, mapping) -> Input:
     if not isinstance(mapping, Mapping):
         mapping = {"distribution": "fixed", "value": mapping}
     try:
-        if "know" in mapping:
-            name, parameters = _from_knowledge(mapping)
-            return Input(key, name, parameters, DISTRIBUTIONS[name].build(**parameters), "knowledge")
-        name, parameters = _from_parameters(mapping)
-        return Input(key, name, parameters, DISTRIBUTIONS[name].build(**parameters))
+        stated = "knowledge" if "know" in mapping else "parameters"
+        name, parameters = _from_knowledge(mapping) if stated == "knowledge" else _from_parameters(mapping)
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            one = Input(key, name, parameters, DISTRIBUTIONS[name].build(**parameters), stated)
+            if not np.isfinite([one.mean, one.std]).all():
+                raise FloatingPointError
+        return one
     except (StudyError, ValueError) as error:
         raise StudyError(f"input {key}: {error}") from None
+    except ArithmeticError:
+        raise StudyError(f"input {key}: numbers too far apart to compute with; give others") from None
 
 
 def _from_knowledge(mapping):

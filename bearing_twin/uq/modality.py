@@ -22,7 +22,7 @@ from scipy.optimize import brentq
 
 from bearing_twin.errors import StatisticError
 from bearing_twin.stopping import look
-from bearing_twin.uq.statistics import binned, smoothed
+from bearing_twin.uq.statistics import BINS_PER_BANDWIDTH, binned, smoothed
 
 BINS = 4096
 EXCESS_BINS = 256
@@ -49,8 +49,8 @@ class Modality(NamedTuple):
     positions: tuple[float, ...]
 
 
-def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
-    """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above `level`.
+def modality(sample, seed=0, resamples=RESAMPLES) -> Modality:
+    """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above LEVEL.
 
     Counts beyond MOST_MODES are not told apart. Equal values are one mode with p = 1. The sample is binned to BINS
     bins, the p-value is (1 + number)/(1 + resamples). Raises StatisticError below LEAST_SAMPLES samples.
@@ -76,11 +76,11 @@ def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
         bandwidth = critical_bandwidth(counts, modes, window)
         look()
         p_value = _p_value(counts, bandwidth, modes, window, resamples, rng)
-        if modes == 1 and p_value <= level and outer > inner:
+        if modes == 1 and p_value <= LEVEL and outer > inner:
             central = kept[(kept >= inner) & (kept <= outer)]
             p_value = max(p_value, _flat_p_value(central, resamples, rng))
         p_values.append(p_value)
-        if p_values[-1] > level:
+        if p_values[-1] > LEVEL:
             break
     positions = low + (window.start + mode_places(smoothed(counts, bandwidth)[window]) + 0.5) * width
     return Modality(modes, p_values[0], tuple(p_values), float(bandwidth * width), tuple(positions.tolist()))
@@ -127,10 +127,15 @@ def _slopes(density):
 
 
 def _p_value(counts, bandwidth, modes, window, resamples, rng):
-    """Share of samples drawn from the smoothed counts, shrunk, that show more modes in the window; never 0."""
-    chance = _shrunk(counts, bandwidth)
+    """Share of samples drawn from the smoothed counts, shrunk, that show more modes in the window; never 0.
+
+    Drawn into wider bins where the bandwidth hides these: most of the time goes into drawing.
+    """
+    wide = 1 << max(0, int(math.log2(bandwidth / BINS_PER_BANDWIDTH)))
+    chance = _shrunk(counts, bandwidth).reshape(-1, wide).sum(axis=1)
     draws = rng.multinomial(int(counts.sum()), chance / chance.sum(), size=resamples).astype(float)
-    more = np.sum(mode_numbers(smoothed(draws, bandwidth)[:, window]) > modes)
+    window = slice(window.start // wide, -(-window.stop // wide))
+    more = np.sum(mode_numbers(smoothed(draws, bandwidth / wide)[:, window]) > modes)
     return float(1 + more) / (1 + resamples)
 
 

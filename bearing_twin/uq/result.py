@@ -146,10 +146,10 @@ def summary_of_sample(
                 continue
             result[name], result[f"{name}_interval"] = found.value, [_finite(found.low), _finite(found.high)]
             result["unsafe"] += [] if found.safe else [name]
-    result["quantiles"] = {}
+    result["quantiles"], ordered = {}, np.sort(sample)  # once, for all that does not ask whose replicate a point is
     for probability in PROBABILITIES:
         try:
-            found = estimate(sample, probability, replicates=replicates)
+            found = estimate(ordered if replicates == 1 else sample, probability, replicates=replicates)
         except StatisticError as error:
             refused[f"quantile {probability:g}"] = str(error)
             continue
@@ -159,7 +159,7 @@ def summary_of_sample(
     result["modality"] = None
     if modes:
         try:
-            result["modality"] = _modality(modality(sample, seed))
+            result["modality"] = _modality(modality(ordered, seed))
         except StatisticError as error:
             refused["modality"] = str(error)
     result["densities"] = []

@@ -1,24 +1,24 @@
 """What a bearing's figures are worth: of the method by its companion, of law, friction model and what is left out."""
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.pointers import dearest
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, bumps, carries, place_of, unseen
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
-from bearing_twin.kinds.bearing.forces.drilling import SIDES, drilling_of
-from bearing_twin.kinds.bearing.left_out import half_space_error, left_out
+from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
+from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
+from bearing_twin.kinds.bearing.left_out import left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
+from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worth_of_scene
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
-from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.summing import STRETCH
 from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
@@ -45,6 +45,7 @@ class BearingDoubt:
         self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
+        self.spin = np.zeros((balls, 2))  # greatest under load
         self.rubbed = np.zeros((balls, 2))  # sums of load^(4/3) times spin
 
     def add(self, block: Block) -> None:
@@ -54,7 +55,9 @@ class BearingDoubt:
         self.least = min(self.least, float(load.min()))
         self._note_windows(block, load, begins)
         self.outputs += len(block)
-        rubbed = np.add.reduceat(load * np.cbrt(load) * np.abs(block.values["spin_rate"]), begins, axis=0)
+        spin = np.where(load > 0.0, np.abs(block.values["spin_rate"]), 0.0)
+        self.spin = np.maximum(self.spin, spin.max(axis=0))
+        rubbed = np.add.reduceat(load * np.cbrt(load) * spin, begins, axis=0)
         for stretch in rubbed:  # one after the other: sums are the same to the bit however outputs are cut
             self.rubbed += stretch
         better = load.max(axis=0) > self.load
@@ -80,14 +83,15 @@ class BearingDoubt:
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The errors of these figures so far."""
-        law, found = self._law(), {}
+        law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
+        law, found = None if law is None else np.abs(law), {}
         for key, parts in self._method(figures).items():
             found.setdefault(key, {}).update({METHOD: parts})
         if law is not None:
-            for key, error in self._by_load(figures, law).items():
+            for key, error in self._by_load(figures, law, LAW).items():
                 found.setdefault(key, {})[LAW] = error
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
-        for key, error in self._by_load(figures, width).items():
+        for key, error in self._by_load(figures, width, LEFT_OUT).items():
             found.setdefault(key, {})[LEFT_OUT] = error
         for key, error in self._friction(figures).items():
             found.setdefault(key, {})[FRICTION_MODEL] = error
@@ -155,50 +159,47 @@ class BearingDoubt:
     def _seconds(self) -> float:
         return max(self.outputs - 1, 0) / self.parameters.run.output_rate
 
-    def _law(self) -> np.ndarray | None:
-        """Relative error of each contact's load (N, 2) against exact Hertz where it was greatest; None if measured."""
-        law, found = self.choice.law, np.zeros_like(self.load)
-        if law not in LAWS or LAWS[law].measured:
-            return None
-        for side, nominal in enumerate(nominal_curvatures(self.parameters.geometry)):
-            frozen = hertz_coefficient(*nominal, 1.0)
-            for ball in np.flatnonzero(self.load[:, side] > 0.0):
-                at = tuple(float(one[ball, side]) for one in self.curvatures)
-                found[ball, side] = abs(coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0)
-        return found
+    @functools.cached_property
+    def _at_rest(self) -> SceneWorth | None:
+        return worth_of_scene(self.parameters, self.choice.law)
 
-    def _by_load(self, figures: Mapping[str, Any], share: np.ndarray) -> dict[str, Any]:
-        """Errors of figures where loads are off by these shares (N, 2); a ring with mass has its load from outside.
+    def _worth(self, source: str) -> Worth | None:
+        """What an error of contacts does to the scene's equilibrium; None where that does not stand for the run."""
+        return self._at_rest.of(source, float(self.load.max())) if self._at_rest else None
 
-        What all loads share scales their sum on the ring; what they do not share need not cancel.
+    def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
+        """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.
+
+        What all contacts share scales their sum on a ring that is held, and only moves one whose load is given; what
+        they do not share need not cancel.
         """
-        greatest = float(share.max(initial=0.0))
+        worth, greatest = self._worth(source), float(share.max(initial=0.0))
         uneven = float(np.ptp(share[self.load[:, 0] > 0.0, 0])) if self.load[:, 0].any() else 0.0
-        free = dimension_of(self.parameters) == FREE_RING
-        given = dimension_of(self.parameters) == QUASI_STATIC or free
+        given = dimension_of(self.parameters) in (QUASI_STATIC, FREE_RING)
         pitch = 0.5 * self.parameters.geometry.pitch_diameter
         carried = math.fsum(abs(one) for one in figures["normal_load_inner_n"])
+        kept = share if worth is None else worth.kept * share
         found = {
-            f"{key}_{side}_n": [float(share[ball, place]) * abs(value) for ball, value in enumerate(values)]
+            f"{key}_{side}_n": [float(kept[ball, place]) * abs(value) for ball, value in enumerate(values)]
             for key in LOADS_OF
             for place, side in enumerate(SIDES)
             for values in [figures[f"{key}_{side}_n"]]
         }
-        force, moment = (
-            0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
-            for key, arm in (("ring_force_n", 1.0), ("ring_moment_nm", pitch))
-        )
-        moved, tilted = (
-            2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
-            for key in ("ring_displacement_m", "misalignment_rad")
-        )
+        if worth is not None:
+            moved, ring = (np.abs(one) for one in (worth.response.coordinates, worth.response.ring_loads))
+        else:
+            moved, ring = np.zeros(5), np.zeros(5)
+            for part, key, arm in ((slice(3), "ring_force_n", 1.0), (slice(3, 5), "ring_moment_nm", pitch)):
+                ring[part] = 0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
+            for part, key in ((slice(3), "ring_displacement_m"), (slice(3, 5), "misalignment_rad")):
+                moved[part] = 2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
         return {
             **found,
             **self._of_loads(figures, share),
-            "ring_force_n": [force] * 3,
-            "ring_moment_nm": [moment] * 2,
-            "ring_displacement_m": [moved] * 3,
-            "misalignment_rad": [tilted] * 2,
+            "ring_force_n": ring[:3].tolist(),
+            "ring_moment_nm": ring[3:].tolist(),
+            "ring_displacement_m": moved[:3].tolist(),
+            "misalignment_rad": moved[3:].tolist(),
         }
 
     @staticmethod
@@ -215,8 +216,8 @@ class BearingDoubt:
         """Errors of the friction model: at a point it holds no drilling; over a spot it is off by its quadrature."""
         if dimension_of(self.parameters) == QUASI_STATIC or not self.outputs:
             return {}
-        mu = self.parameters.contact.friction_coefficient
-        most, power = drilling_of(mu, self.load, self.curvatures, self.rubbed / self.outputs, figures)
+        met = Drilled(self.load, self.curvatures, self.spin, self.rubbed / self.outputs)
+        most, power = drilling_of(self.parameters.contact, met, figures)
         model, speed = FRICTIONS[self.parameters.contact.friction], abs(figures["inner_ring_speed_at_end_rad_s"])
         share = model.error if model.over_spot else 1.0
         found = {
@@ -238,7 +239,9 @@ class BearingDoubt:
         """What is wanted: loads, and friction unless loads alone are."""
         wanted, greatest = self.parameters.wanted, float(self.load.max())
         still = self.choice.stepper == QUASI_STATIC
+        worth = self._worth(LAW)
         off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
+        off *= 1.0 if worth is None else worth.kept
         method = self._seen("load") / greatest if self._known and greatest else None
         whole = None if method is None else method + off
         mend = self._mend() if method is not None and method >= off else HERTZ_MENDS

@@ -46,12 +46,3 @@ ROWS = {
 def left_out(parameters) -> dict[str, str]:
     """The sentences that apply to a scene, by name."""
     return {name: row.sentence for name, row in ROWS.items() if row.applies(parameters)}
-
-
-def half_space_error(parameters, semi_major) -> list[float]:
-    """Relative errors of loads where ellipses of these semi-axes [m] lie on bodies that Hertz takes for half-spaces.
-
-    The square of semi-axis over ball radius: the next term of the shape of a sphere against its parabola.
-    """
-    radius = 0.5 * parameters.geometry.ball_diameter
-    return [(one / radius) ** 2 for one in semi_major]

@@ -42,7 +42,7 @@ EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
 
-bearing_motion = late("bearing_twin.kinds.bearing.watched:moving_by")  # see there
+bearing_motion = late("bearing_twin.kinds.bearing.moving:moving_by")  # see there
 
 
 class BearingMotion:

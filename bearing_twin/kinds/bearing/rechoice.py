@@ -24,12 +24,13 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.moving import moving_by
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import caged_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import FREE, LoadChange, free_coordinates
 from bearing_twin.kinds.bearing.start import rolling
-from bearing_twin.kinds.bearing.watched import WatchedMotion, moving_by
+from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.report import Choice, Rechosen, never
 

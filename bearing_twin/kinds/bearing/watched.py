@@ -1,12 +1,13 @@
 """A bearing in motion that is watched by a companion, and integrated again where that finds it off too far.
 
-Each part of a chunk is verified at the windows the companion looks at. Where an output that is wanted is off by more
-than SAFE of the tolerance, the part is done again with a tighter setting, and the windows that failed are looked at
-again, whatever points to them then. The setting gets rougher again after some parts whose windows are off by much less,
-or where all points to smaller errors than those had; what was too rough once is never tried again. Where errors of
-earlier parts grew, as balls bounced or met, the whole chunk is done again. Where a tighter setting finds the same, the
-motion itself is that sensitive: the error is told, and the setting goes back. Where bumps into a cage were seen to
-carry an error on, nobody can say where balls are some hundredths of a second on; steps are made for statistics alone.
+Each part of a chunk is verified at the windows the companion looks at. Where it makes an output that is wanted off by
+more than a third of the tolerance (`redoing`), it is done again with a tighter setting, and the windows that failed are
+looked at again, whatever points to them then. The setting gets rougher again after some parts whose windows are off by
+much less, or where all points to smaller errors than those had; what was too rough once is never tried again. Where
+errors of earlier parts grew, as balls bounced or met, or are carried on by a ring, the whole chunk is done again. Where
+a tighter setting finds the same, the motion itself is that sensitive: the error is told, and the setting goes back.
+Where bumps into a cage were seen to carry an error on, nobody can say where balls are some hundredths of a second on;
+steps are made for statistics alone.
 """
 
 import math
@@ -14,6 +15,7 @@ import math
 import numpy as np
 
 from bearing_twin.errors import IntegrationError
+from bearing_twin.kinds.bearing.companion import redoing
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, ringing_time
@@ -25,45 +27,30 @@ from bearing_twin.kinds.bearing.companion.windows import (
     PLACE,
     WINDOW,
     bumps,
+    carries,
     followed,
-    is_watched,
     off_by,
     unseen,
 )
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS
 from bearing_twin.kinds.bearing.snapshots import MOVING
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.stepping.steps import STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
-from bearing_twin.report import Choice
 
-SAFE, GOOD = 0.5, 0.8  # share of the tolerance that windows may be off, others may be worse; once it was done again
 SHORT = 0.02  # s: the first part of a run, those after it are twice as long each, so that little is done again
 DOUBLED = 40  # times: beyond any chunk, and far from the end of floats, which a node reaches within minutes
-AIM = 0.25  # share of the tolerance that a tighter setting aims at
-LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
 REDONE = 3  # times at most that a part is done again
 RETAKEN = 2  # times at most that a chunk is: where balls carried an error on from earlier parts of it
 CALM, PATIENT = 0.1, 4  # share of the tolerance; parts whose windows are off by less make the setting rougher again ...
 RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at least ...
-SPARED = 0.5  # ... up to this share of what was too rough
-HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
-FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
 # What a part changes besides arrays in place.
 BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate", "_inherited"
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
-
-
-def moving_by(parameters: BearingScene, choice: Choice):
-    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion, watched or not."""
-    if choice.stepper == QUASI_STATIC:
-        return QuasiStaticMotion(parameters, choice)
-    return (WatchedMotion if is_watched(parameters) else BearingMotion)(parameters, choice)
 
 
 class WatchedMotion(BearingMotion):
@@ -79,6 +66,8 @@ class WatchedMotion(BearingMotion):
         self._set(1.0)
         self._rows: list[np.ndarray] = []
         self._found: np.ndarray | None = None
+        self._added = self._before_it = np.zeros((0, len(WINDOW.columns)))
+        self._chunk_begun, self._may_retake, self._first_go = 0.0, False, False
         self._grown, self._sensitive, self._roughest, self._calm = 0.0, False, 1.0, 0
         self._inherited = NOTHING
         super().reset()
@@ -143,27 +132,38 @@ class WatchedMotion(BearingMotion):
         Bounces and meetings of balls make them grow. Where it does not help, it is not tried again in a run.
         """
         last, before, earlier = math.inf, self.setting, self._rows.copy()
+        self._chunk_begun = self.elapsed
         for attempt in range(1 + RETAKEN):
-            self._grown = 0.0
+            self._grown, self._may_retake = 0.0, attempt < RETAKEN and not self._sensitive
+            out = None
             try:
                 out = super().advance(times, duration)
+                worst = self._grown
+            except redoing.CarriedOn as carried:
+                worst = carried.worst
             except IntegrationError:
                 if not attempt:
                     raise
+                return self._given_up(earlier, before, times, duration)
+            tight = self.setting
+            if worst <= redoing.CARRIED or not self._may_retake or tight * self.given <= VERIFIABLE:
+                break
+            if worst >= redoing.HELPED * last:
+                back = max(tight, min(before, redoing.FUTILE))
+                if out is None:
+                    return self._given_up(earlier, back, times, duration)
                 self._sensitive = True
-                self._retake(earlier, before)
-                out = super().advance(times, duration)
+                self._set(back)
                 break
-            worst, tight = self._grown, self.setting
-            if worst <= GOOD or self._sensitive or attempt == RETAKEN or tight * self.given <= VERIFIABLE:
-                break
-            if worst >= HELPED * last:
-                self._sensitive = True
-                self._set(max(tight, min(before, FUTILE)))
-                break
-            last, cut = worst, min(LEAST_CUT, max(MOST_CUT, AIM / worst))
-            self._retake(earlier, max(cut * tight, VERIFIABLE / self.given))
+            last = worst
+            self._retake(earlier, max(redoing.cut_by(worst) * tight, VERIFIABLE / self.given))
         return out
+
+    def _given_up(self, rows, setting: float, times, duration):
+        """The chunk with this setting, whatever it is off: tighter ones do not help in this run."""
+        self._sensitive, self._may_retake = True, False
+        self._retake(rows, setting)
+        return super().advance(times, duration)
 
     def _retake(self, rows, setting: float) -> None:
         """Back to before a chunk, with another setting; what was spent on it counts."""
@@ -171,17 +171,19 @@ class WatchedMotion(BearingMotion):
         self.take_back()
         self.counts[:], self._rows = spent, rows.copy()
         self.companion.steps, self.companion.looked = watching
+        # A ring forgets in time what it was off, and may take longer steps again.
+        self._roughest, self._calm = redoing.SPARED * self.setting if carries(self.parameters) else setting, 0
         self._set(setting)
-        self._roughest, self._calm = setting, 0
 
     def _part(self, times, duration, out, first) -> None:
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
         arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
         before_it, self._windows, begun = self.companion.inherited(), None, self.elapsed
-        self._part_begun = begun
-        # What a part began with from before is not bettered by doing it again: a sign, no more, of a rough setting.
-        before, worst, since = self.setting, math.inf, -math.inf if self.setting > FUTILE else self.elapsed
+        self._part_begun, spent, dear = begun, int(self.counts[STEPS]), 0
+        # A ball that is followed since before is not bettered: a sign, no more, of a rough setting.
+        before, worst, since = self.setting, math.inf, -math.inf if self.setting > redoing.FUTILE else self.elapsed
         for attempt in range(1 + REDONE):
+            self._first_go = not attempt
             try:
                 super()._part(times, duration, out, first)
             except IntegrationError:
@@ -196,13 +198,18 @@ class WatchedMotion(BearingMotion):
                 self._sensitive = True
                 break
             last, worst = worst, self._worst(since)
-            if attempt == REDONE or worst <= (GOOD if attempt else SAFE):
+            dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
+            if (
+                attempt == REDONE
+                or worst <= (redoing.GOOD if attempt else redoing.SAFE)
+                or self.counts[STEPS] - spent > dear
+            ):
                 break
-            if attempt and worst >= HELPED * last:
-                self._set(max(self.setting, min(before, FUTILE)))
+            if attempt and worst >= redoing.HELPED * last:
+                self._set(max(self.setting, min(before, redoing.FUTILE)))
                 break
-            before, cut = self.setting, min(LEAST_CUT, max(MOST_CUT, AIM / worst))
-            self._roughest, self._calm = min(self._roughest, SPARED * before), 0
+            before, cut = self.setting, redoing.cut_by(worst)
+            self._roughest, self._calm = min(self._roughest, redoing.SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
         rows, self._found = self._found, None
         if rows is not None and self.companion.adrift:
@@ -214,6 +221,12 @@ class WatchedMotion(BearingMotion):
             if not bumps(self.parameters):
                 self._grown = max(self._grown, self._off(rows[carried]))
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
+
+    def _stop_carrying(self) -> None:
+        """Ends a chunk that is off too far by what it carried into this part."""
+        worst, stops = self._off(self._before_it), self._may_retake and self.elapsed > self._chunk_begun
+        if stops and worst > redoing.CARRIED and self.tolerance > VERIFIABLE and not bumps(self.parameters):
+            raise redoing.CarriedOn(worst)
 
     def _relax(self, rows: np.ndarray | None) -> None:
         """Takes longer steps again after PATIENT parts with such windows, or with none that was worth a look."""
@@ -243,9 +256,9 @@ class WatchedMotion(BearingMotion):
 
         0 where no tighter setting could be verified. What bumps make of an error says nothing of the setting.
         """
-        rows = self._found
-        if rows is None or self.tolerance <= VERIFIABLE:
+        if self._found is None or self.tolerance <= VERIFIABLE:
             return 0.0
+        rows = self._added
         if bumps(self.parameters):
             rows = rows[~followed(rows, self._part_begun) & (rows[:, PLACE["ball"]] != INHERITED)]
         return self._off(rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)])
@@ -277,7 +290,10 @@ class WatchedMotion(BearingMotion):
         pointed = self.stepper not in FIXED_STEP and len(part.pointer)
         scales = self.scales if pointed else self._asked[0]
         found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
+        added, self._before_it = found, found[:0]
         if len(found):
             what = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max(), greatest
-            found, self._inherited = carried_on(self._inherited, part, found, *what)
-        self._found = found
+            found, added, self._before_it, self._inherited = carried_on(self._inherited, part, found, *what)
+        self._found, self._added = found, added
+        if self._first_go:
+            self._stop_carrying()

@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.companion.departures import (
     Followed,
     affordable,
     bouncing,
-    likely_steps,
     loose,
     nowhere,
     starts,
@@ -60,9 +59,11 @@ LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked 
 BEARABLE = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
-THREATENED = 0.45  # ... unless it is off by the tolerance, loose, or bumps into a cage: then where so many were ...
-BOUNCING = 0.35  # ... or would be, with a ball that bounces although nothing points to it, or with all that met
-KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool, "grew": float}
+THREATENED = 0.33  # ... unless it is off by the tolerance, loose, or bumps into a cage: then until so many were
+BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
+DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
+KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
+KEPT |= {"grew": float, "reached": float}
 
 
 class Companion:
@@ -85,7 +86,8 @@ class Companion:
         self.drift = Drift(self.parameters.geometry.balls)
         self.probing = False  # whether it looks for that in this part
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
-        self.grew, self.adrift = 1.0, False  # times that meetings made an error; whether more came that none looked at
+        self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
+        self.adrift = False  # whether more came that none looked at
         self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
 
     def memory(self) -> dict:
@@ -231,27 +233,23 @@ class Companion:
         whole = Window(-1, -1, len(part.times))
         those = [(one.left, whole._replace(ball=one.ball), one.begin, one.first, one.last) for one in before]
         off.sort(key=lambda one: (one[2],) if self.probing else (-one[0], one[1]))
-        new = [*((*one, np.inf) for one in bouncing(part)), *off]
-        those += [(left, *to_the_end(part, at, begin), first, None) for left, at, begin, first in new]
+        those += [(left, at, begin, np.inf, None) for left, at, begin in bouncing(part)]
+        those += [(left, *to_the_end(part, at, begin), first, None) for left, at, begin, first in off]
         for left, there, begin, first, last in those:
             window = until_met(there, met)
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or len(self.followed) == AT_A_TIME
-            share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
-            more = 0.0
-            if window.ball == ALL and self.probing:
-                share, window = THREATENED, affordable(part, window, THREATENED * part.taken - self.steps)
-            elif (window.ball == ALL and not part.partners.active) or left == UNKNOWN:
-                more, share = likely_steps(part, window), min(share, BOUNCING)
-            spent = self.steps + more > share * part.taken
-            spent = spent or (self.diverged and window.ball == ALL)
+            share = THREATENED if left > 1.0 or left == UNKNOWN or loose(part, window) else FOLLOWING
+            share = THREATENED if self.probing and window.ball == ALL else share
+            room = (BOUNCING if left == UNKNOWN else THREATENED) * part.taken - self.steps
+            spent = self.steps > share * part.taken or (self.diverged and window.ball == ALL)
+            asked, window = window, affordable(part, window, room / DEARER)
+            spent = spent or (left == UNKNOWN and window != asked)
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
                 continue
-            alone, until = window.ball != ALL, part.duration if window is there else None
-            found = (
-                some_beside(part, [window], scales, last, until)
-                if alone
-                else all_beside(self.parameters, part, window, scales, last, until)
-            )
+            alone, ends = window.ball != ALL, window.begin + 1 + window.length == len(part.times)
+            until = part.duration if ends else None
+            what = scales, last, until
+            found = some_beside(part, [window], *what) if alone else all_beside(self.parameters, part, window, *what)
             if found is None:
                 continue
             self.steps += found.steps
@@ -272,7 +270,9 @@ class Companion:
         """
         copied = copied_from(met, self.met)
         self.met += int(met.any())
-        self.adrift = self.grew > MET and bool(met.any())
+        # The next meetings do the same again to what is off after those that a copy went through.
+        far = self.grew > MET or self.grew * self.reached > self.parameters.wanted.tolerance
+        self.adrift = far and bool(met.any())
         if copied is None:
             return []
         rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
@@ -291,7 +291,7 @@ class Companion:
             self.drift.see(part, window, found, 0, 1.0)
             off = max(off_by(np.array(rows[-1]), self.greatest_load or 1.0), FLOOR)
             first = min(first, off)
-            self.grew = max(self.grew, off / first)
+            self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None
         self.steps += taken
         self.adrift = self.grew > MET and window is not None and bool(met[window.begin + 1 :].any())

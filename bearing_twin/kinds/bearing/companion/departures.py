@@ -10,6 +10,7 @@ from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS, CO
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.kinds.bearing.stepping.steps import Results
 
+SETTLING = 3  # outputs for which a ball is still followed that has touched neither raceway
 UNKNOWN = 0.0  # what the motion of a ball is off, over what is allowed, where nothing pointed to it
 
 
@@ -34,13 +35,17 @@ def loose(part: Part, window: Window) -> bool:
 
 
 def bouncing(part: Part) -> list[tuple[float, Window, float]]:
-    """The ball that touches neither raceway at most outputs, from before the first of them; see `Companion._follow`."""
-    free = part.out["normal_load"].max(axis=2) == 0.0
-    ball = int(free.sum(axis=0).argmax())
-    if part.partners.active or not free[:, ball].any():
+    """Balls that touch neither raceway at some outputs, those that do so most first; see `Companion._follow`.
+
+    Each with a window from the beginning of the part, where alone its state is known, until it rests on a raceway.
+    """
+    free, outputs = part.out["normal_load"].max(axis=2) == 0.0, len(part.times)
+    if part.partners.active or not free.any():
         return []
-    window = Window(ball, max(int(free[:, ball].argmax()) - 1, 0) - 1, 1)
-    return [(UNKNOWN, window, part.elapsed + part.start(window.begin))]
+    rest = outputs - np.argmax(free[::-1], axis=0) + SETTLING
+    last = np.minimum(rest, outputs).tolist()
+    balls = np.argsort(-free.sum(axis=0), kind="stable")[: int(free.any(axis=0).sum())].tolist()
+    return [(UNKNOWN, Window(ball, -1, last[ball]), part.elapsed) for ball in balls]
 
 
 def to_the_end(part: Part, window: Window, begin: float) -> tuple[Window, float]:
@@ -54,16 +59,11 @@ def to_the_end(part: Part, window: Window, begin: float) -> tuple[Window, float]
     return window._replace(length=len(part.times) - 1 - window.begin), begin
 
 
-def likely_steps(part: Part, window: Window) -> float:
-    """Steps that the run took in a window, which are no more than a companion needs there."""
-    inside = slice(window.begin + 1, window.begin + 1 + window.length)
-    balls = slice(None) if window.ball < 0 else window.ball
-    return float(part.pointer[balls, inside, STEPS_IN].sum()) if len(part.pointer) else 0.0
-
-
 def affordable(part: Part, window: Window, steps: float) -> Window:
     """The window, cut where the run took so many steps in it."""
-    taken = np.cumsum(part.pointer[:, window.begin + 1 :, STEPS_IN].sum(axis=0)) if len(part.pointer) else np.zeros(0)
+    balls = slice(None) if window.ball < 0 else slice(window.ball, window.ball + 1)
+    inside = slice(window.begin + 1, window.begin + 1 + window.length)
+    taken = np.cumsum(part.pointer[balls, inside, STEPS_IN].sum(axis=0)) if len(part.pointer) else np.zeros(0)
     return window._replace(length=min(window.length, int(np.searchsorted(taken, steps))))
 
 

@@ -8,13 +8,14 @@ say of friction and load, and recorded as a row of WINDOW of its own.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
 from bearing_twin.kinds.bearing.companion.pointers import lengths
-from bearing_twin.kinds.bearing.companion.windows import ALL, INHERITED, PLACE, WINDOW, carries
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 
 NOTHING = (0.0, 0.0, 0.0)  # see `carried_on`
@@ -56,29 +57,51 @@ def all_of_it(part_began: float, now: float, tolerance: float, greatest: float) 
     return row
 
 
-def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, around: float, greatest: float):
-    """Rows of WINDOW with that of what a part inherits, if it is more than was told before, and what is `known` then.
+def thrown(part: Part) -> bool:
+    """Whether a ring is thrown across its clearance: some ball then touches neither raceway at an output."""
+    return bool((part.out["normal_load"].max(axis=2) == 0.0).any())
+
+
+class Carried(NamedTuple):
+    """Rows of WINDOW with that of what a part inherits, if it is more than was told before; what is then known.
+
+    `added` are the rows with what the part itself adds, which alone another go at it betters; `before` is the row of
+    what it has from before.
+    """
+
+    rows: np.ndarray
+    added: np.ndarray
+    before: np.ndarray
+    known: tuple
+
+
+def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, around: float, greatest: float) -> Carried:
+    """What a part that began with what is `known` inherits, beside these rows of WINDOW.
 
     `seconds` a ring goes on with what it is off; `around` [rad] balls may be off their way round. Known are the
     greatest share of `light_share`, how far loads are off [N], which falls as the ring rings down, and what was told of
-    friction.
+    friction. What a ring that is thrown against its balls is off grows with each blow, as where balls bump into a cage.
     """
     light, off, told = known
     row = np.zeros(len(WINDOW.columns))
     row[: PLACE["load"]] = part.elapsed + part.duration, part.elapsed, INHERITED, 0.0, rows[0, PLACE["tolerance"]]
-    whole = rows[rows[:, PLACE["ball"]] == ALL] if seconds else rows[:0]
+    before, whole = row.copy(), rows[rows[:, PLACE["ball"]] == ALL] if seconds else rows[:0]
     for one in whole:
         # How far balls are off their way round nothing damps.
         until = np.where(np.arange(len(row)) == PLACE["orbit_angle"], one[0], min(one[0], seconds))
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
         row[ERRORS] = np.maximum(row, longer * one)[ERRORS]
-    loads = part.out["normal_load"]
-    now = float(row[PLACE["load"]]) + around * float(np.ptp(loads))
-    later = max(now, off * (10.0 ** (-part.duration / seconds) if seconds else 1.0))
-    off = max(off, now)
+    now = float(row[PLACE["load"]]) + around * float(np.ptp(part.out["normal_load"]))
+    if seconds and thrown(part):
+        off *= BUMPING
+        before[PLACE["load"]] = min(off, greatest)
     light = max(light, light_share(part, greatest))
-    friction = max(float(row[PLACE["friction"]]), light * off / greatest if greatest else 0.0)
-    row[PLACE["friction"]] = friction
+    for one, load in ((row, now), (before, off)):
+        one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * load / greatest if greatest else 0.0)
+    later = max(now, off * (10.0 ** (-part.duration / seconds) if seconds else 1.0))
+    both = np.maximum(row, before)
+    friction = float(both[PLACE["friction"]])
     if friction <= max(told, float(rows[:, PLACE["friction"]].max())) and not len(whole):
-        return rows, (light, later, told)
-    return np.concatenate([rows, row[None]]), (light, later, max(told, friction))
+        return Carried(rows, rows, before[None], (light, later, told))
+    known = light, later, max(told, friction)
+    return Carried(*(np.concatenate([rows, one[None]]) for one in (both, row)), before[None], known)

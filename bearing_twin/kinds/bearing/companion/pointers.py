@@ -9,7 +9,7 @@ from bearing_twin.kinds.bearing.companion.windows import ALL, LEAST_STEPS, PLACE
 from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
 from bearing_twin.kinds.doubt import Dearest
 
-POINTERS, SLIDING = 3, 2  # error of force, error of torque, friction over load; place of the last, which is no error
+POINTERS, SLIDING = 3, 2  # error of force, error of torque, friction over load, see `pointers`; place of the last
 MOST = 2  # windows looked at for each, whatever the length of the run, unless later ones exceed them
 ALWAYS = POINTERS * MOST * LEAST_STEPS  # steps of those windows together
 ALIKE = 0.8  # of what points most: a ball with as much may be looked at in place of those that others point to
@@ -19,7 +19,8 @@ EVEN = 0.3  # of the steps that any takes: balls that take so many each move ali
 def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """What points to errors, of force [N], torque over N, friction over N, and steps; each (balls or 1, outputs).
 
-    Over no less than the `least` load [N]; balls that are coupled have one row.
+    Over no less than the `least` load [N]; balls that are coupled have one row, and in place of the third how much an
+    error of force [m/s^2] changes friction, over load [N].
     """
     inner, outer = np.moveaxis(part.out["normal_load"], -1, 0)
     if len(part.pointer):
@@ -27,7 +28,12 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
     else:
         force, torque, steps = bends(part.out)
     torque = torque / np.maximum(inner + outer, least).T
-    sliding = lengths(part.out["friction_force"]) / np.maximum(part.out["normal_load"], least)
+    load = part.out["normal_load"]
+    bears = np.maximum(load, least)
+    sliding = lengths(part.out["friction_force"]) / bears
+    if part.partners.active:
+        # What an error of force does to friction: most where a contact that slides bears little, as behind a lift-off.
+        sliding *= force.T[..., None] / np.where(load > 0.0, load, bears)
     grids = force, torque, np.maximum(sliding[..., 0], sliding[..., 1]).T
     if part.partners.active:
         grids, steps = tuple(one.max(axis=0)[None] for one in grids), steps.max(axis=0)[None]

@@ -1,7 +1,8 @@
 """What a spot that drills would resist with: the part of friction that a point contact does not hold."""
 
+import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ellipe
@@ -11,19 +12,31 @@ from bearing_twin.contact.ellipse import axis_ratio
 SIDES = ("inner", "outer")
 
 
-def drilling_of(coefficient: float, load, curvatures, rubbed, figures: Mapping[str, Any]) -> tuple[np.ndarray, float]:
-    """Drilling torque of each ball (N,) [N m] at its greatest load, and the power of all, mean over the run [W].
+class Drilled(NamedTuple):
+    """What contacts met, each (N, 2): greatest `load` [N], `curvatures` (2, N, 2) [1/m] there, and how they spun.
 
-    A spot under pure spin resists with 3/8 mu N a E, E the complete elliptic integral of its eccentricity. `load`
-    (N, 2) [N] and `curvatures` (2, N, 2) [1/m] are those at the greatest load of each contact; `rubbed` (N, 2) is the
-    mean over the outputs of load^(4/3) times spin.
+    `spin` [rad/s] is the greatest under load, `rubbed` the mean over the outputs of load^(4/3) times spin.
     """
-    most, power = np.zeros(len(load)), 0.0
+
+    load: np.ndarray
+    curvatures: np.ndarray
+    spin: np.ndarray
+    rubbed: np.ndarray
+
+
+def drilling_of(contact, met: Drilled, figures: Mapping[str, Any]) -> tuple[np.ndarray, float]:
+    """Greatest drilling torque of each ball (N,) [N m], and the power of all, mean over the run [W].
+
+    A spot under pure spin resists with 3/8 mu N a E at most, E the complete elliptic integral of its eccentricity;
+    with less where its rim is no faster than friction is smoothed over. `contact` is that of the scene.
+    """
+    most, power = np.zeros(len(met.load)), 0.0
     for side, name in enumerate(SIDES):
-        for ball in np.flatnonzero(load[:, side] > 0.0):
-            ratio = axis_ratio(*(float(one[ball, side]) for one in curvatures))
-            arm = figures[f"semi_major_{name}_m"][ball] * float(ellipe(1.0 - ratio * ratio))
-            greatest = 0.375 * coefficient * load[ball, side] * arm
-            most[ball] += greatest
-            power += greatest * rubbed[ball, side] / load[ball, side] ** (4.0 / 3.0)
+        for ball in np.flatnonzero(met.load[:, side] > 0.0):
+            load, major = met.load[ball, side], figures[f"semi_major_{name}_m"][ball]
+            ratio = axis_ratio(*(float(one[ball, side]) for one in met.curvatures))
+            greatest = 0.375 * contact.friction_coefficient * load * major * float(ellipe(1.0 - ratio * ratio))
+            rim = met.spin[ball, side] * major
+            most[ball] += greatest * rim / math.hypot(rim, contact.friction_regularisation)
+            power += greatest * met.rubbed[ball, side] / load ** (4.0 / 3.0)
     return most, power

@@ -4,17 +4,16 @@ import math
 
 import numpy as np
 
-from bearing_twin.contact.materials import effective_modulus, yield_pressure
+from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
-from bearing_twin.kinds.bearing.outputs import ellipses
+from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.quasi_static.channels import LEFT
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, loose_directions
+from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
 from bearing_twin.kinds.bearing.ratings import lives_of, ratings_of
-
-RACES = ("inner", "outer")
 
 
 def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
@@ -46,16 +45,15 @@ def _frequencies(cage: float, spin: float, balls: int, speed: float) -> dict[str
     }
 
 
-def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) -> dict:
+def answer_of(parameters, law: str, solver: Solver, support: Support, found: Equilibrium) -> dict:
     """What `bearing_twin bearing` gives out: SI units at the end of each key, a list has one entry a ball.
 
     `ring_force_n` and `ring_moment_nm` are those of the balls on the inner ring, about its centre; `stiffness` is
     d(external load)/d(coordinate) in the order x, y, z, theta_x, theta_y.
     """
-    geometry, materials, contacts = parameters.geometry, parameters.materials, found.contacts
+    geometry, contacts = parameters.geometry, found.contacts
     touching = contacts.load > 0.0
-    moduli = tuple(effective_modulus(materials.ball, ring) for ring in (materials.inner_ring, materials.outer_ring))
-    spots = ellipses(moduli, contacts.curvature_small, contacts.curvature_large, contacts.load)
+    spots = spots_of(parameters, contacts)
     columns = {
         "normal_load": ("n", contacts.load),
         "contact_angle": ("rad", np.where(touching, contacts.angle, 0.0)),
@@ -79,7 +77,7 @@ def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) 
         **{
             f"{name}_{race}_{unit}": values[:, side].tolist()
             for name, (unit, values) in columns.items()
-            for side, race in enumerate(RACES)
+            for side, race in enumerate(SIDES)
         },
         "centrifugal_load_n": contacts.centrifugal.tolist(),
         "stiffness": _settled(found.stiffness, np.outer(stiff, stiff)),
@@ -90,6 +88,7 @@ def answer_of(parameters, solver: Solver, support: Support, found: Equilibrium) 
         "static_safety": lives.static_safety,
         "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
         "clearance_m": clearance._asdict(),
+        **errors_of(parameters, law, solver, support, found),
         "unbalanced_n": found.left,
         "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
     }

@@ -1,0 +1,28 @@
+"""When a stretch of a bearing run is done again by shorter steps, and by how much shorter.
+
+Estimates are within a factor of three of the true errors, so what is estimated to be off by a third of the tolerance
+keeps it. A part is done again for what its own steps add; what it carries on from before betters only when that is
+done again, which ends its chunk early. Both end where they do not help, or where too much was spent.
+"""
+
+SAFE, GOOD = 1.0 / 3.0, 0.5  # share of the tolerance that an estimate may be; once it was done again
+CARRIED = 0.8  # ... of what is carried on: a chunk is dear, and may end up worse where balls meet
+AIM = 0.25  # share of the tolerance that a tighter setting aims at
+LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
+MOST_SPENT = 6.0  # times the steps of the first go at a part: where more were spent, it is not done again
+SPARED = 0.5  # of what was too rough: a setting gets no rougher again
+HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
+FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
+
+
+class CarriedOn(Exception):
+    """A part is off too far by what it carries on from before it; `worst` over the tolerance."""
+
+    def __init__(self, worst: float):
+        super().__init__(worst)
+        self.worst = worst
+
+
+def cut_by(worst: float) -> float:
+    """The share of the setting that is tried next, where the error was `worst` times the tolerance."""
+    return min(LEAST_CUT, max(MOST_CUT, AIM / worst))

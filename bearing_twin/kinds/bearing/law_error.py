@@ -1,0 +1,32 @@
+"""What is not right in a contact's load: its law against Hertz's, and Hertz's half-spaces against round bodies."""
+
+import numpy as np
+
+from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.start import nominal_curvatures
+
+
+def law_error(parameters, law: str, curvature_small, curvature_large, load) -> np.ndarray | None:
+    """Relative error of each contact's load (N, 2) against exact Hertz at these curvatures [1/m]; above 0: too stiff.
+
+    0 where there is no load; None for a law that is measured, of whose error nothing is known.
+    """
+    if law not in LAWS or LAWS[law].measured:
+        return None
+    found = np.zeros_like(load)
+    for side, nominal in enumerate(nominal_curvatures(parameters.geometry)):
+        frozen = hertz_coefficient(*nominal, 1.0)
+        for ball in np.flatnonzero(load[:, side] > 0.0):
+            at = float(curvature_small[ball, side]), float(curvature_large[ball, side])
+            found[ball, side] = coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+    return found
+
+
+def half_space_error(parameters, semi_major):
+    """Relative errors of loads where ellipses of these semi-axes [m] lie on bodies that Hertz takes for half-spaces.
+
+    The square of semi-axis over ball radius: the next term of the shape of a sphere against its parabola.
+    """
+    return (np.asarray(semi_major) / (0.5 * parameters.geometry.ball_diameter)) ** 2

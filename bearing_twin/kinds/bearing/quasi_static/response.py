@@ -1,0 +1,75 @@
+"""How a bearing in balance answers contacts that are stiffer than their law says: what a law's error makes of it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.quasi_static.ball_balance import balance_at
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support
+
+LOOSE = 1e-12  # of the stiffest direction: a direction that nothing holds is not moved
+
+
+class Response(NamedTuple):
+    """First-order changes: of contact `loads` [N] and `angles` [rad] (N, 2), ring `coordinates` and `ring_loads` (5,).
+
+    `ring_loads` [N, N m] are those from outside; only those of held coordinates change.
+    """
+
+    loads: np.ndarray
+    angles: np.ndarray
+    coordinates: np.ndarray
+    ring_loads: np.ndarray
+
+
+def response_of(solver: Solver, support: Support, found: Equilibrium, shares: np.ndarray) -> Response:
+    """The response where each contact bears these shares (N, 2) more than its law gives at the same approach.
+
+    The balance of every ball and of the ring, differentiated by the shares: balls move, then the ring does where it is
+    free, and balls follow. Loads that are given thus stay given: what all contacts share only moves the ring.
+    """
+    load, angle = found.contacts.load, found.contacts.angle
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=-1)  # (N, 2 raceways, 2)
+    pushes = (shares * load)[..., None] * normal
+    opened = np.array([_openings(solver, k) for k in range(len(load))])  # (N, 2, 5)
+    moved, follows, ring = np.zeros((len(load), 2)), np.zeros((len(load), 2, 2)), np.zeros(5)
+    for k in range(len(load)):
+        rim = solver.setting.inner.locus_radius - solver.setting.outer.locus_radius
+        opening = np.array([rim, 0.0]) + opened[k] @ found.coordinates
+        here = balance_at(solver.setting, *opening, *found.places[k], *solver.weights[k])
+        inverse = np.linalg.pinv(np.reshape(here.left_p, (2, 2)))
+        moved[k] = -inverse @ (pushes[k, 0] - pushes[k, 1])
+        follows[k] = -inverse @ np.reshape(here.left_o, (2, 2))
+        force = pushes[k, 0] + np.reshape(here.force_p, (2, 2)) @ moved[k]
+        ring += opened[k].T @ force
+        turned = np.array(here.friction_moment_p) @ moved[k]
+        ring[3:] += turned * np.array([solver.directions[k, 1], -solver.directions[k, 0]])
+    free = np.array(support.free, np.bool_)
+    coordinates = np.zeros(5)
+    size = np.outer(solver.scales, solver.scales)[np.ix_(free, free)]
+    held = np.linalg.pinv(found.stiffness[np.ix_(free, free)] / size, rcond=LOOSE)
+    coordinates[free] = -(held @ (ring[free] / solver.scales[free])) / solver.scales[free]
+    opening = opened @ coordinates
+    moved += np.einsum("kij,kj->ki", follows, opening)
+    nearer = np.stack([opening - moved, moved], axis=1)  # changes of the vectors between centres
+    across = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
+    distance = np.array([[one.groove_radius - solver.setting.ball_radius for one in _raceways(solver)]])
+    power = np.array([[one.law.power for one in _raceways(solver)]])
+    approach = found.contacts.approach
+    per_metre = np.divide(power * load, approach, out=np.zeros_like(load), where=load > 0.0)
+    return Response(
+        shares * load + per_metre * np.einsum("ksi,ksi->ks", normal, nearer),
+        np.where(load > 0.0, np.einsum("ksi,ksi->ks", across, nearer) / (distance + approach), 0.0),
+        coordinates,
+        np.where(free, 0.0, ring + found.stiffness @ coordinates),
+    )
+
+
+def _raceways(solver: Solver):
+    return solver.setting.inner, solver.setting.outer
+
+
+def _openings(solver: Solver, k: int) -> np.ndarray:
+    """Derivatives (2, 5) of ball k's opening, radial and axial, by the ring's coordinates."""
+    (cosine, sine), arm = solver.directions[k], solver.setting.arm
+    return np.array([[cosine, sine, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, arm * sine, -arm * cosine]])
