@@ -1,5 +1,6 @@
 """Launch files: what their arguments say to nodes; and, where ROS 2's own `launch` is there, what they start."""
 
+import os
 import re
 import runpy
 
@@ -8,7 +9,7 @@ from doc_tables import PAGES
 from ros import rclpy
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.launch_arguments import SHARED, arguments_of, truth, values_given
+from bearing_twin.nodes.launch_arguments import SHARED, arguments_of, stay_on_this_host, truth, values_given
 from bearing_twin.nodes.node_parameters import checked
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
@@ -76,6 +77,15 @@ def test_true_or_false_is_nothing_else():
         truth({"rviz": "yes"}, "rviz")
 
 
+def test_what_is_launched_stays_on_this_host_unless_the_environment_says_otherwise(monkeypatch):
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
+    stay_on_this_host()
+    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
+    stay_on_this_host()
+    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
+
+
 def test_the_launch_files_are_these():
     files = {path.name.removesuffix(".launch.py") for path in share_path("launch").glob("*.launch.py")}
     assert files == set(LAUNCH)
@@ -121,11 +131,13 @@ def is_installed(package):
 
 
 @pytest.mark.parametrize("name", LAUNCH)
-def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path):
+def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path, monkeypatch):
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
     words = {"record": str(tmp_path / "run.mcap"), "rviz": "true", "foxglove": "true"}
     if name == "replay":
         words |= {"rviz": "false", "foxglove": "false", "log": "run.mcap"}
     actions, context = started(name, **words)
+    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
     shared = {argument.name for argument in SHARED}
     own = TWO if name == "two_bearings" else set()
     own |= {parameter.name for parameter in TABLES.get(name, ())}

@@ -1,5 +1,6 @@
 """The arguments of launch files as data: what every one takes, and what the words given say to a node; without ROS."""
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -30,6 +31,11 @@ SHARED = (
     Argument("rviz", "false", "open RViz with the layout of the package", tuple(TRUTH)),
     Argument("foxglove", "false", "open a foxglove_bridge on this machine for Foxglove", tuple(TRUTH)),
 )
+
+
+def stay_on_this_host() -> None:
+    """What this process starts is found by nodes of this machine alone, unless the environment says otherwise."""
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 
 def arguments_of(table: Sequence[NodeParameter]) -> list[Argument]:

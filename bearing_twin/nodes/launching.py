@@ -17,7 +17,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import foxglove, rviz
 from bearing_twin.log.panels import Panels, panels, panels_of_log
 from bearing_twin.log.run_log import read_log
-from bearing_twin.nodes.launch_arguments import SHARED, Argument, arguments_of, truth, values_given
+from bearing_twin.nodes.launch_arguments import SHARED, Argument, arguments_of, stay_on_this_host, truth, values_given
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.recording import FRAMES
@@ -121,6 +121,7 @@ def _described(arguments: Sequence[Argument], actions) -> LaunchDescription:
 
 
 def _launched(arguments: Sequence[Argument], actions) -> LaunchDescription:
+    stay_on_this_host()
     declared = [
         DeclareLaunchArgument(
             one.name, default_value=one.default, description=one.meaning, choices=list(one.choices) or None
