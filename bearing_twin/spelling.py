@@ -8,6 +8,7 @@ MOST_NAMED = 48  # legal words in a message
 MOST_NEAR = 3
 LONGEST = 80  # letters compared
 SWAP = 0.75
+ROS_ARGS = "--ros-args"  # what stands behind it is for ROS
 LONGEST_ECHO = 60
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
 
@@ -30,8 +31,8 @@ def slips(first: str, second: str) -> float:
     return rows[-1][-1]
 
 
-def nearest(word: Any, legal: Iterable[str], most: int = MOST_NEAR) -> list[str]:
-    """The legal words with the fewest slips from `word`, at most `most` of them; none where all are too many.
+def nearest(word: Any, legal: Iterable[str]) -> list[str]:
+    """The legal words with the fewest slips from `word`, at most MOST_NEAR of them; none where all are too many.
 
     Too many are more than half of the letters of the longer word. Case does not count; where one of two words goes on
     where the other ends, they are nearer than others.
@@ -44,7 +45,7 @@ def nearest(word: Any, legal: Iterable[str], most: int = MOST_NEAR) -> list[str]
             begun = len(asked) > 1 and (other.startswith(asked) or asked.startswith(other))
             counted.append((min(number, SWAP) if begun else number, number, place, one))
     counted.sort()
-    return [one for key, _, _, one in counted if key == counted[0][0]][:most]
+    return [one for key, _, _, one in counted if key == counted[0][0]][:MOST_NEAR]
 
 
 def did_you_mean(word: Any, legal: Iterable[str]) -> str:

@@ -555,3 +555,16 @@ def test_friction_follows_at_once_where_the_ring_begins_to_speed_up():
         moving = motion(f"wanted.tolerance={tolerance}", *change)
         torques.append(moving.advance(0.02 + np.array([1e-5, 3e-5, 1e-4, 3e-4]), 0.0203).raceway_torque)
     assert np.abs(torques[0] - torques[1]).max() < 0.01 * np.abs(torques[1]).max()
+
+
+@pytest.mark.parametrize("shift", [-3e-6, 3e-6])
+def test_a_jump_of_the_ring_is_booked_by_its_size_and_never_lengthens_a_step(shift):
+    """Off the thrust it gives work back and contacts grow softer; on it they grow stiffer, and the step shorter."""
+    keys = "drive.offset=[0,0,5e-6]", f"drive.change={{time: 1e-4, offset: [0,0,{shift}]}}"
+    moving = motion(*keys, stepper="rk4")
+    step = moving.step
+    out = moving.advance(np.array([0.99e-4, 1.01e-4]), 2e-4)
+    [work], [gross] = np.diff(out.drive_work), np.diff(out.gross_work)
+    assert work * shift > 0.0
+    assert abs(work) <= gross < 2.0 * abs(work)
+    assert moving.step == step if shift < 0.0 else moving.step < step

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import pytest
 
@@ -137,6 +138,15 @@ def test_columns_stay_apart(capsys):
 def test_a_great_load_is_written_without_a_power_of_ten(capsys):
     assert cli.main(["bearing", "bearing_218_thrust", "--load", "0,-100000,170000"]) == cli.DONE
     assert "0    -100000     170000" in capsys.readouterr().out
+
+
+def test_a_life_is_written_without_a_power_of_ten_and_a_matrix_without_raw_digits(capsys):
+    assert cli.main(["bearing", "6308", "--load", "0,-3000,0"]) == 0
+    (life,) = re.findall(r"^basic life +2502.5 million turns, (.*) h ", capsys.readouterr().out, flags=re.MULTILINE)
+    assert float(life) == pytest.approx(2502.5e6 / 1750.0 / 60.0, rel=1e-4)
+    assert "e" not in life
+    assert cli.main(["bearing", "6308", "--load", "0,-3000,0", "--si"]) == 0
+    assert re.search(r"^stiffness +7.87586e\+07, 0, 0, 0, 0$", capsys.readouterr().out, flags=re.MULTILINE)
 
 
 def test_sweeps_are_curves(capsys):

@@ -1,6 +1,7 @@
 """Intervals hold the truth as often as they say, or are marked; by sampler, statistic and number of samples."""
 
 import csv
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,10 +19,13 @@ SCATTER = 0.026  # twice that of a share of 0.95 among SEEDS
 
 @pytest.fixture(scope="module")
 def points():
-    return [
-        *measure(("gamma",), tuple(SAMPLERS), (128, 1024), SEEDS),
-        *measure(("lognormal",), tuple(SAMPLERS), (1024,), SEEDS),
-    ]
+    with pytest.MonkeyPatch.context() as patch:
+        # SciPy copies the generator of each sequence for a `reset` that nobody asks for: a quarter of the time.
+        patch.setattr("scipy.stats._qmc.copy", SimpleNamespace(deepcopy=lambda one: one))
+        return [
+            *measure(("gamma",), tuple(SAMPLERS), (128, 1024), SEEDS),
+            *measure(("lognormal",), tuple(SAMPLERS), (1024,), SEEDS),
+        ]
 
 
 def test_intervals_hold_the_truth_or_are_marked(points):

@@ -245,6 +245,7 @@ def test_commands_options_names_and_keys_are_completed(tmp_path):
     assert completions("bearing_twin bearing 630", tmp_path) == [f"630{k}" for k in range(10)]
     assert completions("bearing_twin node start s", tmp_path) == ["sim_node"]
     assert completions("bearing_twin node study spheres_alpha_4", tmp_path) == ["spheres_alpha_4e-5"]
+    assert completions("bearing_twin node start sim_node -p ove", tmp_path) == ["overrides:="]
     assert completions("bearing_twin view bearing_6203_l", tmp_path) == [
         "bearing_6203_load_and_speed",
         "bearing_6203_loose",

@@ -9,6 +9,7 @@ from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Dearest, Errors, Promise
 from bearing_twin.report import plain_json
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged
+from bearing_twin.units import sentence_for_people
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
 
@@ -52,6 +53,9 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_greatest_
     (flag,) = judged(Errors(parts), FIGURES, "done").flags
     assert "torque 2 ± 0.3 N m, mostly friction model" in flag
     assert "load" not in flag
+    (flag,) = judged(Errors({"torque_nm": {METHOD: 1.4e-3}}), {"torque_nm": 3.7e-10}, "done").flags
+    assert "torque 0 ± 0.0014 N m, mostly method" in flag  # well below its error, a value has no digits
+    assert "torque 0 ± 1.4 N mm, mostly method" in sentence_for_people(flag)
     # An error of a list counts against its greatest value; nothing is within a tenth of zero but zero.
     assert exceeds(0.0, 1e-12)
     assert not exceeds(0.0, 0.0)

@@ -357,6 +357,13 @@ def test_progress_tells_the_estimate_and_the_seconds_left():
     assert all(one.seconds_left >= 0.0 for one in told)
 
 
+def test_the_seconds_left_of_a_sweep_are_those_of_all_its_values():
+    told = []
+    run({**ENSEMBLE, "sweep": {"motion.first_velocity": [2.0, 5.0]}}, ["samples=200"], progress=told.append)
+    assert told[-1].done == told[-1].total == 600
+    assert all((one.seconds_left > 0.0) == (one.done < one.total) for one in told)
+
+
 def test_a_cancelled_study_keeps_what_is_done():
     event, told = threading.Event(), []
 
@@ -631,6 +638,14 @@ def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_pa
     assert [row[2] for row in single] == (result.status > 0).tolist()
     assert np.array_equal([row[3] for row in single], np.hstack((result.values, result.quantities)), equal_nan=True)
     assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
+
+
+def test_realisations_have_a_time_each_where_the_clock_stands_still(tmp_path, monkeypatch):
+    result, now = run({**ENSEMBLE, "inputs": {ALPHA: GAMMA}}), time.time_ns()
+    monkeypatch.setattr("bearing_twin.log.study_log.time.time_ns", lambda: now)
+    path = write_study(result, tmp_path / "study.mcap")
+    times = [message.log_time for message in raw_messages(path) if message.topic.name == REALISATIONS_TOPIC]
+    assert times == list(range(now + 1, now + 1 + len(result.status)))
 
 
 def test_a_study_without_samples_comes_back_from_its_log(tmp_path):

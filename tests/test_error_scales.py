@@ -27,14 +27,23 @@ def test_lift_off_keeps_its_tolerance(along):
     assert friction < 1e-3
 
 
-@pytest.mark.parametrize(
-    "held",
-    [(), ("model.dimension=prescribed", "rings.inner.load=[0,0,0]", "drive.offset=[0,-21.853e-6,0]")],
-    ids=["ring with mass", "held ring"],
-)
-def test_balls_with_steps_in_common_keep_their_tolerance(held):
-    _, exact = _outputs(1e-6, *held, scene=RIG)
-    moving, found = _outputs(1e-3, *held, scene=RIG)
+HELD = ("model.dimension=prescribed", "rings.inner.load=[0,0,0]", "drive.offset=[0,-21.853e-6,0]")
+TOGETHER = {
+    "ring with mass": (RIG,),
+    "held ring": (RIG, *HELD),
+    "2900 rpm": (RIG, "drive.speed=300"),
+    "5 kg": (RIG, "rings.inner.mass=5"),
+    "5000 N": (RIG, "rings.inner.load=[0,-5000,0]"),
+    "400 N": ("bearing_6203_rig_400N",),
+    "unbalance": ("bearing_6203_unbalance",),
+}
+
+
+@pytest.mark.parametrize("case", TOGETHER.values(), ids=TOGETHER)
+def test_balls_with_steps_in_common_keep_their_tolerance(case):
+    scene, *overrides = case
+    _, exact = _outputs(1e-6, *overrides, scene=scene)
+    moving, found = _outputs(1e-3, *overrides, scene=scene)
     load, friction = errors(moving, found, exact)
     assert load < 1e-3
     assert friction < 1e-3

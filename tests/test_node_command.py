@@ -193,6 +193,31 @@ def test_goals_are_sent_and_studies_shown(told):
     assert "the study was aborted: why" in told("study", "bad", code=cli.BAD_INPUT)
 
 
+def test_a_goal_whose_node_is_gone_is_not_waited_for(told, monkeypatch):
+    import ros
+
+    monkeypatch.setattr("bearing_twin.nodes.graph.GONE", 0.3)
+    served, gone = threading.Event(), threading.Event()
+
+    def study(handle):
+        served.set()
+        gone.wait()
+        return ros.RunStudy.Result()
+
+    with ros.ros_executor(threads=2) as executor:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(executor.context.get_domain_id()))
+        server = ros.ActionServer(ros.plain_node(executor, "served"), ros.RunStudy, "/bearing/run_study", study)
+        thread = threading.Thread(target=executor.spin, daemon=True)
+        ender = threading.Thread(target=lambda: served.wait() and server.destroy(), daemon=True)
+        thread.start(), ender.start()
+        try:
+            assert "the node of /bearing/run_study is gone" in told("study", "a", code=cli.BAD_INPUT)
+        finally:
+            served.set(), gone.set(), ender.join()
+            executor.shutdown()
+            thread.join()
+
+
 def test_messages_become_data_and_back(toy):
     import ros
 

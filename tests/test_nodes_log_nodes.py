@@ -35,6 +35,7 @@ from bearing_twin.log.raw_log import RECORDING_RECORD
 from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
+from bearing_twin.nodes.log_room import SteadyTime
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode
@@ -56,6 +57,24 @@ def by_topic(pairs):
     for name, data in pairs:
         found[name].append(padded(data))
     return found
+
+
+def test_a_message_that_comes_just_after_the_clock_was_put_keeps_its_place(tmp_path):
+    """Also one that is taken before the next look of the thread that looks every hundredth of a second."""
+    wall, steady = [10**18], [0]
+    with ros_executor() as executor:
+        node = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"), full=True, topics=["/x"])
+        node._stopping.set()
+        node._taker.join()
+        node._time = SteadyTime(lambda: wall[0], lambda: steady[0])
+        node.recording.add("/x", "std_msgs/msg/Float64", "", (Qos(10),))
+        for number, put in enumerate((0, -1800 * 10**9, 3600 * 10**9)):
+            wall[0] += 10**9 + put
+            steady[0] += 10**9
+            info = {"received_timestamp": wall[0], "source_timestamp": 0, "publication_sequence_number": number}
+            node._on_messages("/x", [(bytes(12), info)])
+        node.close()
+    assert [one.log_time for one in raw_messages(tmp_path / "run.mcap")] == [10**18 + k * 10**9 for k in (1, 2, 3)]
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """Node parameters: what is taken, what is refused, and what the user reads."""
 
 import math
+from array import array
 
 import pytest
 
@@ -41,6 +42,7 @@ def test_defaults_and_given_values():
         ({"rate": -0.5}, "rate = -0.5 must lie between 1e-09 and 10, or fastest"),
         ({"rate": 0}, "rate = 0.0 must lie between 1e-09 and 10, or fastest"),
         ({"rate": "faster"}, "rate = 'faster' must be a number, or fastest"),
+        ({"rate": array("q", [1, 2])}, "rate = [1, 2] must be a number"),  # as ROS hands it over
         ({"rate": "fast"}, "rate = 'fast' must be a number"),
         ({"depth": 0}, "depth = 0 must lie between 1 and 100"),
         ({"depth": 2.5}, "depth = 2.5 must be a whole number"),

@@ -1,5 +1,9 @@
 """What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
 
+import math
+import threading
+from types import SimpleNamespace
+
 import pytest
 from ros import (
     DiagnosticArray,
@@ -50,6 +54,26 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         executor.shutdown()
 
 
+def test_a_clock_put_back_ends_the_wait_of_a_node(monkeypatch):
+    """DDS waits until a time of the clock of the system: put back by an hour, a node heard no signal for an hour."""
+    monkeypatch.setattr(running, "POLL", 0.01)
+    jumps, ended, woken = [0, 0, int(3.6e12), 0, -int(3.6e12), 0], threading.Event(), []
+
+    class Clock:
+        def look(self):
+            jump = jumps.pop(0)
+            if not jumps:
+                ended.set()
+            return jump
+
+    class Waiting:
+        def wake(self):
+            woken.append(len(jumps))
+
+    running.wake_at_jumps(Waiting(), ended, Clock())
+    assert woken == [1]
+
+
 def test_two_nodes_of_one_name_are_told(tmp_path):
     with ros_executor() as executor:
         talker, seen = plain_node(executor), []
@@ -79,6 +103,58 @@ def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
             executor.turn(node)
         assert executor.faults == 4
         executor.shutdown()
+
+
+def test_a_node_that_works_in_between_goes_on(monkeypatch):
+    """Faults count to its end only where nothing else comes."""
+    monkeypatch.setattr(running, "MOST_FAULTS", 1)
+    with ros_executor() as others:
+        executor, node = running.Executor(others.context), plain_node(others)
+        turns = iter([True, False] * 3)
+
+        def failing_at_times(timeout_sec):
+            if next(turns):
+                raise OSError("this does not work")
+
+        monkeypatch.setattr(executor, "spin_once", failing_at_times)
+        for _ in range(6):
+            executor.turn(node)
+        assert executor.faults == 3
+        executor.shutdown()
+
+
+def test_a_fault_makes_of_ok_a_warning(monkeypatch):
+    said = []
+    with ros_executor() as executor:
+        heartbeat = running.Heartbeat(plain_node(executor), "testing")
+        monkeypatch.setattr(heartbeat, "_publisher", SimpleNamespace(publish=said.append))
+        heartbeat.say(DiagnosticStatus.OK, "fine", {})
+        executor.faults = 2
+        heartbeat.say(DiagnosticStatus.OK, "fine", {})
+        heartbeat.say(DiagnosticStatus.ERROR, "broken", {})
+    [before], [after], [worse] = (array.status for array in said)
+    assert [one.level for one in (before, after, worse)] == [
+        DiagnosticStatus.OK,
+        DiagnosticStatus.WARN,
+        DiagnosticStatus.ERROR,
+    ]
+    assert [(one.key, one.value) for one in after.values] == [("faults", "2")]
+
+
+@pytest.mark.parametrize(
+    ("problem", "seconds", "level", "words"),
+    [
+        ("", math.inf, DiagnosticStatus.OK, ""),
+        ("", 600.0, DiagnosticStatus.WARN, "the disk will be full in 10 min at this rate"),
+        ("no room", 600.0, DiagnosticStatus.ERROR, "no room"),
+    ],
+)
+def test_a_disk_that_fills_up_is_warned_of(problem, seconds, level, words, tmp_path, monkeypatch):
+    log = SimpleNamespace(problem=problem, dropped=0, bytes=1000)
+    with ros_executor() as executor:
+        watch = running.LogWatch(plain_node(executor), tmp_path)
+        monkeypatch.setattr(watch, "_room", SimpleNamespace(forecast=lambda size, now: {"disk_full_in_s": seconds}))
+        assert watch.look(log) == (level, words, {"bytes": 1000, "messages_dropped": 0, "disk_full_in_s": seconds})
 
 
 def test_what_peers_send_in_floods_is_told_once_a_second(capfd):

@@ -13,6 +13,7 @@ import yaml
 
 from bearing_twin.contact.materials import MATERIALS
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.sections import RunSettings, resolved_run
 from bearing_twin.parameters import describe
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import KINDS, load_scene, parse_scene, read_logged, scene_names
@@ -327,3 +328,10 @@ def test_a_number_of_any_size_is_taken_or_refused_in_one_sentence(kind):
                 mapping = {word: mapping}
             with suppress(SceneError):
                 parse_scene({"kind": kind, "name": "extreme", **mapping}, "extreme")
+
+
+@pytest.mark.parametrize(("publish_rate", "output_rate"), [(1e6, 1e6), (3e3, 9e3), (3e4, 3e4)])
+def test_outputs_are_a_whole_multiple_of_a_publish_rate_that_stands_alone(publish_rate, output_rate):
+    """About ten in a millisecond are chosen; a rate far above that is taken once."""
+    run = resolved_run(RunSettings(duration=1e-3, publish_rate=publish_rate), outputs=10)
+    assert (run.output_rate, run.publish_rate) == (output_rate, publish_rate)

@@ -71,6 +71,17 @@ def test_the_size_is_said_before_anything_is_made():
     assert said < shown.index("df -Pm")
 
 
+@pytest.mark.environment
+def test_the_package_is_found_beside_a_checkout_of_its_name(tmp_path):
+    """Python looks where it is started first: folders of a checkout there are no part of the package."""
+    (tmp_path / "bearing_twin" / "log").mkdir(parents=True)
+    there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    words = [sys.executable, "-c", "import bearing_twin.log.bag as bag; print(bag.__file__)"]
+    done = subprocess.run(words, cwd=tmp_path, env=there, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert Path(done.stdout.strip()).name == "bag.py"
+
+
 def needed(files):
     """The installed packages that these files of `requirements/` bring, with all that they need."""
     lines = [line.split("  #")[0] for one in files for line in (ROOT / "requirements" / one).read_text().splitlines()]

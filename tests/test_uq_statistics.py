@@ -162,7 +162,7 @@ def test_densities_keep_their_mass_inside_the_bounds(kind):
 def test_the_density_of_the_contact_time_is_that_of_the_change_of_variable():
     found = density(samples("random", 3, 20000), low=0.0)
     assert np.max(np.abs(found.density - TAU.pdf(found.x))) < 0.06 * np.max(TAU.pdf(found.x))
-    with pytest.raises(StatisticError, match="outside the bounds"):
+    with pytest.raises(StatisticError, match="below the bound"):
         density([1.0, 2.0], low=1.5)
     with pytest.raises(StatisticError, match="all samples are equal"):
         density([1.0] * 5)

@@ -248,10 +248,10 @@ def slope(points: list[SamplerRow], method: str, statistic: str = "mean") -> flo
     return float(np.polyfit(np.log([p.setting for p in mine]), errors, 1)[0]) if len(mine) > 1 else math.nan
 
 
-def needed(points: list[SamplerRow], method: str, wanted: float = WANTED, statistic: str = "mean") -> SamplerRow | None:
+def needed(points: list[SamplerRow], method: str, wanted: float = WANTED) -> SamplerRow | None:
     """The smallest size from which on the median error stays within `wanted`, None if none; points of one problem."""
     mine = [p for p in points if p.method == method]
-    wide = [place for place, p in enumerate(mine) if not getattr(p, f"{statistic}_error") <= wanted]
+    wide = [place for place, p in enumerate(mine) if not p.mean_error <= wanted]
     first = wide[-1] + 1 if wide else 0
     return mine[first] if first < len(mine) else None
 

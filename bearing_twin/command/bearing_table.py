@@ -92,9 +92,8 @@ def _lives(result):
     parts = result["clearance_m"]
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
     show_text(f"clearance              {1e6 * parts['operating']:.4g} µm ({', '.join(shown)})")
-    show_text(
-        f"rating                 C {result['basic_dynamic_rating_n']:.5g} N, C0 {result['basic_static_rating_n']:.5g} N"
-    )
+    dynamic, static = (_short(result[f"basic_{kind}_rating_n"]) for kind in ("dynamic", "static"))
+    show_text(f"rating                 C {dynamic} N, C0 {static} N")
     basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
     show_text(f"basic life             {basic} (ISO 281)")
     show_text(f"reference life         {reference} (ISO/TS 16281)")
@@ -116,8 +115,8 @@ def _life(turns, result):
     if not math.isfinite(turns):
         return "without limit"
     speed = abs(result["speed_rad_s"])
-    hours = f", {1e6 * turns * 2.0 * math.pi / speed / 3600.0:.4g} h" if speed else ""
-    return f"{turns:.5g} million turns{hours}"
+    hours = f", {_short(1e6 * turns * 2.0 * math.pi / speed / 3600.0)} h" if speed else ""
+    return f"{_short(turns)} million turns{hours}"
 
 
 def show_sweep(result: dict) -> None:
@@ -141,4 +140,4 @@ def show_sweep(result: dict) -> None:
 def _tiny(value):
     if not math.isfinite(value):
         return "none"
-    return "0" if abs(value) < 1e-6 else f"{value:.4g}"
+    return "0" if abs(value) < 1e-6 else _short(float(f"{value:.4g}"))

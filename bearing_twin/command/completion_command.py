@@ -80,6 +80,17 @@ def _nodes(**_) -> tuple[str, ...]:
     return NODES
 
 
+def _parameters(prefix, parsed_args=None, **_) -> list[str]:
+    """Parameters of the node that is to start, as its parameter file has them: to read it needs no ROS."""
+    import yaml
+
+    from bearing_twin.paths import share_path
+
+    content = yaml.safe_load(share_path("config", f"{parsed_args.executable}.yaml").read_text(encoding="utf-8"))
+    (of_node,) = content.values()
+    return ["-p", *(f"{name}:=" for name in of_node["ros__parameters"])]
+
+
 def _keys(prefix, **_) -> list[str]:
     """Keys of scenes with an equals sign, or the legal words of one."""
     from bearing_twin.kinds import KINDS
@@ -99,4 +110,4 @@ def _files(prefix: str) -> list[str]:
 
 
 COMPLETERS = {"scene": _scenes, "bearing": _bearings, "study": _studies, "set": _keys, "executable": _nodes}
-COMPLETERS |= {"what": _sources, "source": _sources, "material": _materials}
+COMPLETERS |= {"what": _sources, "source": _sources, "material": _materials, "words": _parameters}

@@ -5,10 +5,9 @@ import sys
 from collections.abc import Sequence
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.parameters import echo, unknown
+from bearing_twin.spelling import ROS_ARGS, echo, unknown
 
 NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
-MARK = "--ros-args"
 
 
 def words_of(node: str, words: Sequence[str]) -> list[str]:
@@ -16,8 +15,8 @@ def words_of(node: str, words: Sequence[str]) -> list[str]:
     if node not in NODES:
         raise BearingTwinError(f"{echo(node)} is no node of this package; {unknown(node, NODES)}")
     rest = list(words)
-    if rest and rest[0] != MARK and not {"-h", "--help"} & set(rest):
-        rest.insert(0, MARK)
+    if rest and rest[0] != ROS_ARGS and not {"-h", "--help"} & set(rest):
+        rest.insert(0, ROS_ARGS)
     return ["-m", "bearing_twin.nodes.entry", node, *rest]
 
 

@@ -49,7 +49,7 @@ def show_result(result: Mapping) -> None:
         elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
             events[key] = value
         elif isinstance(value, (list, tuple)):
-            single.append((named(key)[0], "\n".join(told(str(one)) for one in value) or "none"))
+            single.append((named(key)[0], "\n".join(map(_text, value)) or "none"))
         else:
             single.append(_named_value(key, value, errors.get(key), sizes[key]))
     show_text("\n".join(named_values(single, width)))
@@ -291,10 +291,10 @@ def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple
 
 
 def _text(value, factor: float = 1.0, error: float | None = None) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
+    if value is None or isinstance(value, bool):
+        return {None: "-", True: "yes", False: "no"}[value]
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(_text, value))
     if not isinstance(value, (int, float)) or (isinstance(value, int) and factor == 1.0):
         return told(str(value))
     return known_digits(factor * value, None if error is None else factor * error)

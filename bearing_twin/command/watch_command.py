@@ -1,6 +1,6 @@
 """`bearing_twin watch`: this process becomes watch_node, which shows a running node in a browser."""
 
-from bearing_twin.command.node_start import MARK, replace_by_node
+from bearing_twin.command.node_start import replace_by_node
 from bearing_twin.command.outcome import Outcome
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo
@@ -28,4 +28,4 @@ def run(arguments) -> Outcome:
         if set(getattr(arguments, name)) & set("'\"\n\\"):
             raise BearingTwinError(f"--{name} {echo(getattr(arguments, name))} is no name")
     given = {"port": arguments.port, "host": f"'{arguments.host}'", "node": f"'{arguments.node}'"}
-    replace_by_node("watch_node", [MARK, *(word for key, text in given.items() for word in ("-p", f"{key}:={text}"))])
+    replace_by_node("watch_node", [word for key, text in given.items() for word in ("-p", f"{key}:={text}")])

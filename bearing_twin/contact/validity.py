@@ -30,12 +30,12 @@ def pressure_doubt(peak_pressure: float, yield_pressure: float | None) -> str | 
     )
 
 
-def width_doubt(semi_axis: float, size: float, limit: float = WIDEST_ELLIPSE, body: str = "radius") -> str | None:
+def width_doubt(semi_axis: float, size: float, body: str = "radius") -> str | None:
     """Doubt about a semi-axis or half-width [m] against the size [m] of the body it lies on, named by `body`."""
-    if semi_axis <= limit * size:
+    if semi_axis <= WIDEST_ELLIPSE * size:
         return None
     return (
-        f"a semi-axis of {semi_axis:.3g} m is above {limit:g} of the {body} {size:.3g} m: "
+        f"a semi-axis of {semi_axis:.3g} m is above {WIDEST_ELLIPSE:g} of the {body} {size:.3g} m: "
         "the half-space of Hertz's theory is a rough picture"
     )
 

@@ -15,11 +15,10 @@ def samples_message(
     first_sequence: int,
     time_ns: np.ndarray,
     values: np.ndarray,
-    start_time_ns: int = 0,
     frame: str = "",
 ) -> bytes:
     """bearing_twin_msgs/SampleBlock of outputs at `time_ns` (count,) with `values` (count, total width)."""
-    return b"".join(samples_pieces(channels, first_sequence, time_ns, values, start_time_ns, frame))
+    return b"".join(samples_pieces(channels, first_sequence, time_ns, values, 0, frame))
 
 
 def samples_pieces(channels, first_sequence, time_ns, values, start_time_ns, frame) -> Sequence:

@@ -148,9 +148,9 @@ class MessageStream:
         """
         return self._through(Consecutive([block]), wanted, Separate())
 
-    def flush(self, wanted: Container[str] | None = None) -> list[tuple[Channelled, int, bytes]]:
+    def flush(self) -> list[tuple[Channelled, int, bytes]]:
         """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
-        return list(self._rest(wanted, Separate()))
+        return list(self._rest(None, Separate()))
 
     def bundles(self, block: Consecutive | None, numbers: Mapping[str, int]) -> list[Bundle]:
         """All `messages` of outputs, of `flush` for None, as a log takes them; `numbers` are its channels by topic."""

@@ -1,7 +1,4 @@
-"""Other nodes as the command line looks at them: lists, messages, parameters, services, actions.
-
-There is no daemon: every call waits until discovery has come to rest.
-"""
+"""Other nodes as the command line looks at them; there is no daemon: every call waits until discovery is at rest."""
 
 import contextlib
 import math
@@ -23,13 +20,14 @@ from rclpy.signals import SignalHandlerOptions
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.discovery import QUIET, end_of, others_are_whole, quiet_time
-from bearing_twin.nodes.messages import qos_profile, rclpy
+from bearing_twin.nodes.messages import qos_profile, rclpy, suited
 from bearing_twin.nodes.reflection import filled, interface, plain
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.spelling import name_of_peer
 
 AT_MOST = 4.0  # s a list is waited for while no other node is seen whole: on a busy machine discovery is late
 TURN, DEPTH = 0.05, 100  # s; messages that may wait
+GONE = 5.0  # s without a server after which that of a goal is gone; one that was killed is seen for 20 s more
 ENDS = {value: name.removeprefix("STATUS_").lower() for name, value in vars(GoalStatus).items() if "STATUS_" in name}
 
 # anybody on the network can send names: others may hold control characters
@@ -106,7 +104,8 @@ class Graph:
         ros_type = self._known(topic, self._node.get_topic_names_and_types, "topic")
         waiting: deque = deque()
         take = lambda one: waiting.append(one)  # noqa: E731  (rclpy asks for its signature: a builtin has none)
-        self._node.create_subscription(interface(ros_type, "msg"), topic, take, self._suited(topic), raw=raw)
+        offered = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
+        self._node.create_subscription(interface(ros_type, "msg"), topic, take, suited(offered, DEPTH), raw=raw)
         patient_until = time.monotonic() + self._wait
         while True:
             self._executor.spin_once(timeout_sec=TURN)
@@ -198,7 +197,7 @@ class Graph:
     ) -> tuple[str, dict[str, Any]]:
         """How a goal ended (succeeded, canceled, aborted) and its result; `tell` takes the feedback.
 
-        Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused.
+        Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
         found = ros_type or self._known(action, lambda: get_action_names_and_types(self._node), "action")
         kind = interface(found, "action")
@@ -212,10 +211,10 @@ class Graph:
                 raise GraphError(f"{action} refuses the goal: it has enough to do; try again later")
             ended = handle.get_result_async()
             try:
-                self._until(ended.done)
+                self._served(client, ended.done, action)
             except KeyboardInterrupt:
                 handle.cancel_goal_async()
-                self._until(ended.done)
+                self._served(client, ended.done, action)
             return ENDS.get(ended.result().status, "unknown"), plain(ended.result().result)
         finally:
             client.destroy()
@@ -271,6 +270,15 @@ class Graph:
         while not done():
             self._executor.spin_once(timeout_sec=TURN)
 
+    def _served(self, client: ActionClient, done: Callable[[], bool], action: str) -> None:
+        """Waits for the end of a goal; raises GraphError where nobody serves it any more."""
+        seen = time.monotonic()
+        while not done():
+            self._executor.spin_once(timeout_sec=TURN)
+            seen = time.monotonic() if client.server_is_ready() else seen
+            if time.monotonic() > seen + GONE:
+                raise GraphError(f"the node of {action} is gone, and the goal with it; start it and ask again")
+
     def _spin(self, seconds: float) -> None:
         end = time.monotonic() + seconds
         self._until(lambda: time.monotonic() > end)
@@ -290,11 +298,3 @@ class Graph:
         own = self._node.get_fully_qualified_name()
         found = (one for one in sorted(self._at_rest(ask)) if _NAME.fullmatch(one[0]) and not one[0].startswith(own))
         return {name: ", ".join(map(name_of_peer, types)) for name, types in found}
-
-    def _suited(self, topic: str):
-        """A quality of service that every publisher of the topic can serve."""
-        offered = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
-        reliable = all(one.reliability.name == "RELIABLE" for one in offered)
-        latched = bool(offered) and all(one.durability.name == "TRANSIENT_LOCAL" for one in offered)
-        words = "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile"
-        return qos_profile(Qos(DEPTH, *words))

@@ -26,6 +26,7 @@ from bearing_twin.nodes.scene_parameters import PARAMETERS as SIMULATION
 from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import load_scene
+from bearing_twin.spelling import ROS_ARGS
 
 DISCOVERY = 5.0  # s that a simulation or a replay waits for its recorder
 BRIDGE_PORT = 8765
@@ -162,7 +163,7 @@ def _node(name: str, words: Mapping[str, str], given: Mapping[str, object], **op
         namespace=words["namespace"] or None,  # launch_ros would put "" into the root, not into that of the kind
         output="screen",
         parameters=[*files, *([typed] if typed else [])],
-        arguments=["--ros-args", "--log-level", words["log_level"]],
+        arguments=[ROS_ARGS, "--log-level", words["log_level"]],
         **options,
     )
 

@@ -49,7 +49,7 @@ class SteadyTime:
         self._fresh = 0  # wall time from which on times of arrival were told by the clock as it is now
 
     def look(self) -> int:
-        """By how much the clock has been put since the last look [ns], 0 = not; call it before messages are taken."""
+        """By how much the clock has been put since the last look [ns], 0 = not; call it between arrival and `at`."""
         wall = self._wall()
         ahead = wall - self._steady()
         jump, self._ahead = ahead - self._ahead, ahead

@@ -4,7 +4,7 @@ Importing this module raises MissingInterfacesError, in one sentence, where ROS 
 """
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from bearing_twin.errors import MissingInterfacesError
 from bearing_twin.log.bag import Qos
@@ -30,7 +30,7 @@ except ImportError as error:
 
 __all__ = [
     "QoSProfile", "RunStudy", "Step", "Stiffness", "diagnostics", "fill_stiffness", "message_class",
-    "qos_profile", "qos_words", "rclpy", "stamp",
+    "qos_profile", "qos_words", "rclpy", "stamp", "suited",
 ]  # fmt: skip
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -61,6 +61,14 @@ def qos_profile(qos: Qos) -> QoSProfile:
 def qos_words(profile: QoSProfile) -> Qos:
     """The inverse of `qos_profile`, also for a profile that discovery reported (its depth is then unknown, 0)."""
     return Qos(profile.depth, profile.reliability.name.lower(), profile.durability.name.lower())
+
+
+def suited(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
+    """A quality of service that publishers who offer these can serve, with `depth` messages that may wait."""
+    reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in offered)
+    latched = bool(offered) and all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered)
+    words = "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile"
+    return qos_profile(Qos(depth, *words))
 
 
 def stamp(time_ns: int) -> Time:

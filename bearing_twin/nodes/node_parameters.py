@@ -13,6 +13,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.thinning import KEPT_RATE
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.spelling import ROS_ARGS
 from bearing_twin.units import in_si, labelled, with_unit
 
 SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default says nothing
@@ -82,7 +83,7 @@ def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
     """What `--help` prints: how a node is started, and its parameters with defaults, units and ranges."""
     lines = [
         f"usage: bearing_twin node start {name} -p NAME:=VALUE [-p ...]",
-        f"   or: ros2 run bearing_twin {name} --ros-args -p NAME:=VALUE [-p ...]",
+        f"   or: ros2 run bearing_twin {name} {ROS_ARGS} -p NAME:=VALUE [-p ...]",
         "",
         *textwrap.wrap(what, 78),
         "",
@@ -116,7 +117,8 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
         fits = type(value) is kind
     if not fits:
         wanted = f"{KINDS[kind]}{unit and f' in{unit}'}{words}{meant(parameter, value)}"
-        return f"parameter {parameter.name} = {echo(value)} must be {wanted}"
+        shown = value if isinstance(value, str) or not isinstance(value, Sequence) else list(value)
+        return f"parameter {parameter.name} = {echo(shown)} must be {wanted}"
     if kind is float and not math.isfinite(value):
         return f"parameter {parameter.name} = {value} must be finite"
     low, high = parameter.low, parameter.high

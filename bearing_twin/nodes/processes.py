@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.spelling import ROS_ARGS
 
 SILENCE = 300.0  # s without a heartbeat, of which a node sends one a second
 LONGEST_LOOK = 1.0  # s: a longer gap between two looks means that this process did not run either, and counts no more
@@ -91,7 +92,7 @@ def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodePro
 def node_command(name: str, parameters: dict) -> list[str]:
     """The words that start a node of this package with these parameters."""
     words = [f"{key}:={json.dumps(value, default=str)}" for key, value in parameters.items()]
-    command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, "--ros-args"]
+    command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, ROS_ARGS]
     return [*command, *(part for word in words for part in ("-p", word))]
 
 

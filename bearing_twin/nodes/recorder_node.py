@@ -7,14 +7,12 @@ from functools import partial
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
 from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.aside import TakenAside, taken
 from bearing_twin.nodes.log_room import SteadyTime
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_profile, qos_words
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_words, suited
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
 from bearing_twin.nodes.running import Heartbeat, LogWatch, declare, guarded, run
@@ -76,9 +74,6 @@ class RecorderNode(Node):
 
     def _subscribe(self, name: str, types: list[str], publishers) -> None:
         profiles = [publisher.qos_profile for publisher in publishers]
-        reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in profiles)
-        latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in profiles)
-        wanted = Qos(DEPTH, "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile")
         offered = tuple(qos_words(profile)._replace(depth=profile.depth or OFFERED_DEPTH) for profile in profiles)
         try:
             if len(types) > 1:
@@ -89,21 +84,23 @@ class RecorderNode(Node):
             self._refused.add(name)
             self.get_logger().error(f"{name} is not logged: {error}")
             return
-        self._taken[name] = self.create_subscription(
-            message, name, partial(self._on_message, name), qos_profile(wanted), raw=True, callback_group=self._aside
-        )
+        wanted, take = suited(profiles, DEPTH), partial(self._on_message, name)
+        self._taken[name] = self.create_subscription(message, name, take, wanted, raw=True, callback_group=self._aside)
 
     def _take(self) -> None:
         """In a thread of its own: takes what has come, topic by topic, until the node closes, and what came last."""
         stopping = False
         while not stopping:
             stopping = self._stopping.wait(TAKE_PERIOD)
-            if jump := self._time.look():
-                self.recording.clock_jumped_ns = self._time.jumped_ns
-                said = f"the clock was put {'forward' if jump > 0 else 'back'} by {1e-9 * abs(jump):.3f} s"
-                self.get_logger().warning(f"{said}: the times in the log go on as if it had not been")
+            self._look_at_clock()
             for name, subscription in list(self._taken.items()):
                 self._on_messages(name, taken(subscription))
+
+    def _look_at_clock(self) -> None:
+        if jump := self._time.look():
+            self.recording.clock_jumped_ns = self._time.jumped_ns
+            said = f"the clock was put {'forward' if jump > 0 else 'back'} by {1e-9 * abs(jump):.3f} s"
+            self.get_logger().warning(f"{said}: the times in the log go on as if it had not been")
 
     def _on_message(self, topic: str, data: bytes, info: dict) -> None:
         self._on_messages(topic, ((data, info),))
@@ -113,6 +110,7 @@ class RecorderNode(Node):
             found = list(found)
             if not found:
                 return
+            self._look_at_clock()  # after they were taken: none of them can have come by a clock put since
             received = [self._time.at(info["received_timestamp"]) for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]

@@ -5,6 +5,7 @@ import functools
 import itertools
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -19,17 +20,16 @@ from rclpy.publisher import Publisher
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.cdr import DIAGNOSTICS
-from bearing_twin.nodes.log_room import Room, warning
+from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 from bearing_twin.nodes.outlet import MANY
-from bearing_twin.spelling import echo
+from bearing_twin.spelling import ROS_ARGS, echo
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
-MARK = "--ros-args"
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
 TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
@@ -175,9 +175,9 @@ def guarded(callback: Callable) -> Callable:
     return safe
 
 
-def acknowledged(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
-    """Waits until reliable subscribers have everything that was published, for `seconds` at most; False otherwise."""
-    end = time.monotonic() + seconds
+def acknowledged(publishers: Iterable[Publisher]) -> bool:
+    """Waits until reliable subscribers have everything that was published; False if they take too long."""
+    end = time.monotonic() + ACKNOWLEDGE_TIME
     for publisher in publishers:
         left = max(0.0, end - time.monotonic())
         if not publisher.wait_for_all_acked(Duration(nanoseconds=round(left * 1e9))):
@@ -203,8 +203,9 @@ def refuse_no_assignment(words: Sequence[str]) -> None:
     for option, word in itertools.pairwise(words):
         if option not in ("-p", "--param"):
             continue
-        if MARK not in words[: words.index(option)]:
-            raise BearingTwinError(f"-p {word} stands before {MARK} and would set nothing; write {MARK} -p {word}")
+        if ROS_ARGS not in words[: words.index(option)]:
+            better = f"{ROS_ARGS} -p {word}"
+            raise BearingTwinError(f"-p {word} stands before {ROS_ARGS} and would set nothing; write {better}")
         if ":=" not in word:
             name, _, value = word.replace(":", "=").partition("=")
             raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
@@ -215,6 +216,14 @@ def refuse_no_parameters(words: Sequence[str]) -> None:
     for option, path in itertools.pairwise(words):
         if option == "--params-file" and "ros__parameters" not in Path(path).read_text(errors="replace"):
             raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and ros__parameters:")
+
+
+def wake_at_jumps(executor, ended: threading.Event, clock: SteadyTime | None = None) -> None:
+    """Until the end wakes an executor where the clock is put back: a wait of DDS that has begun lasts that longer."""
+    clock = clock or SteadyTime()
+    while not ended.wait(POLL):
+        if clock.look() < 0:
+            executor.wake()
 
 
 def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None) -> int:
@@ -242,11 +251,12 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
         said = f"ROS knows no {error}" if str(error).startswith("[") else error
         print(f"{name}: {said}; write -p NAME:=VALUE for a parameter".replace("\n", " "), file=sys.stderr)
         return 2
-    failure = None
+    failure, ended = None, threading.Event()
     try:
         node = make_node()
         executor = Executor()
         executor.add_node(node)
+        threading.Thread(target=wake_at_jumps, args=(executor, ended), name="clock", daemon=True).start()
         while rclpy.ok() and not node.done.is_set() and not asked:
             executor.turn(node)
     except BearingTwinError as error:
@@ -255,6 +265,7 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
         if rclpy.ok():  # otherwise a signal ended ROS in the middle of a call
             raise
     finally:
+        ended.set()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_IGN)
         failure_at_end = _end(node)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.kinds.doubt import Dearest, Errors, Promise
-from bearing_twin.units import named, with_unit
+from bearing_twin.units import known_digits, named, two_digits, with_unit
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 STATUSES = {
@@ -93,7 +93,9 @@ def greatest(value) -> float:
 def _said(figure: str, value, error, source: str) -> str:
     """One figure whose error is large, and its greatest source."""
     words, unit = named(figure)
-    return f"{words} {greatest(value):.2g} ± {greatest(error):.2g}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
+    off = greatest(error)
+    size = known_digits(greatest(value), off, 2)
+    return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
 
 
 def _told(promise: Promise) -> dict[str, Any]:

@@ -92,16 +92,16 @@ class Histories:
         inputs = np.sqrt(np.where(self._squares > 0.0, self._squares, np.nan))
         return np.clip((self._products[:, size:] / np.outer(self._spread(), inputs)).T, -1.0, 1.0)
 
-    def density(self, levels=200, low=-np.inf, high=np.inf):
+    def density(self, levels=200, low=-np.inf):
         """Evenly spaced levels (m,) and the density (t, m) [1/unit] of the histories over them at each time.
 
-        Kernel estimates with Silverman's bandwidth, reflected at the bounds [low, high], the mass of each time 1. A
+        Kernel estimates with Silverman's bandwidth, reflected at `low`, the mass of each time 1. A
         spread below the distance of two levels shows as one level.
         """
         self._need(2)
         least, most = float(self.whole.min()), float(self.whole.max())
         margin = 0.05 * (most - least)
-        bottom, top = max(low, least - margin), min(high, most + margin)
+        bottom, top = max(low, least - margin), most + margin
         if not top > bottom:
             raise StatisticError("all histories are equal: there is no density")
         width = (top - bottom) / levels

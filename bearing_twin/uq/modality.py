@@ -49,8 +49,8 @@ class Modality(NamedTuple):
     positions: tuple[float, ...]
 
 
-def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
-    """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above `level`.
+def modality(sample, seed=0, resamples=RESAMPLES) -> Modality:
+    """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above LEVEL.
 
     Counts beyond MOST_MODES are not told apart. Equal values are one mode with p = 1. The sample is binned to BINS
     bins, the p-value is (1 + number)/(1 + resamples). Raises StatisticError below LEAST_SAMPLES samples.
@@ -76,11 +76,11 @@ def modality(sample, seed=0, resamples=RESAMPLES, level=LEVEL) -> Modality:
         bandwidth = critical_bandwidth(counts, modes, window)
         look()
         p_value = _p_value(counts, bandwidth, modes, window, resamples, rng)
-        if modes == 1 and p_value <= level and outer > inner:
+        if modes == 1 and p_value <= LEVEL and outer > inner:
             central = kept[(kept >= inner) & (kept <= outer)]
             p_value = max(p_value, _flat_p_value(central, resamples, rng))
         p_values.append(p_value)
-        if p_values[-1] > level:
+        if p_values[-1] > LEVEL:
             break
     positions = low + (window.start + mode_places(smoothed(counts, bandwidth)[window]) + 0.5) * width
     return Modality(modes, p_values[0], tuple(p_values), float(bandwidth * width), tuple(positions.tolist()))

@@ -63,7 +63,7 @@ def run_study(
     def ends() -> bool:
         return asked() or time.monotonic() - began > limit
 
-    drawn = Drawn(study, task, _part(tell, 0, parts), ends, began, keep)
+    drawn = Drawn(study, task, _part(tell, 0, parts, began), ends, began, keep)
     with heeding(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
         expanded, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
         over = ends() or drawn.broken
@@ -83,7 +83,7 @@ def run_study(
     for name, found in sources.items():
         summary["quantities"][name]["sobol"] = found
     if study.sweep is not None:
-        summary["sweep"] = _sweep(study, tell, ends)
+        summary["sweep"] = _sweep(study, tell, ends, began)
     summary["seconds"] = time.monotonic() - began
     return dataclasses.replace(result, summary=summary)
 
@@ -123,19 +123,25 @@ def _refuse_another_study(study, start):
         raise StudyError("a latin hypercube has its size for good and cannot be continued; use sobol or random")
 
 
-def _part(tell, place, parts):
-    """Progress of one of `parts` studies of the same size, told as that of all of them."""
-    return lambda one: tell(one._replace(done=one.done + place * one.total, total=parts * one.total))
+def _part(tell, place, parts, began):
+    """Progress of one of `parts` studies of the same size, told as that of all of them, `began` at a monotonic time."""
+
+    def of_all(one: Progress) -> None:
+        done, total = one.done + place * one.total, parts * one.total
+        left = (time.monotonic() - began) * (total - done) / max(done, 1)
+        tell(one._replace(done=done, total=total, seconds_left=left))
+
+    return tell if parts == 1 else of_all
 
 
-def _sweep(study, tell, asked) -> dict:
+def _sweep(study, tell, asked, began) -> dict:
     """The summaries at each value of a sweep, one study each, by the same method and seed."""
     key, values = study.sweep
     found = []
     for place, value in enumerate(values, start=1):
         if asked():
             break
-        summary = run_study(study.at(value), _part(tell, place, 1 + len(values)), asked).summary
+        summary = run_study(study.at(value), _part(tell, place, 1 + len(values), began), asked).summary
         found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
     return {"key": key, "studies": found}
 

@@ -53,7 +53,7 @@ def sensitivity_points(joint: Joint, unit):
     return points
 
 
-def sobol_indices(values, confidence=0.95, replicates=1) -> SobolIndices:
+def sobol_indices(values, replicates=1) -> SobolIndices:
     """Indices from the quantity (n, d + 2) at `sensitivity_points`; rows with a NaN are left out.
 
     Row i belongs to replicate i % replicates of the design. Intervals by the influence of each row (`statistics`).
@@ -77,6 +77,6 @@ def sobol_indices(values, confidence=0.95, replicates=1) -> SobolIndices:
         influence = np.full((len(values), len(index)), np.nan)
         # The mean, too, is the sample's; what it errs by is of second order.
         influence[whole] = (terms - index * squares) / variance
-        ends = [interval(*one, confidence, replicates, least) for one in zip(index, influence.T, strict=True)]
+        ends = [interval(*one, replicates, least) for one in zip(index, influence.T, strict=True)]
         found += [index, np.array([one[1:3] for one in ends]), np.array([one.safe for one in ends])]
     return SobolIndices(*found, len(kept))

@@ -33,6 +33,7 @@ FEWEST_EFFECTIVE = {"mean": 8.0, "std": 12.0, "skewness": 60.0}  # points over k
 HEAVIEST = 50.0  # kurtosis of the influence
 FAR_OUT = 4.0  # points of a replicate beyond a quantile
 WIDER = 1.15
+CONFIDENCE = 0.95  # of every interval
 NONE_SEEN = 3.7  # expected samples at most, with 97.5 %, where none is seen
 
 
@@ -62,7 +63,7 @@ class Density(NamedTuple):
     bandwidth: float
 
 
-def estimate(sample, statistic, confidence=0.95, replicates=1) -> Estimate:
+def estimate(sample, statistic, replicates=1) -> Estimate:
     """The statistic of a sample with its interval; `statistic` is mean, std, skewness or a probability in (0, 1).
 
     A probability asks for that quantile (median-unbiased between order statistics).
@@ -82,19 +83,19 @@ def estimate(sample, statistic, confidence=0.95, replicates=1) -> Estimate:
     if fewest < 2 and replicates > 1:
         raise StatisticError(f"each of the {replicates} replicates needs 2 samples at least; ask for more samples")
     if name == "quantile" and (replicates == 1 or fewest * min(statistic, 1.0 - statistic) < FAR_OUT):
-        return _quantile(kept, statistic, confidence)
+        return _quantile(kept, statistic)
     if name == "quantile":
         # Hazen's rule is right for points spread evenly; taken from all at once it would throw the even spread away.
         parts = (every[first::replicates][good[first::replicates]] for first in range(replicates))
         found = np.array([np.quantile(part, statistic, method="hazen") for part in parts])
-        return interval(float(found.mean()), found - found.mean(), confidence, replicates)
+        return interval(float(found.mean()), found - found.mean(), replicates)
     value, influence = _moment(kept, statistic, replicates)
     spread = np.full(len(every), np.nan)
     spread[good] = influence
-    return interval(value, spread, confidence, replicates, FEWEST_EFFECTIVE[statistic])
+    return interval(value, spread, replicates, FEWEST_EFFECTIVE[statistic])
 
 
-def interval(value, influence, confidence=0.95, replicates=1, least=0.0) -> Estimate:
+def interval(value, influence, replicates=1, least=0.0) -> Estimate:
     """The interval of a statistic from its influence function (n,), NaN where a point failed, mean 0 over the others.
 
     Point i belongs to replicate i % replicates. P. Hall, On the removal of skewness by transformation, J. R. Stat. Soc.
@@ -119,7 +120,7 @@ def interval(value, influence, confidence=0.95, replicates=1, least=0.0) -> Esti
     if spread == 0.0:
         return Estimate(value, value, value, basis, safe)
     skewness = float(np.mean(squares * kept)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
-    score = _student(confidence, count - 1) / math.sqrt(count)
+    score = _student(count - 1) / math.sqrt(count)
     error = spread * math.sqrt(count / (count - 1.0))
     if replicates > 1:
         score *= WIDER
@@ -128,9 +129,9 @@ def interval(value, influence, confidence=0.95, replicates=1, least=0.0) -> Esti
 
 
 @functools.lru_cache(maxsize=256)  # a study asks for the same again and again, and SciPy takes longer than all the rest
-def _student(confidence: float, freedom: int) -> float:
-    """Half width of the interval of Student's t that holds the share `confidence`."""
-    return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom))
+def _student(freedom: int) -> float:
+    """Half width of the interval of Student's t that holds the share CONFIDENCE."""
+    return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
 
 
 def _unbent(bent: float, a: float) -> float:
@@ -138,10 +139,10 @@ def _unbent(bent: float, a: float) -> float:
     return (math.cbrt(1.0 + 3.0 * a * bent) - 1.0) / a if abs(a) > 1e-8 else bent
 
 
-def half_width(sample, statistic, confidence=0.95, replicates=1) -> float:
+def half_width(sample, statistic, replicates=1) -> float:
     """Half the width of the statistic's interval, what a stop rule watches; inf where there is no interval yet."""
     try:
-        return estimate(sample, statistic, confidence, replicates).half_width
+        return estimate(sample, statistic, replicates).half_width
     except StatisticError:
         _statistic(statistic)  # a wrong name stays an error
         return math.inf
@@ -186,16 +187,16 @@ def _moment(sample, statistic, replicates=1):
 
 
 @functools.lru_cache(maxsize=256)
-def _ranks(count: int, probability: float, confidence: float) -> tuple[int, int]:
-    """Order statistics r and s with P(r <= number below the quantile < s) >= confidence, split evenly."""
-    outside = 0.5 * (1.0 - confidence)
+def _ranks(count: int, probability: float) -> tuple[int, int]:
+    """Order statistics r and s with P(r <= number below the quantile < s) >= CONFIDENCE, split evenly."""
+    outside = 0.5 * (1.0 - CONFIDENCE)
     low, high = stats.binom.ppf([outside, 1.0 - outside], count, probability)
     return int(low), int(high) + 1
 
 
-def _quantile(sample, probability, confidence):
+def _quantile(sample, probability):
     count = len(sample)
-    below, above = _ranks(count, probability, confidence)
+    below, above = _ranks(count, probability)
     ordered = sample if np.all(sample[1:] >= sample[:-1]) else np.sort(sample)
     look()
     low = float(ordered[below - 1]) if below >= 1 else -math.inf
@@ -216,21 +217,20 @@ def histogram(sample, bins="fd"):
     return edges, density
 
 
-def density(sample, low=-math.inf, high=math.inf, bandwidth=None, kind="even") -> Density:
-    """Kernel estimate of a density on [low, high], with a mass of exactly 1 between these bounds.
+def density(sample, low=-math.inf, kind="even") -> Density:
+    """Kernel estimate of a density above `low`, with a mass of exactly 1 there.
 
-    `even` puts back what a normal kernel would spread beyond a bound (slope 0 there), `odd` takes away as much (0
-    there). `bandwidth` [unit of x] defaults to Silverman's rule 0.9 min(std, IQR/1.34) n^(-1/5). Raises StatisticError
-    for equal samples, or samples outside the bounds.
+    `even` puts back what a normal kernel would spread below it (slope 0 there), `odd` takes away as much (0 there). The
+    bandwidth is Silverman's. Raises StatisticError for equal samples, or samples below `low`.
     """
     kept = _kept(sample, 2)
-    if kept.min() < low or kept.max() > high:
-        raise StatisticError(f"samples lie outside the bounds {low:g} and {high:g} of the density")
+    if kept.min() < low:
+        raise StatisticError(f"samples lie below the bound {low:g} of the density")
     if kind not in REFLECTIONS:
         raise StatisticError(f"{echo(kind)} is no kind of density; {unknown(kind, REFLECTIONS)}")
-    bandwidth = silverman_bandwidth(kept) if bandwidth is None else bandwidth
+    bandwidth = silverman_bandwidth(kept)
     low = max(low, kept.min() - 6.0 * bandwidth)
-    high = min(high, kept.max() + 6.0 * bandwidth)
+    high = kept.max() + 6.0 * bandwidth
     bins = int(np.clip(BINS_PER_BANDWIDTH * (high - low) / bandwidth, LEAST_BINS, GREATEST_BINS))
     bins = fft.next_fast_len(bins, real=True)
     width = (high - low) / bins
@@ -248,7 +248,7 @@ def natural_density(sample) -> Density:
     return density(sample, 0.0 if least >= 0.0 else -math.inf, kind="odd" if least > 0.0 else "even")
 
 
-def densities_at(sample, values, confidence=0.95) -> list[Estimate]:
+def densities_at(sample, values) -> list[Estimate]:
     """`natural_density` at `values`, with what the scatter of the sample leaves open of it (not the kernel's bias).
 
     The variance is f / (2 sqrt(pi) n b), b being the bandwidth (B. W. Silverman, Density Estimation, 1986, 3.3).
@@ -257,7 +257,7 @@ def densities_at(sample, values, confidence=0.95) -> list[Estimate]:
     found, kept, values = natural_density(sample), _kept(sample, 2), np.asarray(values, float)
     heights = np.interp(values, found.x, found.density, left=0.0, right=0.0)
     one = 1.0 / (2.0 * math.sqrt(math.pi) * len(kept) * found.bandwidth)  # of one sample
-    half = float(stats.norm.ppf(0.5 + 0.5 * confidence)) * np.sqrt(heights * one)
+    half = float(stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)) * np.sqrt(heights * one)
     possible = NONE_SEEN * one * ((values > 0.0) | (kept.min() < 0.0))
     low, high = np.maximum(heights - half, 0.0), np.maximum(heights + half, possible)
     return [Estimate(*row, "kernel") for row in zip(heights.tolist(), low.tolist(), high.tolist(), strict=True)]

@@ -1,7 +1,6 @@
 """Logs on their way to a page: of runs, of studies, damaged ones as far as they can be read, with what is left out."""
 
 import tempfile
-from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,31 +10,28 @@ from bearing_twin.log.mcap_read import DamagedLog, McapReader
 from bearing_twin.log.raw_log import log_files
 from bearing_twin.log.stream import topics
 from bearing_twin.log.study_log import STUDY_RECORD, as_a_study, read_study
-from bearing_twin.sample import Block
 from bearing_twin.view.run_page import document_of_run
 from bearing_twin.view.study_page import document_of_study
 
 OF_ROS = ("/clock", "/diagnostics", "/parameter_events", "/rosout", "/tf", "/tf_static", "/robot_description")
 """Topics of any system, which hold nothing of a run that its samples do not."""
 
-Watch = Callable[[Any], Iterable[Block]]
 
-
-def document_of_log(path, watch: Watch = lambda stream: stream.blocks(), topic: str | None = None) -> dict[str, Any]:
-    """The page of a log (.mcap file or bag folder), of a run or a study; `watch` hands on the blocks of a stream.
+def document_of_log(path, topic: str | None = None) -> dict[str, Any]:
+    """The page of a log (.mcap file or bag folder), of a run or a study.
 
     `topic` is that of the samples to show where there are several. Of a damaged log the page shows what `recover` can
     save, and says so. Raises LogError where there is nothing.
     """
     try:
-        return _document(path, watch, (), topic)
+        return _document(path, (), topic)
     except LogError as error:
         if not isinstance(error.__cause__, DamagedLog):
             raise
-        return _of_damaged(path, watch, error.__cause__, topic)
+        return _of_damaged(path, error.__cause__, topic)
 
 
-def _of_damaged(path, watch: Watch, damage: DamagedLog, topic: str | None) -> dict[str, Any]:
+def _of_damaged(path, damage: DamagedLog, topic: str | None) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="bearing_twin_view_") as folder:
         saved = Path(folder) / "recovered.mcap"
         found = recover(path, saved)
@@ -43,12 +39,10 @@ def _of_damaged(path, watch: Watch, damage: DamagedLog, topic: str | None) -> di
             f"The log is damaged at byte {damage.offset}: {damage.what}. Shown are the {found.samples} outputs "
             f"that can be saved; `bearing_twin recover {Path(path).name} NEW_LOG` writes them to a new log."
         )
-        return _document(saved, watch, (note,), topic, Path(path))
+        return _document(saved, (note,), topic, Path(path))
 
 
-def _document(
-    path, watch: Watch, notes: tuple[str, ...], topic: str | None, original: Path | None = None
-) -> dict[str, Any]:
+def _document(path, notes: tuple[str, ...], topic: str | None, original: Path | None = None) -> dict[str, Any]:
     stream = read_log(path, allow_gaps=True, topic=topic)
     if STUDY_RECORD in stream.metadata:
         with as_a_study(path):
@@ -60,7 +54,7 @@ def _document(
     )
     if stream.kept_rate:
         notes = (*notes, f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
-    viewed = document_of_run(stream, watch(stream), notes)
+    viewed = document_of_run(stream, notes)
     name = original or Path(path)
     return viewed.document | {"title": viewed.report.scene or name.stem}
 

@@ -11,7 +11,6 @@ from bearing_twin.report import Report
 from bearing_twin.run.doubt import DONE, DOUBTFUL
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.simulation import Run
-from bearing_twin.sample import Block
 from bearing_twin.units import sentence_for_people
 from bearing_twin.view.frames import Frames, passed_on
 from bearing_twin.view.packing import packed, prefixes
@@ -36,14 +35,14 @@ def view_of(stream) -> View:
     return KINDS[scene.kind].view(Facts(scene, choice.law, choice.stepper), stream.channels)
 
 
-def document_of_run(stream, blocks: Iterable[Block] | None = None, notes: Sequence[str] = ()) -> Viewed:
-    """The page of a log, or of a run that is simulated for it; `blocks` may be handed in, `notes` are shown on it.
+def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
+    """The page of a log, or of a run that is simulated for it; `notes` are shown on it.
 
     Raises LogError for a stream without an output.
     """
     view = view_of(stream)
     frames = Frames(view)
-    shown = passed_on(stream.blocks() if blocks is None else blocks, frames)
+    shown = passed_on(stream.blocks(), frames)
     if isinstance(stream, Run):
         for _ in shown:
             pass
