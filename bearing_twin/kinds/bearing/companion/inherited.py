@@ -93,8 +93,7 @@ def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, aroun
         row[ERRORS] = np.maximum(row, longer * one)[ERRORS]
     now = float(row[PLACE["load"]]) + around * float(np.ptp(part.out["normal_load"]))
     if seconds and thrown(part):
-        off *= BUMPING
-        before[PLACE["load"]] = min(off, greatest)
+        before[PLACE["load"]] = off = min(BUMPING * off, greatest)
     light = max(light, light_share(part, greatest))
     for one, load in ((row, now), (before, off)):
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * load / greatest if greatest else 0.0)
