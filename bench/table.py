@@ -8,7 +8,6 @@ rows that ran in docs/speed.csv, from which docs/accuracy.md is written (`python
 import csv
 import importlib.util
 import os
-import platform
 import resource
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from static_solve import solved
 from bearing_twin import load_scene, load_study, run_study, simulate
 from bearing_twin.charts.bearing_cells import motion_of
 from bearing_twin.charts.contest_picture import cheapest
+from bearing_twin.charts.made import processor
 from bearing_twin.charts.work_precision import CASES, FINER, WANTED, judge
 from bearing_twin.uq.study_file import parse_study
 
@@ -224,9 +224,7 @@ ROWS: dict[Measured, Callable[[], float]] = {
 
 def _machine() -> str:
     """The processor's name, and what a contact takes on it."""
-    names = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
-    name = names[0].partition(":")[2].strip() if names else platform.machine()
-    return f"{name}, {kernel_time(_settled()[1]):.2g} ns a contact"
+    return f"{processor()}, {kernel_time(_settled()[1]):.2g} ns a contact"
 
 
 def keep(rows: list[Measured]) -> None:

@@ -9,14 +9,18 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from bearing_twin import __version__
 from bearing_twin.charts import timing
 from bearing_twin.charts.chart import Chart, unsure
 from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.made import made, processor
 from bearing_twin.charts.table import (
     DONE,
     FAILED,
+    MADE,
     NEWER,
     REFUSED,
     STOPPED,
@@ -99,6 +103,11 @@ def test_a_table_gives_back_what_was_written(tmp_path):
     assert (again[0].error, again[1].error) == (0.333333333, math.inf)
     with pytest.raises(ValueError, match="its columns differ in across"):
         read_table(tmp_path / "x.csv", Row)
+    with (tmp_path / "x.csv").open(encoding="utf-8", newline="") as stream:
+        cells = {row[MADE] for row in csv.DictReader(stream)}
+    assert cells == {made()}
+    assert made().startswith(f"bearing_twin {__version__}")
+    assert {processor(), f"numpy {np.__version__}"} <= set(made().split("; "))
 
 
 def test_a_chart_goes_on_with_finer_settings_and_keeps_its_order(monkeypatch):
@@ -130,7 +139,7 @@ def test_a_table_from_before_there_was_a_spread_is_read(tmp_path):
     write_table([MapRow("p", "m", 1.0, status=DONE, across=2.0, spread=0.25)], tmp_path / "x.csv")
     with (tmp_path / "x.csv").open(encoding="utf-8", newline="") as stream:
         header, line = csv.reader(stream)
-    old = [number for number, name in enumerate(header) if name != "spread"]
+    old = [number for number, name in enumerate(header) if name not in ("spread", MADE)]
     write_rows(tmp_path / "x.csv", [header[one] for one in old], [[line[one] for one in old]])
     (row,) = read_table(tmp_path / "x.csv", MapRow)
     assert (row.across, row.unsure) == (2.0, False)

@@ -10,7 +10,6 @@ import datetime
 import functools
 import importlib.util
 import os
-import platform
 import re
 import signal
 import sys
@@ -22,6 +21,8 @@ from pathlib import Path
 from torture_inputs import ROWS as INPUTS
 from torture_logs import ROWS as LOGS
 from torture_rows import Found, Row
+
+from bearing_twin.charts.made import processor
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "reliability.md"
 MEMORY = Path("/dev/shm")  # there fsync costs nothing
@@ -53,10 +54,8 @@ def written(page: str, found: dict[str, tuple[str, ...]]) -> str:
 
 
 def machine() -> str:
-    """The processor, how many of it, and the system."""
-    cpus = Path("/proc/cpuinfo")
-    named = re.search(r"model name\s*:\s*(.*)", cpus.read_text()) if cpus.exists() else None
-    return f"{os.cpu_count()} cores of {named[1] if named else platform.machine()}"
+    """The processor, and how many of it."""
+    return f"{os.cpu_count()} cores of {processor()}"
 
 
 def main() -> int:

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, get_type_hints
 
+from bearing_twin.charts.made import made
 from bearing_twin.paths import drafted
 
 DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
 UNSURE = 0.1  # spread of a cost beyond which it is flagged; differences of that size are then none
+MADE = "made"  # the last column, which no row holds: tables of earlier versions lack it
 NEWER = ("spread",)  # columns that tables of earlier versions lack
 
 
@@ -72,11 +74,11 @@ def write_table(rows: Sequence, path: Path, kind: type | None = None) -> None:
 
 
 def write_rows(path: Path, header: Iterable[str], rows: Iterable[Iterable]) -> None:
-    """Writes a header and rows, whole or not at all; raises OSError where that is impossible."""
+    """Writes a header and rows, and what they were made with, whole or not at all; raises OSError where it cannot."""
     with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream)
-        table.writerow(header)
-        table.writerows(rows)
+        table.writerow([*header, MADE])
+        table.writerows([*row, made()] for row in rows)
 
 
 def read_table(path: Path, kind: type = Row) -> list:
@@ -87,6 +89,8 @@ def read_table(path: Path, kind: type = Row) -> list:
     names = columns_of(kind)
     with path.open(encoding="utf-8", newline="") as stream:
         header, *lines = list(csv.reader(stream)) or [[]]
+    if header[-1:] == [MADE]:
+        header, *lines = (line[:-1] for line in (header, *lines))
     if header == [name for name in names if name not in NEWER]:
         names = header
     if header != names:
