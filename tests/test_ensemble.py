@@ -362,6 +362,7 @@ def test_the_seconds_left_of_a_sweep_are_those_of_all_its_values():
     run({**ENSEMBLE, "sweep": {"motion.first_velocity": [2.0, 5.0]}}, ["samples=200"], progress=told.append)
     assert told[-1].done == told[-1].total == 600
     assert all((one.seconds_left > 0.0) == (one.done < one.total) for one in told)
+    assert list(dict.fromkeys(one.at for one in told)) == ["", "motion.first_velocity = 2", "motion.first_velocity = 5"]
 
 
 def test_a_cancelled_study_keeps_what_is_done():

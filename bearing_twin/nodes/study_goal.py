@@ -82,7 +82,8 @@ def told(goal: Goal, study: Study, progress: Progress) -> tuple[Progress, str]:
     if not math.isfinite(progress.estimate):
         return counted._replace(estimate=0.0, half_width=0.0), ""
     known = not math.isnan(progress.half_width)
-    return counted._replace(half_width=progress.half_width if known else math.inf), _watched(study)
+    name = " at ".join(filter(None, (_watched(study), progress.at)))
+    return counted._replace(half_width=progress.half_width if known else math.inf), name
 
 
 def _watched(study: Study) -> str:

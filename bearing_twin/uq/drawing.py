@@ -25,7 +25,8 @@ PIECE = 16384  # points drawn at once, so that a cancel need not wait for a whol
 class Progress(NamedTuple):
     """How far a study is: realisations `done` of `total` at most; the watched statistic as last looked at.
 
-    `estimate` and `half_width` are NaN before the first look, `seconds_left` if all of `total` are needed.
+    `estimate` and `half_width` are NaN before the first look, `seconds_left` if all of `total` are needed. `at` names
+    the value of a sweep that the estimate is at, empty without one.
     """
 
     done: int
@@ -33,6 +34,7 @@ class Progress(NamedTuple):
     estimate: float
     half_width: float
     seconds_left: float
+    at: str = ""
 
 
 @dataclass

@@ -123,13 +123,13 @@ def _refuse_another_study(study, start):
         raise StudyError("a latin hypercube has its size for good and cannot be continued; use sobol or random")
 
 
-def _part(tell, place, parts, began):
+def _part(tell, place, parts, began, at=""):
     """Progress of one of `parts` studies of the same size, told as that of all of them, `began` at a monotonic time."""
 
     def of_all(one: Progress) -> None:
         done, total = one.done + place * one.total, parts * one.total
         left = (time.monotonic() - began) * (total - done) / max(done, 1)
-        tell(one._replace(done=done, total=total, seconds_left=left))
+        tell(one._replace(done=done, total=total, seconds_left=left, at=at))
 
     return tell if parts == 1 else of_all
 
@@ -141,7 +141,8 @@ def _sweep(study, tell, asked, began) -> dict:
     for place, value in enumerate(values, start=1):
         if asked():
             break
-        summary = run_study(study.at(value), _part(tell, place, 1 + len(values), began), asked).summary
+        part = _part(tell, place, 1 + len(values), began, f"{key} = {value:g}")
+        summary = run_study(study.at(value), part, asked).summary
         found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
     return {"key": key, "studies": found}
 
