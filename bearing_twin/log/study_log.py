@@ -211,20 +211,27 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
     study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
-    table = np.concatenate(rows) if rows else np.empty((0, 0))
-    status, reasons = _columns(table, names, [STATUS])[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
+    columns = _columns(
+        rows,
+        names,
+        [INPUT + one.key for one in study.inputs],
+        [QUANTITY + name for name in study.quantities],
+        [HISTORY + name for name in study.histories],
+        [STATUS],
+        [DOUBTFUL],
+    )
+    inputs, quantities, histories, status, doubtful = columns
+    status, reasons = status[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
     if len(status) and not 0 <= status.min() <= status.max() <= len(reasons):
         raise ValueError("a realisation that failed has no reason")
     return StudyResult(
         study,
-        _columns(table, names, [INPUT + one.key for one in study.inputs]),
-        _columns(table, names, [QUANTITY + name for name in study.quantities]),
-        _columns(table, names, [HISTORY + name for name in study.histories]).reshape(
-            len(table), len(study.histories), -1 if rows and study.histories else 0
-        ),
+        inputs,
+        quantities,
+        histories.reshape(count, len(study.histories), -1 if count and study.histories else 0),
         status,
         reasons,
-        _columns(table, names, [DOUBTFUL])[:, 0].astype(np.int64),
+        doubtful[:, 0].astype(np.int64),
         tuple(parsed_json(record["doubts"])),
         {**summary, "seconds": work.get("seconds", math.nan)},
     )
@@ -261,9 +268,23 @@ def _edges(message):
     return dict(zip(message.channel_name, itertools.pairwise(edges), strict=True))
 
 
-def _columns(table, edges, names):
-    parts = [table[:, slice(*edges[name])] for name in names if name in edges]
-    return np.concatenate(parts, axis=1) if parts else np.empty((len(table), len(names)))
+def _columns(blocks: list, edges, *groups) -> list[np.ndarray]:
+    """The columns of each group of channels, (samples, columns), 0 where a log has no such channel.
+
+    Takes the `blocks` (n, columns) out of their list one by one, so that what is read is held once.
+    """
+    count = sum(map(len, blocks))
+    places = [[k for name in names if name in edges for k in range(*edges[name])] for names in groups]
+    found = [np.zeros((count, len(one) or len(names))) for one, names in zip(places, groups, strict=True)]
+    blocks.reverse()
+    begin = 0
+    while blocks:
+        block = blocks.pop()
+        for array, columns in zip(found, places, strict=True):
+            if columns:
+                array[begin : begin + len(block)] = block[:, columns]
+        begin += len(block)
+    return found
 
 
 def _channels(study: Study) -> tuple[Channel, ...]:
