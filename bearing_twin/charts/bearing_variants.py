@@ -1,7 +1,7 @@
 """Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
 
-Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `FRESH` were
-chosen last; docs/doubt.md says what was found with them.
+Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `LATER` were
+chosen after these, and helped to find faults, as docs/doubt.md says; those of `LAST` when all of it was mended.
 """
 
 VARIANTS = {
@@ -63,7 +63,7 @@ FURTHER = {
         ("geometry.balls=11", "geometry.radial_clearance=8e-6", "drive.offset=[3e-6, -6e-6, 0]", "drive.speed=120"),
     ),
 }
-FRESH = {
+LATER = {
     "6205, loose, slow": (
         "bearing_6205",
         ("geometry.radial_clearance=15e-6", "drive.offset=[0, -11e-6, 0]", "drive.speed=80"),
@@ -106,4 +106,51 @@ FRESH = {
         ("rings.inner.change={time: 0.03, load: [300, 300, 0]}", "drive.speed=180"),
     ),
     "ring, hardly damped": ("bearing_6203_rig_1000N", ("contact.relaxation_time=3e-7", "drive.speed=100")),
+}
+LAST = {
+    "6205, jump, loose": (
+        "bearing_6205",
+        (
+            "geometry.radial_clearance=12e-6",
+            "drive.offset=[0, -9e-6, 0]",
+            "drive.change={time: 0.012, offset: [4e-6, 2e-6, 0]}",
+        ),
+    ),
+    "jump down": ("bearing_6203", ("drive.change={time: 7e-3, offset: [-2e-6, -5e-6, 0]}", "drive.speed=130")),
+    "jump, slippery, fast": (
+        "bearing_6203",
+        (
+            "drive.change={time: 4e-3, offset: [0, 6e-6, 0]}",
+            "contact.friction_coefficient=0.03",
+            "drive.speed=350",
+        ),
+    ),
+    "ring, load reverses": (
+        "bearing_6203_rig_400N",
+        ("rings.inner.change={time: 0.02, load: [0, 250, 0]}", "drive.speed=140"),
+    ),
+    "ring, load swings": (
+        "bearing_6203_rig_1000N",
+        ("rings.inner.change={time: 0.025, load: [-600, -500, 0]}", "drive.speed=200"),
+    ),
+    "ring, 300 N, slow": ("bearing_6203_rig_400N", ("rings.inner.load=[0, -300, 0]", "drive.speed=60")),
+    "ring, clearance of 4 um": ("bearing_6203_rig_1000N", ("geometry.radial_clearance=4e-6", "drive.speed=250")),
+    "ring slows": (
+        "bearing_6203_rig_1000N",
+        ("drive.acceleration=2000", "drive.change={time: 0.015, speed: -50}", "rings.inner.load=[0, -700, 0]"),
+    ),
+    "loose, seven balls": ("bearing_6203_loose", ("geometry.balls=7", "drive.speed=220")),
+    "loose, thrust": ("bearing_6203_loose", ("drive.offset=[1e-6, -10e-6, 2e-5]", "drive.speed=350")),
+    "rest, little friction": ("bearing_6203_start", ("contact.friction_coefficient=0.04", "drive.speed=150")),
+    "even cage, held, loose": ("bearing_6203_loose", ("cage.kind=even", "drive.offset=[2e-6, -12e-6, 0]")),
+    "tilted, slow": ("bearing_6203_tilted", ("drive.tilt=[1e-3, 5e-4]", "drive.speed=80")),
+}
+SPANS = {  # s of those whose balls hit each other again and again, or that start from rest
+    "loose from rest": 0.02,
+    "eleven balls, loose": 0.05,
+    "rest, little friction": 0.03,
+}
+UNSEEN = {
+    name: (scene, (*differs, f"run.duration={SPANS.get(name, 0.1)}"))
+    for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST).items()
 }

@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.charts.bearing_variants import FRESH, FURTHER, VARIANTS
+from bearing_twin.charts.bearing_variants import FURTHER, LAST, LATER, UNSEEN, VARIANTS
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import judged
 from bearing_twin.charts.scene_rows import command_of
@@ -64,11 +64,6 @@ CASES = {  # name: scene, what differs; those after the seventh are variants
         ("run.duration=0.02", "drive.speed=90", "drive.offset=[3e-6,-2e-6,8e-6]"),
     ),
     "sudden, harder": ("bearing_6203_sudden", ("run.duration=0.04", "drive.change.offset=[2e-6,-5e-6,1e-6]")),
-}
-SPANS = {"loose from rest": 0.02, "eleven balls, loose": 0.05}  # s of those whose balls hit each other again and again
-UNSEEN = {
-    name: (scene, (*differs, f"run.duration={SPANS.get(name, 0.1)}"))
-    for name, (scene, differs) in (VARIANTS | FURTHER | FRESH).items()
 }
 ALL_CASES = CASES | UNSEEN
 METHOD = "as chosen"
@@ -241,7 +236,7 @@ def _share(number: int, total: int) -> str:
 
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says, of the scenes it was made with and of those that nothing was fitted to."""
-    groups = {"Scenes known": CASES, "Variants unseen": VARIANTS | FURTHER, "Fresh variants": FRESH}
+    groups = {"Scenes known": CASES, "Variants unseen": VARIANTS | FURTHER, "Later ones": LATER, "Last ones": LAST}
     for who, cases in groups.items():
         mine = [p for p in points if p.problem in cases]
         if mine:
