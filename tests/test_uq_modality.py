@@ -96,3 +96,12 @@ def test_equal_values_are_one_mode_and_few_are_refused():
     assert modality([3.0] * 30)[:2] == (1, 1.0)
     with pytest.raises(StatisticError, match="needs 20 samples at least; there are 19"):
         modality([*range(19), np.nan])
+
+
+def test_a_p_value_near_the_level_is_decided_by_more_draws(monkeypatch):
+    parts = (np.random.default_rng(seed).normal(at, 1.0, 150) for seed, at in ((5, 0.0), (6, 3.1)))
+    two, spreads = np.concatenate(list(parts)), []
+    for more in (0, 9):
+        monkeypatch.setattr("bearing_twin.uq.modality.MORE", more)
+        spreads.append(np.std([modality(two, seed).p_value for seed in range(8)]))
+    assert spreads[1] < 0.6 * spreads[0]
