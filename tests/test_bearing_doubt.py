@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from bearing_twin.kinds.bearing.companion.windows import (
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.summing import turning
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -484,3 +486,13 @@ def test_what_errors_follow_from_does_not_depend_on_how_outputs_are_cut():
             found.append((doubt.outputs, doubt.least, *sums, *seen))
         assert found[0] == found[1]
         assert found[0][1] == block.values["normal_load"].min()
+
+
+def test_balls_that_stand_have_no_speed_and_raise_no_doubt():
+    report = reported("bearing_6203_step_load", "run.duration=0.02").report
+    for key in ("cage_speed_rad_s", "roll_rate_rad_s"):
+        assert report.figures[key] == report.errors[f"{key}_error"] == 0.0
+    assert not report.flags
+    parameters = load_scene("bearing_6203").parameters
+    assert (turning(parameters, 1e-9), turning(parameters, -1e-12)) == (1e-9, 0.0)
+    assert math.isnan(turning(parameters, math.nan))

@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worth_of_scene
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.summing import STRETCH
+from bearing_twin.kinds.bearing.summing import STRETCH, turning
 from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
@@ -142,8 +142,8 @@ class BearingDoubt:
             **self._of_loads(figures, share),
             **{f"{key}_{side}_n": [bears[side] * seen["load"]] * balls for key in LOADS_OF for side in SIDES},
             **{f"contact_angle_{side}_rad": [seen["contact_angle"]] * balls for side in SIDES},
-            "cage_speed_rad_s": seen["orbit_speed"],
-            "roll_rate_rad_s": seen["roll_rate"],
+            "cage_speed_rad_s": turning(self.parameters, seen["orbit_speed"]),
+            "roll_rate_rad_s": turning(self.parameters, seen["roll_rate"]),
             "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
             **self._turned(figures, torque),
             "dissipated_j": balls * seen["loss"] * self._seconds,

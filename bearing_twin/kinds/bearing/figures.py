@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.run_up import RunUp
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, centre_figures, columns_of, mean_torque
+from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, centre_figures, columns_of, mean_torque, turning
 from bearing_twin.kinds.energy import ENERGY_GAIN, STORED
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Table
@@ -259,9 +259,9 @@ class BearingFigures:
         found = {
             "inner_ring_speed_at_end_rad_s": self.last["inner_ring_speed"],
             "run_up_time_s": self._run_up.time_to(self.last["inner_ring_speed"]),
-            "cage_speed_rad_s": float(orbit / span) if span > 0.0 else 0.0,
+            "cage_speed_rad_s": turning(self.parameters, orbit / span) if span > 0.0 else 0.0,
             "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
-            "roll_rate_rad_s": float(late["roll_rate"] / late["count"]),
+            "roll_rate_rad_s": turning(self.parameters, late["roll_rate"] / late["count"]),
             "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],

@@ -9,6 +9,7 @@ from bearing_twin.compiled import kernel
 from bearing_twin.sample import Block, Layout
 
 STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
+STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands
 MOST_STRETCHES = 256  # that are kept; more are added two by two
 RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
 RING_WIDTH = sum(RING.values())
@@ -222,6 +223,12 @@ def centre_figures(centre: np.ndarray, greatest: Greatest) -> dict[str, float]:
         "cage_whirl_rad_s": turned / square if square > 0.0 else 0.0,
         "greatest_land_force_n": float(greatest.land_force[0]),
     }
+
+
+def turning(parameters, speed: float) -> float:
+    """A speed of balls [rad/s] as a figure holds it: 0 where it is rounding beside what friction is smoothed over."""
+    slowest = STANDING * parameters.contact.friction_regularisation / (0.5 * parameters.geometry.ball_diameter)
+    return 0.0 if abs(speed) <= slowest else float(speed)
 
 
 def mean_torque(late: dict, before: dict, known: bool) -> float:
