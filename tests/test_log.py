@@ -118,6 +118,22 @@ def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_s
     assert "0.06 s of this log, before output 60, would be simulated" in capsys.readouterr().err
 
 
+def test_a_log_with_gaps_is_verified_where_it_has_outputs_and_one_that_was_reset_is_refused(tmp_path, capsys):
+    scene = load_scene("bearing_6203", ["run.duration=0.12"])
+    whole = joined(list(simulate(scene).blocks()))
+    write_log(made_up_run(scene, [whole.part(0, 50), whole.part(80, 121)]), tmp_path / "gap.mcap")
+    with pytest.raises(LogError, match="30 outputs are missing"):
+        verify(read_log(tmp_path / "gap.mcap"))
+    assert main(["verify", str(tmp_path / "gap.mcap"), "--json"]) == DONE
+    captured = capsys.readouterr()
+    found = json.loads(captured.out)
+    assert (found["samples"], found["greatest_deviation"], found["outputs_missing"]) == (91, 0.0, 30)
+    assert "30 outputs are missing in the log, and nothing is known of them" in captured.err
+    write_log(made_up_run(scene, [whole.part(0, 50), whole.part(0, 50)]), tmp_path / "reset.mcap")
+    assert main(["verify", str(tmp_path / "reset.mcap")]) == BAD_INPUT
+    assert "the run in this log starts again: output 0 follows 49" in capsys.readouterr().err
+
+
 def test_a_log_that_begins_after_years_is_not_simulated_up_to_there_unasked(tmp_path):
     scene = load_scene("bearing_6203", ["run.duration=0.01"])
     block = joined(list(simulate(scene).blocks()))

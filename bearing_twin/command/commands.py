@@ -182,17 +182,14 @@ def _verify(arguments) -> Outcome:
     if is_study(arguments.log):
         raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
-        log = read_log(arguments.log, topic=arguments.topic)
+        log = read_log(arguments.log, allow_gaps=True, topic=arguments.topic)
         verification = verify(log, update, _before_the_log, arguments.before)
-    why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
-    far = f"the log deviates by up to {verification.greatest:.3g} from a new run, {why}"
-    doubts = [far] if verification.greatest else []
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
     off = {name: size for name, size in verification.deviations.items() if size}
     count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
     shown = {key: value for key, value in result.items() if key != "deviations"} | {"channels": count}
-    return Outcome(result, doubts, lambda: show_result(shown | ({"deviation of": off} if off else {})))
+    return Outcome(result, verification.doubts(), lambda: show_result(shown | ({"deviation of": off} if off else {})))
 
 
 @contextlib.contextmanager

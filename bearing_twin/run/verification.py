@@ -19,6 +19,7 @@ class Verification:
 
     samples: int
     deviations: dict[str, float]
+    missing: int = 0  # outputs between those of the log
 
     @property
     def greatest(self) -> float:
@@ -27,7 +28,18 @@ class Verification:
 
     def as_dict(self) -> dict:
         """For `--json`."""
-        return {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
+        found = {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
+        return found | ({"outputs_missing": self.missing} if self.missing else {})
+
+    def doubts(self) -> list[str]:
+        """What keeps the log from being the whole run of its scene, one sentence each."""
+        found = []
+        if self.greatest:
+            why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
+            found.append(f"the log deviates by up to {self.greatest:.3g} from a new run, {why}")
+        if self.missing:
+            found.append(f"{self.missing} outputs are missing in the log, and nothing is known of them")
+        return found
 
 
 Told = Callable[[float], None]
@@ -44,8 +56,8 @@ def verify(
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared, and so are
-    those outputs alone that a thinned log holds. A log may begin late: what came before its first output is simulated
-    without comparing. `before` is asked, with the seconds simulated so, for who is told the share of that;
+    those outputs alone that a log holds which is thinned, begins late, or was read with `allow_gaps`: the others are
+    simulated without comparing. `before` is asked, with the seconds simulated so, for who is told the share of that;
     `progress` is told the share of all. A log that wants more than `longest` [s] (None: LONGEST_BEFORE)
     simulated without comparing, before it or between two blocks, raises LogError: a log may say it begins after years.
     """
@@ -57,29 +69,36 @@ def verify(
     names = [channel.name for channel in log.channels]
     if not set(names) <= {channel.name for channel in simulation.channels}:
         raise LogError("this log was written by another version: its channels differ; simulate the scene again")
-    deviations, samples = dict.fromkeys(names, 0.0), 0
+    deviations, samples, missing = dict.fromkeys(names, 0.0), 0, 0
     duration = log.scene.parameters.run.duration
     for block in log.blocks():
+        if block.first_sequence <= simulation.sequence:
+            raise LogError(
+                f"the run in this log starts again: output {block.first_sequence} follows {simulation.sequence}, as it "
+                "was reset while it was recorded; verify the log of one run"
+            )
         _refuse_far(simulation, block.first_sequence, LONGEST_BEFORE if longest is None else longest)
-        again = _again(simulation, block, log.kept_rate, before or (lambda seconds: nullcontext(lambda share: None)))
+        apart = block.first_sequence - simulation.sequence - 1
+        missing += apart if samples and not log.kept_rate else 0
+        again = _again(simulation, block, before or (lambda seconds: nullcontext(lambda share: None)))
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
-                f"this log has outputs missing before number {block.first_sequence}; verify a log without gaps"
+                f"outputs of this log from number {block.first_sequence} on stand at other times than its scene's"
             )
         for name in names:
             difference = np.abs(block.values[name] - again.values[name])
             deviations[name] = max(deviations[name], float(difference.max()))
         for name, rows in again.records.items():
             found = block.records.get(name, np.empty((0, rows.shape[1])))
-            if not samples and block.first_sequence:
-                rows = rows[max(len(rows) - len(found), 0) :]  # a recorder that came later has not heard the first ones
+            if apart and not (samples and log.kept_rate):  # a thinned log holds all of these
+                rows = rows[max(len(rows) - len(found), 0) :]  # those between were not heard either
             same = found.shape == rows.shape
             difference = float(np.abs(found - rows).max(initial=0.0)) if same else np.inf
             deviations[name] = max(deviations.get(name, 0.0), difference)
         samples += len(block)
         if progress:
             progress(min(1.0, 1e-9 * block.time_ns[-1] / duration))
-    return Verification(samples, deviations)
+    return Verification(samples, deviations, missing)
 
 
 def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
@@ -91,18 +110,18 @@ def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
         )
 
 
-def _again(simulation: Simulation, block: Block, kept_rate: float, before) -> Block:
+def _again(simulation: Simulation, block: Block, before) -> Block:
     """The outputs of `block` from the simulation, with the records since its last ones.
 
-    Those before it are passed over in a thinned log, and before the first block of any.
+    Those before it that the log does not hold are passed over.
     """
-    begins, parts, last = simulation.sequence < 0, [], block.first_sequence - 1
-    late = begins and last >= 0
+    parts, last = [], block.first_sequence - 1
+    late = simulation.sequence < 0 <= last
     ahead = (
         before(1e-9 * block.first_sequence * simulation.output_period_ns) if late else nullcontext(lambda share: None)
     )
     with ahead as told:
-        while simulation.sequence < last and (kept_rate or begins):
+        while simulation.sequence < last:
             passed = min(simulation.chunk_outputs, last - simulation.sequence)
             parts.append(simulation.advance(passed).records)
             told((simulation.sequence + 1) / block.first_sequence)
