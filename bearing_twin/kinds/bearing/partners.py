@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     azimuths_of,
     setting_of,
     support_of,
-    weights_of,
+    weighed_solver,
 )
 from bearing_twin.kinds.bearing.rings import (
     BALLS,
@@ -215,8 +215,7 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
-    solver = Solver(setting, azimuths, weights_of(parameters, setting, azimuths))
-    found = _settled(solver, _support(parameters, partners), partners)
+    found = _settled(weighed_solver(parameters, setting, azimuths), _support(parameters, partners), partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates
     border[SHAFT_SPEED] = speed if partners.shaft else 0.0

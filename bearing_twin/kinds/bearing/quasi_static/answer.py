@@ -61,6 +61,7 @@ def answer_of(parameters, law: str, solver: Solver, support: Support, found: Equ
         "semi_major": ("m", spots[0]),
         "semi_minor": ("m", spots[1]),
     }
+    off = errors_of(parameters, law, solver, support, found, spots)
     ratings = ratings_of(parameters)
     carried, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
     force = _settled(-found.loads[:3], carried)
@@ -75,8 +76,9 @@ def answer_of(parameters, law: str, solver: Solver, support: Support, found: Equ
         "ring_moment_nm": _settled(-found.loads[3:], arm * carried),
         "ball_azimuth_rad": found.azimuths.tolist(),
         **{
-            f"{name}_{race}_{unit}": values[:, side].tolist()
+            f"{name}_{race}_{unit}{end}": array[:, side].tolist()
             for name, (unit, values) in columns.items()
+            for end, array in (("", values), ("_error", off.columns[name]))
             for side, race in enumerate(SIDES)
         },
         "centrifugal_load_n": contacts.centrifugal.tolist(),
@@ -88,7 +90,14 @@ def answer_of(parameters, law: str, solver: Solver, support: Support, found: Equ
         "static_safety": lives.static_safety,
         "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
         "clearance_m": clearance._asdict(),
-        **errors_of(parameters, law, solver, support, found),
+        "ring_displacement_m_error": off.coordinates[:3].tolist(),
+        "misalignment_rad_error": off.coordinates[3:].tolist(),
+        "ring_force_n_error": off.ring_loads[:3].tolist(),
+        "ring_moment_nm_error": off.ring_loads[3:].tolist(),
+        "stiffness_error": off.stiffness.tolist(),
+        "basic_life_mrev_error": off.lives.basic,
+        "reference_life_mrev_error": off.lives.reference,
+        "static_safety_error": off.lives.static_safety,
         "unbalanced_n": found.left,
         "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
     }

@@ -7,13 +7,12 @@ import numpy as np
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.drive import SPEED, TORQUE
 from bearing_twin.kinds.bearing.quasi_static.statics import (
-    Solver,
     Support,
     azimuths_of,
     load_line,
     setting_of,
     support_of,
-    weights_of,
+    weighed_solver,
 )
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, dimension_of, idle_loads
 from bearing_twin.kinds.contract import OperatingPoint
@@ -56,7 +55,7 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
     for place in range(PLACES):
         first = load_line(support) + math.pi / balls * place / (PLACES - 1)
         azimuths = azimuths_of(balls, first)
-        Solver(setting, azimuths, weights_of(parameters, setting, azimuths)).solve(support)
+        weighed_solver(parameters, setting, azimuths).solve(support)
 
 
 def _with_weight(parameters, support: Support) -> tuple[float, ...]:
@@ -87,9 +86,9 @@ def operating_point(parameters, law: str, sample) -> OperatingPoint:
     """
     coordinates = np.array([*sample["inner_ring_offset"], *sample["inner_ring_tilt"]])
     setting, azimuths = setting_of(parameters, law, float(sample["inner_ring_speed"])), sample["orbit_angle"]
-    solver = Solver(setting, azimuths, weights_of(parameters, setting, azimuths))
+    held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
     try:
-        found = solver.solve(Support((False,) * 5, (0.0,) * 5, tuple(coordinates)))
+        found = weighed_solver(parameters, setting, azimuths).solve(held)
     except SceneError as error:
         raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
     return OperatingPoint(found.coordinates, found.loads, found.stiffness)

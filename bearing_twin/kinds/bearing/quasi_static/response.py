@@ -33,8 +33,8 @@ def response_of(solver: Solver, support: Support, found: Equilibrium, shares: np
     pushes = (shares * load)[..., None] * normal
     opened = np.array([_openings(solver, k) for k in range(len(load))])  # (N, 2, 5)
     moved, follows, ring = np.zeros((len(load), 2)), np.zeros((len(load), 2, 2)), np.zeros(5)
+    rim = solver.setting.inner.locus_radius - solver.setting.outer.locus_radius
     for k in range(len(load)):
-        rim = solver.setting.inner.locus_radius - solver.setting.outer.locus_radius
         opening = np.array([rim, 0.0]) + opened[k] @ found.coordinates
         here = balance_at(solver.setting, *opening, *found.places[k], *solver.weights[k])
         inverse = np.linalg.pinv(np.reshape(here.left_p, (2, 2)))

@@ -8,7 +8,7 @@ from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEE
 from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
-from bearing_twin.kinds.bearing.quasi_static.statics import Solver, azimuths_of, setting_of, support_of, weights_of
+from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of, setting_of, support_of, weighed_solver
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product
 from bearing_twin.numerics.statuses import STOPPED
@@ -33,7 +33,7 @@ class QuasiStaticMotion:
         self.setting = setting_of(parameters, choice.law, parameters.drive.speed)
         self.support = support_of(parameters)
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
-        solver = Solver(self.setting, azimuths, weights_of(parameters, self.setting, azimuths))
+        solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = solver.solve(self.support)
         self._longest, self.stop = solver.longest, SIGNALLED
         self.reset()

@@ -247,6 +247,11 @@ def _nothing_carries(support: Support) -> str:
     )
 
 
+def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> Solver:
+    """The solver for balls at these azimuths [rad] (N,) that the scene's gravity pulls at."""
+    return Solver(setting, azimuths, weights_of(parameters, setting, azimuths))
+
+
 def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
     """The free coordinates that nothing holds at an equilibrium: their stiffness is that of rounding."""
     scaled = np.abs(found.stiffness) / np.outer(scales, scales)

@@ -10,7 +10,6 @@ import numpy as np
 
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.outputs import ellipses
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
@@ -22,14 +21,15 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     load_line,
     setting_of,
     support_of,
-    weights_of,
+    weighed_solver,
 )
-from bearing_twin.kinds.bearing.ratings import lives_of, ratings_of
+from bearing_twin.kinds.bearing.ratings import Lives, lives_of, ratings_of
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.doubt import LAW
 
 ALIKE = 0.1  # of the greatest load: an equilibrium whose greatest is nearer than this stands for a run
 NOTHING = 1e-9  # of the greatest change: less is rounding
+SPOTS = ("semi_major", "semi_minor", "peak_pressure")  # what `spots_of` gives
 
 
 class Worth(NamedTuple):
@@ -56,6 +56,16 @@ class SceneWorth(NamedTuple):
         return (self.law if source == LAW else self.half_space) if alike else None
 
 
+class Off(NamedTuple):
+    """How far figures may be off: `columns` (N, 2) of contacts by name, the ring (5,), its loads (5,) and stiffness."""
+
+    columns: dict[str, np.ndarray]
+    coordinates: np.ndarray
+    ring_loads: np.ndarray
+    stiffness: np.ndarray
+    lives: Lives
+
+
 def spots_of(parameters, contacts):
     """Semi-axes [m] along and across a groove, and peak pressure [Pa], each (N, 2)."""
     materials = parameters.materials
@@ -68,10 +78,10 @@ def _worth(solver: Solver, support: Support, found: Equilibrium, shares: np.ndar
     return Worth(shares, response, float(np.abs(response.loads).max()) / off if off > 0.0 else 1.0)
 
 
-def _worths(parameters, law: str, solver: Solver, support: Support, found: Equilibrium) -> SceneWorth:
+def _worths(parameters, law: str, solver: Solver, support: Support, found: Equilibrium, spots) -> SceneWorth:
     contacts = found.contacts
     shares = law_error(parameters, law, contacts.curvature_small, contacts.curvature_large, contacts.load)
-    wide = half_space_error(parameters, spots_of(parameters, contacts)[0])
+    wide = half_space_error(parameters, spots[0])
     given = solver, support, found
     return SceneWorth(
         float(contacts.load.max()), None if shares is None else _worth(*given, shares), _worth(*given, wide)
@@ -84,55 +94,35 @@ def worth_of_scene(parameters, law: str) -> SceneWorth | None:
         return None
     support, setting = support_of(parameters), setting_of(parameters, law, parameters.drive.speed)
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
-    solver = Solver(setting, azimuths, weights_of(parameters, setting, azimuths))
+    solver = weighed_solver(parameters, setting, azimuths)
     try:
-        return _worths(parameters, law, solver, support, solver.solve(support))
+        found = solver.solve(support)
     except SceneError:
         return None
+    return _worths(parameters, law, solver, support, found, spots_of(parameters, found.contacts))
 
 
-def errors_of(parameters, law: str, solver: Solver, support: Support, found: Equilibrium) -> dict:
-    """Greatest errors of an equilibrium's figures, `<figure>_error` in the unit and shape of each, sources added up."""
-    contacts, spots = found.contacts, spots_of(parameters, found.contacts)
-    found_worths = _worths(parameters, law, solver, support, found)
-    worths = [one for one in (found_worths.law, found_worths.half_space) if one is not None]
+def errors_of(parameters, law: str, solver: Solver, support: Support, found: Equilibrium, spots) -> Off:
+    """Greatest errors of an equilibrium with these `spots` (`spots_of`), sources added up."""
+    contacts, worth = found.contacts, _worths(parameters, law, solver, support, found, spots)
+    worths = [one for one in (worth.law, worth.half_space) if one is not None]
     shares = np.sum([np.abs(one.shares) for one in worths], axis=0)
     responses = zip(*(one.response for one in worths), strict=True)
     loads, angles, coordinates, ring = (np.sum(np.abs(parts), axis=0) for parts in responses)
     coordinates, ring = _settled(coordinates), _settled(ring)
     off = np.divide(loads, contacts.load, out=np.zeros_like(loads), where=contacts.load > 0.0)
     # A spot goes with the cube root of load and modulus.
-    columns = {
-        "normal_load_{}_n": loads,
-        "contact_angle_{}_rad": angles,
-        **{f"{name}_{{}}_{unit}": (shares + off) / 3.0 * one for (name, unit), one in zip(SPOTS, spots, strict=True)},
-    }
+    sizes = {name: (shares + off) / 3.0 * one for name, one in zip(SPOTS, spots, strict=True)}
     ratings, force = ratings_of(parameters), -found.loads[:3]
     lives = lives_of(parameters, ratings, force, *contacts.load.T)
     worse = lives_of(parameters, ratings, force + np.sign(force) * ring[:3], *(contacts.load + loads).T)
-    return {
-        "ring_displacement_m_error": coordinates[:3].tolist(),
-        "misalignment_rad_error": coordinates[3:].tolist(),
-        "ring_force_n_error": ring[:3].tolist(),
-        "ring_moment_nm_error": ring[3:].tolist(),
-        **{
-            f"{key.format(race)}_error": values[:, side].tolist()
-            for key, values in columns.items()
-            for side, race in enumerate(SIDES)
-        },
-        "stiffness_error": (float(shares.max()) * np.abs(found.stiffness)).tolist(),
-        **{
-            f"{name}_error": well - badly if math.isfinite(well) else 0.0
-            for name, well, badly in zip(LIVES, lives, worse, strict=True)
-        },
-    }
+    shorter = (well - badly if math.isfinite(well) else 0.0 for well, badly in zip(lives, worse, strict=True))
+    stiffness = float(shares.max()) * np.abs(found.stiffness)
+    columns = {"normal_load": loads, "contact_angle": angles, **sizes}
+    return Off(columns, coordinates, ring, stiffness, Lives(*shorter))
 
 
 def _settled(changes: np.ndarray) -> np.ndarray:
     """Displacements or forces (3), tilts or moments (2), without those that are rounding beside the others."""
     parts = changes[:3], changes[3:]
     return np.concatenate([np.where(one > NOTHING * one.max(), one, 0.0) for one in parts])
-
-
-LIVES = ("basic_life_mrev", "reference_life_mrev", "static_safety")
-SPOTS = (("semi_major", "m"), ("semi_minor", "m"), ("peak_pressure", "pa"))
