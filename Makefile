@@ -5,7 +5,7 @@
 # make docs    the documentation as pages for a browser, in build/docs; works without a network
 # make lint    style and formatting
 # make bench   what everything costs in the user's hand on this machine, as a table in docs/speed.csv; ten minutes
-# make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; 50 minutes, docs/reliability.md
+# make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; over half an hour, docs/reliability.md
 # make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder
 
@@ -151,7 +151,7 @@ ifndef MISSING
 endif
 
 torture: setup
-	$(call stage,torture$(,) about 50 min)
+	$(call stage,torture$(,) over half an hour)
 	@source env.bash && python tests/torture.py --write
 
 $(STAMPS)/docs: $(PACKAGES) requirements/docs.txt

@@ -31,3 +31,8 @@ def kernel(function):
 def inlined(function):
     """Compiles `function` into its callers."""
     return kept(function, alone=False, **INLINED)
+
+
+def template(function):
+    """Writes `function` into its callers before they are typed: for one that is handed functions."""
+    return kept(function, alone=False, inline="always", **OPTIONS)

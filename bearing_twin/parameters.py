@@ -18,8 +18,7 @@ from bearing_twin.units import NO_LIMITS, UNITS, Limits, in_si, with_unit
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
 WHY_SIZES = ", for sizes beyond belong to no bearing, ball or beam, and their products leave double precision"
-SOME = 3  # examples of a free text
-LONGEST_TEXT = 1000  # letters of a text that a file may hold
+SOME, LONGEST_TEXT = 3, 1000  # examples of a free text; letters of one that a file may hold
 
 
 class Parameter(NamedTuple):
@@ -214,11 +213,12 @@ def _read_field(item, given, path, problems, default):
     if "open" in metadata:
         return _read_text(given, path, problems, default)
     if "options" in metadata:
-        if isinstance(given, str) and (given == item.default or given in metadata["options"]()):
-            return given
-        reason = metadata["refused"].get(given) if isinstance(given, str) else None
-        reason = reason or f"is not known; {unknown(given, metadata['options']())}"
-        problems.append(f"{path} = {echo(given)} {reason}")
+        word = ("off", "on")[given] if isinstance(given, bool) and item.default in ("off", "on") else given
+        if isinstance(word, str) and (word == item.default or word in metadata["options"]()):
+            return word
+        known = metadata["refused"] if isinstance(given, str) else {}
+        told = known.get(given) or f"is not known; {unknown(given, metadata['options']())}"
+        problems.append(f"{path} = {echo(given)} {told}")
         return default
     if "columns" in metadata:
         rows, problem = metadata["read"](given, metadata["columns"])

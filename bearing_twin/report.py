@@ -15,6 +15,7 @@ class Choice(NamedTuple):
 
     `setting` is the tolerance that the stepper is given, nan for the wanted one; `predicted` what it did in the most
     similar motion measured: `motion`, `stepper`, `setting`, `load_error`, `friction_error`, `cost`; None if unknown.
+    `outside` says which model asked for runs outside its range.
     """
 
     law: str
@@ -24,6 +25,7 @@ class Choice(NamedTuple):
     warnings: tuple[str, ...]
     setting: float = math.nan
     predicted: dict[str, float | str] | None = None
+    outside: tuple[str, ...] = ()
 
 
 def never() -> bool:
@@ -53,7 +55,7 @@ class Report:
 
     `status` is "done", or says what is doubtful or failed; `figures` are the scene's own, with the SI unit at the end
     of each key; `errors` what is known of theirs: `<figure>_error` in the figure's unit, and the same by source.
-    `predicted` is that of the choice.
+    `predicted` and `outside` are those of the choice.
     """
 
     scene: str
@@ -70,6 +72,7 @@ class Report:
     figures: dict[str, Any]
     errors: dict[str, Any] = field(default_factory=dict)
     predicted: dict[str, float | str] | None = None
+    outside: tuple[str, ...] = ()
 
     @property
     def real_time_factor(self) -> float:
@@ -94,6 +97,7 @@ class Report:
             "compute_s": self.compute_seconds,
             "real_time_factor": self.real_time_factor,
             "samples": self.samples,
+            **({"outside_range": list(self.outside)} if self.outside else {}),
             "predicted": self.predicted,
             **self.costs,
             **self.figures,

@@ -13,6 +13,7 @@ from bearing_twin.errors import BearingTwinError
 AGAIN = 0.01  # s until a signal that was dropped, or came while a module was imported, is sent again
 LONGEST_IMPORT = 0.25  # s for which it may be put off
 RAISED: list[int] = []  # signals of which an exception was made; one that computes on has lost it
+PUT_OFF: list[int] = []  # signals that are sent again, unless one of them became an exception meanwhile
 
 
 @contextlib.contextmanager
@@ -29,15 +30,17 @@ def ended_by_signals() -> Iterator[None]:
         if _importing(frame) and began[-1] - began[0] < LONGEST_IMPORT:
             again(number)
             return
+        PUT_OFF.clear()
         RAISED.append(number)
         raise _ending(number)
 
     def again(number):
         def send():
             time.sleep(AGAIN)
-            if previous:
+            if previous and number in PUT_OFF:
                 signal.pthread_kill(main_thread, number)
 
+        PUT_OFF.append(number)
         _thread.start_new_thread(send, ())  # not `threading`: its locks may be held by what was interrupted
 
     def dropped(one):
@@ -66,6 +69,7 @@ def ended_by_signals() -> Iterator[None]:
         while previous:
             signal.signal(*previous.popitem())
         RAISED.clear()
+        PUT_OFF.clear()
 
 
 def _importing(frame) -> bool:

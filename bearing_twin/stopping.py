@@ -17,7 +17,7 @@ from contextvars import ContextVar
 import numpy as np
 
 from bearing_twin.errors import Interrupted, Stopped
-from bearing_twin.signals import RAISED
+from bearing_twin.signals import PUT_OFF, RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
 _ASKED: ContextVar[Callable[[], bool]] = ContextVar("asked", default=lambda: False)
@@ -48,6 +48,10 @@ def heeding_signals() -> Iterator[None]:
     previous = signal.set_wakeup_fd(_FILE, warn_on_full_buffer=False)
     try:
         yield
+    except Stopped:
+        if PUT_OFF:  # what computes has seen the signal before its handler would run again
+            signal.raise_signal(PUT_OFF[-1])
+        raise
     finally:
         signal.set_wakeup_fd(previous)
         os.lseek(_FILE, 0, os.SEEK_SET)

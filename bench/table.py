@@ -28,7 +28,7 @@ from bearing_twin import load_scene, load_study, run_study, simulate
 from bearing_twin.charts.bearing_cells import motion_of
 from bearing_twin.charts.contest_picture import cheapest
 from bearing_twin.charts.made import processor
-from bearing_twin.charts.work_precision import CASES, FINER, WANTED, judge
+from bearing_twin.charts.work_precision import CASES, FINER, WANTED, judge_motion
 from bearing_twin.uq.study_file import parse_study
 
 TABLE = Path(__file__).resolve().parent.parent / "docs" / "speed.csv"
@@ -66,7 +66,7 @@ def _stage(name: str) -> float:
 
 def _held(problem: str) -> float:
     """Times real time of the cheapest run whose errors in load and friction are small enough."""
-    rows = [judge(problem, one, setting, 0.0) for one in STEPPERS for setting in FINER[one]]
+    rows = [judge_motion(problem, one, setting, 0.0) for one in STEPPERS for setting in FINER[one]]
     return max(1.0 / row.seconds for one in STEPPERS if (row := cheapest(rows, problem, one, WANTED)))
 
 

@@ -56,18 +56,22 @@ def quick_workers(monkeypatch):
 
 @pytest.fixture
 def quick_pictures(monkeypatch):
-    """Pictures are drawn whole, but once, small, without a search for a layout and small ticks: most of what they cost.
+    """Pictures are drawn whole, but once, small, without a search for a layout and with ticks at the ends.
 
-    For tests of what is drawn and told; where things stand is looked at by eye.
+    That is a small part of what they cost. For tests of what is drawn and told; where things stand is looked at by eye.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.ticker import FixedLocator
 
     def saved(figure, path, **_):
         figure.set_layout_engine("none")
         figure.dpi = 40
         for axes in figure.axes:
             axes.minorticks_off()
+            for axis in (axes.xaxis, axes.yaxis):
+                if not isinstance(axis.get_major_locator(), FixedLocator):  # whose ticks the picture names
+                    axis.set_major_locator(FixedLocator(axis.get_view_interval()))
         FigureCanvasAgg(figure).print_png(path)
 
     monkeypatch.setattr(Figure, "savefig", saved)

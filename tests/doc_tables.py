@@ -15,8 +15,17 @@ from pathlib import Path
 from failure_rows import FAILURES
 
 from bearing_twin.charts.contest_picture import cheapest
-from bearing_twin.charts.table import Row, read_table
-from bearing_twin.charts.work_precision import DEFAULT, LADDERS, PROBLEMS, WANTED, confirmed, shares_of_steps
+from bearing_twin.charts.table import DONE, read_table
+from bearing_twin.charts.work_precision import (
+    DEFAULT,
+    LADDERS,
+    PROBLEMS,
+    WANTED,
+    StepperRow,
+    by_the_call,
+    confirmed,
+    shares_of_steps,
+)
 from bearing_twin.command.chart_command import OPTIONS, sentences_in
 from bearing_twin.command.chart_table import CHARTS
 from bearing_twin.contact.friction import FRICTIONS
@@ -24,11 +33,12 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import MEASURED
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.ranges import RANGES
 from bearing_twin.log import topic_table
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.parameters import describe
 from bearing_twin.shelf import SCENES, STUDIES
-from bearing_twin.units import named, two_digits
+from bearing_twin.units import named, two_digits, with_unit
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.knowledge import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
@@ -78,6 +88,33 @@ def _frictions() -> str:
     return _table(("friction", "what", "off at worst for b/a ≥ 0.1, in force or torque"), rows)
 
 
+def _ranges() -> str:
+    rows = (
+        (
+            ", ".join(f"`{row.key}: {one}`" for one in row.models),
+            row.words.rstrip(","),
+            row.limits,
+            row.why,
+            row.instead,
+        )
+        for row in RANGES
+    )
+    return _table(("asked for", "number of the scene", "holds", "because", "beyond"), rows)
+
+
+def _unsourced() -> str:
+    """Keys whose help says that their default has no source, each word once, and why it was chosen."""
+    found: dict[tuple, dict] = {}
+    for kind in SHIPPED.values():
+        for row in describe(kind.parameters):
+            what, nothing, because = row.help.partition("; no source: ")
+            if nothing and row.default:
+                key = row.key if row.key.count(".") == 1 else f"material.{row.key.rpartition('.')[2]}"
+                found.setdefault((key, what, because), {})[f"{row.default:g}{with_unit(row.unit)}"] = None
+    rows = ((f"`{key}`", ", ".join(values), because) for (key, _, because), values in found.items())
+    return _table(("key", "default", "no source, but"), rows)
+
+
 def _laws_of_kinds() -> str:
     """Which kind takes which law and which friction, as its parameters say."""
     rows = []
@@ -99,9 +136,9 @@ def _steppers() -> str:
     return _table(("stepper", "order", "step", "what it treats implicitly", "source"), rows)
 
 
-def rows_of_steppers() -> list[Row]:
+def rows_of_steppers() -> list[StepperRow]:
     """The chart of steppers, from the table that stands beside it."""
-    return read_table(ROOT / "docs" / "steppers.csv")
+    return read_table(ROOT / "docs" / "steppers.csv", StepperRow)
 
 
 def _shares() -> str:
@@ -140,11 +177,17 @@ def _confirmed() -> str:
 
 
 def _speeds(steppers: tuple[str, ...] = tuple(LADDERS)) -> str:
-    """The reading of the chart of steppers."""
+    """The reading of the chart of steppers: the motion alone/by the public call."""
     runs, rows = rows_of_steppers(), []
+    called = by_the_call(runs)
+    measured = {row.method for row in called if row.status == DONE}
     for problem, title in PROBLEMS.items():
-        found = (cheapest(runs, problem, stepper, WANTED) for stepper in steppers)
-        rows.append((title, *(two_digits(1.0 / one.seconds) if one else "never" for one in found)))
+        cells = []
+        for stepper in steppers:
+            found = [cheapest(runs, problem, stepper, WANTED)]
+            found += [cheapest(called, problem, stepper, WANTED)] if stepper in measured else []
+            cells.append("/".join(two_digits(1.0 / one.seconds) if one else "never" for one in found))
+        rows.append((title, *cells))
     return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), rows)
 
 
@@ -244,6 +287,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "studies": _studies,
     "kinds": _kinds,
     "laws": _laws,
+    "ranges": _ranges,
+    "unsourced": _unsourced,
     "frictions": _frictions,
     "taken": _laws_of_kinds,
     "steppers": _steppers,

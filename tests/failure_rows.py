@@ -132,6 +132,14 @@ FAILURES = (
         "bearing_laws",
     ),
     Failure(
+        "a model that is asked for does not hold where the scene lies",
+        "refused with its range, the scene's number and another model; `--allow-invalid` runs it and marks all outputs",
+        "simulate bearing_6203 --set contact.normal=volumetric --set geometry.inner_conformity=0.501",
+        2,
+        "is asked for outside its range",
+        "laws",
+    ),
+    Failure(
         "a Poisson's ratio near 0.5 locks bilinear elements",
         "selective integration; the ratio is capped, and the run says so",
         "simulate soft_discs_mean --set disc.material.poisson_ratio=0.4999 --set mesh.divisions=8",

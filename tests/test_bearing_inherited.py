@@ -10,11 +10,15 @@ from bearings import motion
 from bearing_twin.kinds.bearing.companion.inherited import (
     NOTHING,
     carried_on,
+    hops,
+    landed,
     light_share,
     ringing_time,
     thrown,
+    unseen_landings,
 )
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW
+from bearing_twin.kinds.bearing.forces.layout import COLUMNS, RADIAL_VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.run.fidelity import choose
@@ -27,7 +31,16 @@ def part_of(bearing, load, friction):
     """A part of 10 ms from 40 ms on, with these loads [N] and friction forces [N] of one ball at two outputs."""
     out = {"normal_load": np.array(load).reshape(2, 1, 2), "friction_force": np.zeros((2, 1, 2, 3))}
     out["friction_force"][..., 0] = np.array(friction).reshape(2, 1, 2)
-    return SimpleNamespace(bearing=bearing, out=out, elapsed=0.04, duration=0.01)
+    held = SimpleNamespace(load=np.zeros(6), weight=np.zeros(6), load_rate=np.zeros(6))
+    part = {"elapsed": 0.04, "duration": 0.01, "times": np.array([0.005, 0.01]), "partners": held}
+    out["inner_ring_force"] = np.zeros((2, 3))
+    return SimpleNamespace(bearing=bearing, out=out, filled=(np.zeros((2, 1, COLUMNS)),), **part)
+
+
+def on_a_ring(part, force):
+    """The part with a ring under 200 N that its contacts hold with these forces [N] at both outputs."""
+    part.partners.load[1], part.out["inner_ring_force"][:, 1] = -200.0, force
+    return part
 
 
 def window(ball=ALL, **errors):
@@ -108,7 +121,9 @@ def test_what_a_part_adds_and_what_it_has_from_before_are_told_apart(rig):
 def test_what_a_ring_is_off_that_is_thrown_against_its_balls_grows(rig):
     """By as much as where balls bump into a cage; a ball that touches neither raceway shows it."""
     held, flying = part_of(rig.bearing, [9, 9, 9, 9], 4 * [0]), part_of(rig.bearing, [9, 9, 0, 0], 4 * [0])
+    held, flying = on_a_ring(held, [200, 90]), on_a_ring(flying, [200, 90])
     assert (thrown(held), thrown(flying)) == (False, True)
+    assert not thrown(on_a_ring(part_of(rig.bearing, [9, 9, 0, 0], 4 * [0]), [200, 110]))  # the ball hops by itself
     rows = np.array([window(load=0.5)])
     before = carried_on((0.0, 0.1, 0.0), flying, rows, 1e-3, 0.0, GREATEST).before
     assert before[0, PLACE["load"]] == pytest.approx(0.1 * BUMPING)
@@ -117,6 +132,44 @@ def test_what_a_ring_is_off_that_is_thrown_against_its_balls_grows(rig):
     assert most.known[1] == pytest.approx(GREATEST)  # nor does it grow on in the next part
     single = carried_on((0.0, 0.1, 0.0), flying, rows, 0.0, 0.0, GREATEST)  # no ring moves with the balls
     assert single.before[0, PLACE["load"]] == 0.0
+
+
+def hopping(bearing):
+    """A ball in flight at the first output, which bears 2 N and 8 N at the next and slides on the first contact."""
+    part = part_of(bearing, [0, 0, 2, 8], [0, 0, 2 * bearing.friction_coefficient, 0])
+    part.filled[0][0, 0, RADIAL_VELOCITY] = 1e-3
+    return on_a_ring(part, [200, 200])
+
+
+def test_a_ball_that_hops_errs_by_no_more_than_it_bears(rig):
+    """Where the ring lies still; friction errs by the share that the load does, over GREATEST / 100 at least."""
+    assert landed(hopping(rig.bearing)).tolist() == [[[False, False]], [[True, True]]]
+    assert hops(hopping(rig.bearing), GREATEST, 1.0) == pytest.approx((1.0, 0.5 * 2.0 / 4.0))
+    assert hops(hopping(rig.bearing), GREATEST, 100.0) == pytest.approx((8.0, 2.0 / 4.0))
+    assert hops(part_of(rig.bearing, [1, 1, 2, 8], 4 * [0]), GREATEST, 100.0) == (0.0, 0.0)
+    fast = hopping(rig.bearing)
+    fast.filled[0][0, 0, RADIAL_VELOCITY] = 0.1
+    mass, coefficient = rig.bearing.ball_mass, rig.bearing.inner.law.given
+    depth = (1.25 * mass * 0.1**2 / coefficient) ** 0.4  # Hertz's: m v^2 / 2 = 2 c d^2.5 / 5
+    assert hops(fast, GREATEST, 1e3)[0] == pytest.approx(coefficient * depth**1.5)
+    rows = np.array([window(load=1e-9)])
+    told = carried_on((0.0, 0.1, 0.0), hopping(rig.bearing), rows, 5e-3, 0.0, GREATEST)
+    assert told.before[0, PLACE["load"]] == pytest.approx(0.1 * BUMPING)
+    assert told.known[1] < 9.0
+
+
+def test_balls_that_land_unseen_err_by_what_those_seen_were_off_in_flight(rig):
+    """Half as deep again is (1.5)^1.5 - 1 = 0.84 times the load more; nothing is added for a ball that was followed."""
+    part, coefficient = hopping(rig.bearing), rig.bearing.inner.law.given
+    apart = 0.5 * (2.0 / coefficient) ** (2 / 3)
+    elsewhere, there = np.array([window(ball=0)]), np.array([window(ball=0)])
+    there[0, :2] = 0.05, 0.04
+    assert unseen_landings(part, elsewhere, GREATEST, apart) == pytest.approx(0.5 * (1.5**1.5 - 1.0))
+    assert unseen_landings(part, there, GREATEST, apart) == 0.0
+    assert unseen_landings(part, elsewhere, GREATEST, 0.0) == 0.0
+    told = carried_on(NOTHING, part, elsewhere, 0.0, 0.0, GREATEST, apart)
+    assert told.rows[-1, PLACE["friction"]] == pytest.approx(0.5 * (1.5**1.5 - 1.0))
+    assert told.added[-1, PLACE["friction"]] == 0.0
 
 
 def test_a_load_that_turns_has_the_run_done_again_from_before_it():

@@ -228,6 +228,7 @@ def test_as_a_program_standard_output_is_json_alone(capsys):
     assert "nowhere" in refused(capsys, "simulate", "nowhere")
 
 
+@pytest.mark.environment
 def test_a_terminal_without_micro_and_the_shell_of_a_notebook(tmp_path):
     words = [*COMMAND, "simulate", "two_spheres", "--plot", tmp_path / "spheres.png"]
     there = os.environ | {"PYTHONIOENCODING": "ascii", "MPLBACKEND": "module://no_such_inline.backend"}

@@ -83,6 +83,7 @@ def edited(root, module, old, new):
 def _start(pipe, root, calls, between):
     sys.path.insert(0, str(root))
     sys.dont_write_bytecode = True
+    code_cache._warned = False  # a fork has warned where the tests before it had to
     compilations, said = [], io.StringIO()
 
     class Listener(event.Listener):
@@ -118,6 +119,9 @@ def begun(root, calls=CALLS, between=lambda: None):
 def ended(process, pipe):
     try:
         values, names, said = pipe.recv()
+    except EOFError:
+        process.join()
+        pytest.fail(f"the process ended without a word, exit code {process.exitcode}")
     finally:
         process.join()
     if isinstance(values, str):

@@ -44,9 +44,9 @@ def test_a_contestant_that_hangs_is_stopped_and_the_others_go_on(monkeypatch, tm
     (tmp_path / "made_up").mkdir()
     (tmp_path / "made_up" / "hanging.py").write_text(
         "import time\nfrom numba.core import event\nfrom bearing_twin.charts.contest import Row, limited\n\n"
-        "def run(number, hangs):\n    began = time.thread_time()\n    with limited(0.2):\n"
+        "def run(number, hangs):\n    began = time.thread_time()\n    with limited(0.1):\n"
         "        with event.trigger_event('numba:compiler_lock'):\n"  # as long as it takes
-        "            while not number and time.thread_time() - began < 1.0:\n                pass\n"
+        "            while not number and time.thread_time() - began < 0.4:\n                pass\n"
         "        while hangs:\n            pass\n"
         "    return Row('p', 'm', number, load_error=0.5, status='done')\n"
     )
@@ -55,9 +55,9 @@ def test_a_contestant_that_hangs_is_stopped_and_the_others_go_on(monkeypatch, tm
     tasks = [Task("made_up.hanging:run", (number, number == 1.0)) for number in (0.0, 1.0, 2.0)]
     kept = Kept(tmp_path / "x.unfinished")
     answers = answers_of(tasks, kept, workers=1)
-    rows = rows_of(tasks, answers, lambda task: Row("p", "m", task.arguments[0]), 0.2)
+    rows = rows_of(tasks, answers, lambda task: Row("p", "m", task.arguments[0]), 0.1)
     assert [row.status for row in rows] == [DONE, STOPPED, DONE]
-    assert "0.2 CPU seconds" in rows[1].reason
+    assert "0.1 CPU seconds" in rows[1].reason
     again = Kept(tmp_path / "x.unfinished")
     assert str(answers_of(tasks, again, workers=0)) == str(answers)  # NaN equals nothing
     with (tmp_path / "x.unfinished").open("a") as stream:

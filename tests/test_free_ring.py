@@ -11,7 +11,9 @@ from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.cage import bump
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
-from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.kinds.bearing.quasi_static.operating import check_load
+from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of, weighed_support
+from bearing_twin.kinds.bearing.quasi_static.worth import worth_of_scene
 from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
@@ -91,6 +93,27 @@ def test_the_rig_runs_in_balance(rig):
     assert out.inner_ring_load[-1] == pytest.approx([0.0, -1000.0, 0.0])
     down = -out.inner_ring_offset[:, 1]  # by statics 21.853 to 22.118 um under 1000 N, here 1004.9
     assert 21.85e-6 < down.min() < down.max() < 22.25e-6
+
+
+@pytest.mark.parametrize("carried", [0.0, 5.0])
+def test_the_weight_of_a_heavy_ring_and_of_its_cage_is_load(carried):
+    """Of a ring of 30 kg under 100 N, and a cage on its land: in start, worth and what may be commanded."""
+    cage = ("cage.guidance=inner", f"cage.mass={carried}", *POCKETS) if carried else ()
+    heavy, light = (
+        motion(*cage, f"rings.inner.mass={mass}", f"rings.inner.load=[0,{load},0]", scene=RIG)
+        for mass, load in ((30.0, -100.0), (1e-6, -100.0 - 30.0 * 9.80665))
+    )
+    assert heavy.state == pytest.approx(light.state, rel=1e-6)
+    parameters, weight = heavy.parameters, (30.0 + carried) * 9.80665
+    found = worth_of_scene(parameters, "hertz").greatest
+    assert found == pytest.approx(worth_of_scene(light.parameters, "hertz").greatest, rel=1e-6)
+    assert found == pytest.approx(heavy.first_outputs().normal_load.max(), rel=0.02)
+    assert weighed_support(parameters).loads == pytest.approx([0.0, -100.0 - weight, 0.0, 0.0, 0.0])
+    assert weighed_support(parameters, (0.0, 0.0, 7.0, 0.0, 0.0)).loads[1:3] == pytest.approx([-weight, 7.0])
+    command = "hertz", 100.0, (0.0, -24_300.0, 0.0), (0.0, 0.0, 0.0)  # of 24 430 N that the bearing carries
+    check_load(light.parameters, *command)
+    with pytest.raises(SceneError, match=r"the greatest .* \(0, -2.44.e\+04, 0\) N"):
+        check_load(parameters, *command)
 
 
 def test_the_force_of_an_even_cage_is_what_turns_it(rig):

@@ -1,19 +1,28 @@
 """Whole logs with checksums that fit, whose contents mean ill: read, or refused; nothing moves the cursor."""
 
+import copy
+import dataclasses
+import functools
 import json
+import math
+import operator
+import random
 import struct
 
 import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from bearing_twin.command import study_command
 from bearing_twin.command.cli import main
 from bearing_twin.log.mcap_log import write_log
-from bearing_twin.log.study_log import write_study
+from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.summary_shape import check_summary
+from bearing_twin.view.study_page import document_of_study
 
 ESCAPE = "\x1b[2J\u202e"
 DEEP = "[" * 100_000
@@ -86,6 +95,55 @@ def test_the_summary_of_a_study_is_anybodys(text, logs, tmp_path, capsys):
         logs / "study.mcap", tmp_path / "x.mcap", data=lambda name, one: content if name.endswith("summary") else one
     )
     told(path, tmp_path, capsys)
+
+
+def places(data, at=()):
+    """The keys that lead to each part of plain data."""
+    yield at
+    if isinstance(data, (dict, list)):
+        for key, one in data.items() if isinstance(data, dict) else enumerate(data):
+            yield from places(one, (*at, key))
+
+
+def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_the_end(logs, capsys):
+    result, chance = read_study(logs / "study.mcap"), random.Random(46)
+    summary = result.as_dict()
+    check_summary(summary, result.study, len(result.status))
+    refused, shown, others = 0, 0, (None, [], {}, ESCAPE, -1, 0, 1e308, math.nan, True, [1.0], {"a": 1})
+    for at in chance.sample([*places(summary)][1:], 80):
+        changed = copy.deepcopy(summary)
+        functools.reduce(operator.getitem, at[:-1], changed)[at[-1]] = chance.choice(others)
+        try:
+            check_summary(changed, result.study, len(result.status))
+        except ValueError:
+            refused += 1
+            continue
+        again = dataclasses.replace(result, summary=changed)
+        study_command.show(again.as_dict() | {"seconds": 0.0})
+        assert document_of_study(again)["kind"] == "study"
+        assert again.doubts is not None
+        shown += 1
+    assert min(refused, shown) > 20
+
+
+@pytest.mark.parametrize(
+    ("where", "change"),
+    [
+        ("samples", lambda found: found.update(samples=1)),
+        ("quantities", lambda found: found["quantities"].pop("peak_force")),
+        ("histories", lambda found: found["histories"].update(approach={"realisations": 0, "time_s": []})),
+        ("convergence", lambda found: found["convergence"]["samples"].append(1)),
+        ("convergence", lambda found: found["convergence"].update(quantity="another")),
+        ("companions", lambda found: found["quantities"]["peak_force"].pop("error")),
+        ("quantities.peak_force.mean", lambda found: found["quantities"]["peak_force"].update(mean="1")),
+    ],
+)
+def test_a_summary_of_another_study_names_what_is_wrong(where, change, logs):
+    result = read_study(logs / "study.mcap")
+    changed = copy.deepcopy(result.as_dict())
+    change(changed)
+    with pytest.raises(ValueError, match=rf"^summary\.{where} is not as a study gives it"):
+        check_summary(changed, result.study, len(result.status))
 
 
 def test_names_of_topics_are_anybodys(logs, tmp_path, capsys):

@@ -1,14 +1,19 @@
 """What runs of the kinds other than bearings say of their own errors, against runs so exact that they count as true."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from runs import reported
 
 from bearing_twin.command.cli import main
+from bearing_twin.kinds.beam.doubt import FINER, LEFT
+from bearing_twin.kinds.ellipsoid import motion as ellipsoid
+from bearing_twin.kinds.impact import pair
 from bearing_twin.kinds.second_run import CHAOTIC, COMPANION, GROWN, KEPT, TIME
 from bearing_twin.kinds.soft_discs.doubt import second_divisions, share_of_difference
+from bearing_twin.kinds.two_bodies import motion as two_bodies
 from bearing_twin.pictures.worth import ROW
 from bearing_twin.run.picture import worth_of
 from bearing_twin.run.scene import load_scene
@@ -179,3 +184,47 @@ def test_a_picture_shows_what_figures_are_worth_below_its_panels(tmp_path, capsy
     shown = [worth_of(reported(SPHERE, f"solver.companion={switch}")) for switch in ("on", "off")]
     assert sizes[0] - sizes[1] == pytest.approx(100 * ROW * (len(shown[0]) - len(shown[1])), abs=2)
     assert capsys.readouterr().out
+
+
+@pytest.mark.parametrize("theory", ["euler", "timoshenko"])
+@pytest.mark.parametrize("tail", ["contact", "outputs"])
+def test_errors_of_a_beam_fall_with_its_modes_as_its_companion_takes_for_granted(theory, tail):
+    """The study of LEFT: what FINER times the modes leave of the error is no more; without a tail it is as much."""
+
+    def peaks(modes, tail=tail):
+        keys = (f"beam.theory={theory}", f"solver.static_tail={tail}", f"solver.modes={modes}", "solver.steps=2000")
+        figures = reported(DROP, *keys, ALONE, "wanted.outputs=peaks").figures
+        return np.array([figures["peak_force_n"], figures["contact_duration_s"]])
+
+    exact = peaks(900, "contact")
+    errors = [np.abs(peaks(modes) / exact - 1.0).max() for modes in (20, round(20 * FINER), round(20 * FINER**2))]
+    left = LEFT[tail == "contact", theory == "euler"]
+    for coarse, fine in pairwise(errors):
+        assert fine / coarse <= 1.02 * left
+        assert tail == "contact" or fine / coarse >= 0.9 * left
+
+
+STEPS_OF = {
+    "two_spheres": (pair, 10.0, 1e-6, (*CELLS["spheres, steady"][1], "solver.stepper=dop853")),
+    "two_bodies_groove": (two_bodies, 30.0, 1e-4, ()),
+    "ellipsoid_rocking": (ellipsoid, 30.0, 1e-4, ("run.duration=0.3",)),
+}
+
+
+@pytest.mark.parametrize("name", STEPS_OF)
+def test_steps_have_the_share_of_the_tolerance_that_contacts_bear(name, monkeypatch):
+    """The study of SETTING: peaks and impulses keep the tolerance with it, and miss it with ten or thirty times."""
+    module, more, tolerance, keys = STEPS_OF[name]
+
+    def contacts(tolerance):
+        found = reported(name, *keys, ALONE, f"wanted.tolerance={tolerance}").figures["contacts"]
+        return np.array([(one["peak_force_n"], one["impulse_ns"] or 0.0) for one in found])
+
+    def off():
+        found = contacts(tolerance)
+        return float((np.abs(found - exact).max(axis=0) / exact.max(axis=0).clip(1e-300)).max())
+
+    exact = contacts(1e-11)
+    kept = off()
+    monkeypatch.setattr(module, "SETTING", more * module.SETTING)
+    assert kept < tolerance < off()

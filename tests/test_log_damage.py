@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import signal
 import struct
 import subprocess
@@ -343,6 +344,71 @@ def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
     assert (tmp_path / "run.mcap").read_bytes().startswith(before)
     times = [message.log_time for message in raw_messages(tmp_path / "run.mcap")]
     assert times == [k for k in range(150) if k < 140 - dropped or k >= 140]
+
+
+def hundred(log, between):
+    """Writes a hundred messages, flushed ten at a time, with `between` in the middle."""
+    number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+    for k in range(100):
+        log.write(number, k, k, bytes(100))
+        if k % 10 == 9:
+            log.flush()
+        if k == 55:
+            between()
+
+
+def garbage(path):
+    with path.open("ab") as file:
+        file.write(bytes(3000))
+
+
+@pytest.mark.parametrize("done", [Path.unlink, garbage])
+@pytest.mark.parametrize("patient", [False, True])
+def test_a_log_that_is_removed_or_added_to_while_it_is_written_is_whole(done, patient, tmp_path):
+    path = tmp_path / "run.mcap"
+    with RawLogWriter(path, safety=Safety(patient=patient)) as log:
+        hundred(log, lambda: done(path))
+    assert [message.log_time for message in raw_messages(path)] == list(range(100))
+
+
+def test_a_log_that_is_moved_goes_on_where_it_is(tmp_path):
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        hundred(log, lambda: (tmp_path / "run.mcap").rename(tmp_path / "moved.mcap"))
+    assert len(list(raw_messages(tmp_path / "moved.mcap"))) == 100
+
+
+@pytest.mark.parametrize("patient", [False, True])
+def test_a_log_that_another_program_cuts_is_told_of(patient, tmp_path):
+    """It had a hole, and ended as if nothing had been."""
+    path = tmp_path / "run.mcap"
+    said = "was cut to 500 bytes by another program; write to a new log"
+    with pytest.raises(LogError, match=said), RawLogWriter(path, safety=Safety(patient=patient)) as log:  # noqa: PT012
+        hundred(log, lambda: os.truncate(path, 500))
+        assert patient
+        assert said in log.problem
+    assert path.stat().st_size == 500
+
+
+def test_a_log_whose_folder_is_removed_comes_back_with_it(tmp_path):
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    log = RawLogWriter(folder / "run.mcap", safety=Safety(patient=True))
+    hundred(log, lambda: shutil.rmtree(folder))
+    assert "removed by another program and cannot be put back (No such file or directory)" in log.problem
+    folder.mkdir()
+    log.flush()
+    assert not log.problem
+    log.close()
+    assert len(list(raw_messages(folder / "run.mcap"))) == 100
+
+
+def test_a_log_whose_name_is_taken_touches_no_other(tmp_path):
+    path = tmp_path / "run.mcap"
+    log = RawLogWriter(path, safety=Safety(patient=True))
+    hundred(log, lambda: (path.unlink(), path.write_bytes(b"another")))
+    with pytest.raises(LogError, match="cannot be put back \\(its name is taken\\)"):
+        log.close()
+    assert path.read_bytes() == b"another"
 
 
 def test_a_split_that_finds_no_room_loses_nothing(tmp_path, monkeypatch):

@@ -91,6 +91,12 @@ def test_arguments_that_ros_cannot_parse_end_with_code_2(here):
     assert "Traceback" not in result.stderr
 
 
+def test_a_place_where_ros_cannot_keep_what_nodes_say_is_named(here, monkeypatch):
+    """It was told of as a parameter that is wrong."""
+    monkeypatch.setenv("ROS_LOG_DIR", "/proc/none")
+    one_sentence(here("sim_node", "--ros-args", "-p", "scene:=two_spheres"), "/proc/none", "give a ROS_LOG_DIR")
+
+
 @pytest.mark.parametrize(
     ("word", "meant"), [("duration=2", "duration:=2"), ("scene:6308", "scene:=6308"), ("log", "log:=VALUE")]
 )

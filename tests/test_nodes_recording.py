@@ -248,6 +248,10 @@ def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
     assert message.topic.metadata["topic_type_hash"] == "RIHS01_" + "0" * 64
 
 
+def test_the_room_of_a_folder_that_was_removed_is_that_of_its_disk(tmp_path):
+    assert Room(tmp_path / "gone" / "too").forecast(0, 0.0)["disk_free_bytes"] > 0.0
+
+
 def test_the_forecast_says_when_the_disk_will_be_full(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
     room = Room(tmp_path)

@@ -49,6 +49,7 @@ from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
 SCENE = load_scene("bearing_6203")
+SHIFTED = ["model.dimension=quasi_static", "drive.change={time: 0.01, offset: [0, 0, 1e-6]}"]
 NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]
 PAUSE, RESET, STEP = "/bearing/sim_node/pause", "/bearing/sim_node/reset", "/bearing/sim_node/step"
 STIFFNESS = "/bearing/sim_node/stiffness"
@@ -231,6 +232,23 @@ def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene(t
     assert "in place of" not in report_of(read_log(tmp_path / "run_1.mcap"))[0].choice_reason
 
 
+def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():
+    with ros_executor(threads=2) as executor:
+        options = {"overrides": SHIFTED, "allow_invalid": True, "start_paused": True}
+        node = started(executor, SimNode, scene="bearing_6203_rig_400N", **options)
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        spin_until(executor, node.ready.is_set, "compilation")
+
+        def said():
+            values = {pair.key: pair.value for status in seen[-1:] for pair in status.values}
+            told = "drive.change.offset" in values.get("outside_range", "")
+            return told and seen[-1].level == b"\x01" and "a model runs outside its range" in seen[-1].message
+
+        spin_until(executor, said, "the mark on /diagnostics")
+        assert node.simulation.channels[-1].name == "outside_range"
+
+
 def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
     """Stepped, with a prefix and a load that grows stale: force and pose follow, a service tells the stiffness."""
     with ros_executor(threads=2) as executor:
@@ -371,6 +389,8 @@ def test_the_clock_is_that_of_the_simulation():
         ({"frame_prefix": 3}, ParameterError, "frame_prefix = 3 must be text"),
         ({"scene": "bearing_6204"}, SceneError, "there is no scene 'bearing_6204'"),
         ({"overrides": ["contact.normal=hurtz"]}, SceneError, "did you mean hertz?"),
+        ({"overrides": ["solver.allow_invalid=on"]}, SceneError, "the node's parameter allow_invalid = false forbids"),
+        ({"overrides": SHIFTED}, SceneError, "drive.change.offset is 1e-06 m, and it holds up to 0 m"),
     ],
 )
 def test_what_cannot_be_run_is_refused(parameters, error, words):

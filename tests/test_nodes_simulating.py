@@ -24,7 +24,14 @@ BLOCK = made_up_block(SCENE, 400)
 
 def made_up_simulation():
     """The outputs of BLOCK, one after the other, behind the interface of a Simulation; `speeds` are the commands."""
-    at_start = {"sequence": -1, "time_ns": -MS, "speeds": [], "choice": a_choice(), "switched": ""}
+    at_start = {
+        "sequence": -1,
+        "time_ns": -MS,
+        "speeds": [],
+        "choice": a_choice(),
+        "chosen": a_choice(),
+        "switched": "",
+    }
     it = SimpleNamespace(output_period_ns=MS, chunk_outputs=400, **at_start)
 
     def reset():
@@ -227,7 +234,7 @@ def test_steps_go_exactly_as_far_as_asked():
     loop.paced.paused = True
     loop.step(clock[0], 0.0502)  # rounded up to whole outputs
     assert loop.simulation.time_ns == loop.time_ns == 51 * MS
-    loop.step(clock[0], 1e-9)
+    loop.step(clock[0], 1e-10)
     assert loop.time_ns == 52 * MS
     loop.pause(clock[0], False)
     drive(loop, clock, 13 * MS)  # to 60 ms, the last message that is due; 70 ms are computed

@@ -1,68 +1,57 @@
 """Files are written whole or not at all."""
 
+import io
 import os
-import subprocess
-import sys
 
 import pytest
+from forks import forked
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.paths import write_whole
-
-SCRIPT = """
-import resource, sys
-from bearing_twin.paths import write_whole
-resource.setrlimit(resource.RLIMIT_FSIZE, (10, 10))
-write_whole(sys.argv[1], b"new" * 100)
-"""
+from bearing_twin.paths import write_whole, written_whole
+from bearing_twin.pictures.moving import write_moving
+from bearing_twin.view.film import WRITERS
 
 
 def test_a_file_that_cannot_be_written_whole_leaves_what_was_there(tmp_path):
     path = tmp_path / "picture.png"
     write_whole(path, b"old")
-    done = subprocess.run([sys.executable, "-c", SCRIPT, path], capture_output=True, text=True)
+    done = forked(lambda: write_whole(path, b"new" * 100) and None, largest_file=10)
     assert done.returncode == 1
     assert "cannot be written (File too large); give another path" in done.stderr
     assert path.read_bytes() == b"old"
     assert os.listdir(tmp_path) == ["picture.png"]
 
 
-FULL = "import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
-MOVING = """
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from bearing_twin.pictures.moving import write_moving
-figure = Figure(figsize=(2, 2))
-FigureCanvasAgg(figure)
-write_moving(figure, sys.argv[1], range(2), lambda row: figure.text(0.1, 0.3 * row, "text"))
-"""
-FILM = """
-import io, os
-from pathlib import Path
-from PIL import Image
-from bearing_twin.paths import written_whole
-from bearing_twin.view.film import WRITERS
-images = []
-for _ in range(3):
-    held = io.BytesIO()
-    Image.frombytes("RGB", (64, 64), os.urandom(3 * 64 * 64)).save(held, "png")
-    images.append(held.getvalue())
-with written_whole(sys.argv[1]) as draft:
-    WRITERS[Path(sys.argv[1]).suffix](images, draft)
-"""
+def moving(path):
+    figure = Figure(figsize=(2, 2))
+    FigureCanvasAgg(figure)
+    write_moving(figure, path, range(2), lambda row: figure.text(0.1, 0.3 * row, "text"))
 
 
-@pytest.mark.parametrize(("script", "name"), [(MOVING, "moving.gif"), (FILM, "film.gif"), (FILM, "film.mp4")])
-def test_films_that_find_no_room_leave_what_was_there(tmp_path, script, name):
+def film(path):
+    images = []
+    for _ in range(3):
+        held = io.BytesIO()
+        Image.frombytes("RGB", (64, 64), os.urandom(3 * 64 * 64)).save(held, "png")
+        images.append(held.getvalue())
+    with written_whole(path) as draft:
+        WRITERS[path.suffix](images, draft)
+
+
+@pytest.mark.parametrize(("write", "name"), [(moving, "moving.gif"), (film, "film.gif"), (film, "film.mp4")])
+def test_films_that_find_no_room_leave_what_was_there(tmp_path, write, name):
     if name.endswith("mp4"):
         pytest.importorskip("imageio_ffmpeg", reason="films as MP4 need imageio-ffmpeg")
     path = tmp_path / name
     path.write_bytes(b"old")
-    done = subprocess.run([sys.executable, "-B", "-c", FULL + script, path], capture_output=True, text=True)
+    done = forked(lambda: write(path), largest_file=1000)
     assert f"{path} cannot be written (" in done.stderr.splitlines()[-1]
     assert path.read_bytes() == b"old"
     assert os.listdir(tmp_path) == [name]
-    subprocess.run([sys.executable, "-c", "import sys\n" + script, path], check=True)
+    write(path)
     assert path.read_bytes()[:4] in (b"GIF8", b"\0\0\0 ")
     assert os.listdir(tmp_path) == [name]
 

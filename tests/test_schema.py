@@ -155,3 +155,16 @@ def test_it_knows_every_way_to_state_an_input():
         (name, *sorted(("distribution", *form))) for name, row in DISTRIBUTIONS.items() for form in row.forms
     }
     assert [set(one["required"]) for one in ways[-1]["properties"]["know"]["anyOf"]] == [set(form) for form in FORMS]
+
+
+SAID = ("no source: ", "ISO", "paper")
+OWN = ("contact.exponent", "contact.restitution")  # 1: as paper 3's bed of springs, and no loss
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_numbers_of_physics_that_are_there_by_default_say_where_they_come_from(kind):
+    """Of contacts, cages, grooves and materials; sizes, speeds and loads are the user's scene."""
+    for row in describe(KINDS[kind].parameters):
+        about = row.key.startswith(("contact.", "cage.")) or row.key.endswith("conformity") or "material" in row.key
+        if about and row.type == "number" and row.default and row.key not in OWN:
+            assert any(word in row.help for word in SAID), row.key

@@ -14,9 +14,9 @@ from bearing_twin.kinds.soft_discs.elements import ORDERS, lobatto
 from bearing_twin.kinds.soft_discs.figures import SoftDiscFigures
 from bearing_twin.kinds.soft_discs.march import inner_forces
 from bearing_twin.kinds.soft_discs.mesh import half_disc
-from bearing_twin.kinds.soft_discs.models import choose
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units, solve, stable_step
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, energy_density
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -225,7 +225,8 @@ def test_full_integration_locks_and_selective_does_not():
     spans = [one.step * np.flatnonzero(one.column("force"))[-1] for one in (kept, locked)]
     assert spans[0] == pytest.approx(0.05956, rel=2e-2)
     assert spans[1] < 0.95 * 0.05956
-    assert "locks" in choose(scene_of(*near, "mesh.integration=full")).warnings[-1]
+    with pytest.raises(SceneError, match=r"mesh\.integration = full .* 0\.499, and it holds up to 0\.45 .* lock"):
+        choose(load_scene("soft_discs_mean", (*near, "mesh.integration=full")))
 
 
 def test_a_collapse_is_caught():
@@ -392,7 +393,9 @@ def test_a_run_is_long_enough_for_its_contact():
 
 
 def test_doubts_are_said():
-    scene = load_scene("soft_discs_mean", [*SMALL, "formulation=linear", "run.duration=0.03"])
+    scene = load_scene(
+        "soft_discs_mean", [*SMALL, "formulation=linear", "run.duration=0.03", "solver.allow_invalid=on"]
+    )
     run = simulate(scene)
     for _ in run.blocks():
         pass
@@ -424,5 +427,5 @@ def test_what_cannot_be_is_refused_with_a_sentence(override, words):
 
 
 def test_a_coarse_mesh_says_what_it_errs_by():
-    assert "errs by about" in choose(load_scene("soft_discs_mean", COARSE).parameters).warnings[0]
-    assert choose(load_scene("soft_discs_mean").parameters).warnings == ()
+    assert "errs by about" in choose(load_scene("soft_discs_mean", COARSE)).warnings[0]
+    assert choose(load_scene("soft_discs_mean")).warnings == ()

@@ -21,7 +21,7 @@ from bearing_twin.run.chunks import CHUNK_OUTPUTS, chunk_outputs
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.sample import AT_ONCE
-from bearing_twin.signals import RAISED, Unbroken, ended_by_signals
+from bearing_twin.signals import AGAIN, RAISED, Unbroken, ended_by_signals
 from bearing_twin.stopping import LOST, SIGNALLED, Halt, heeding_signals
 
 MANY = ("geometry.balls=4000", "geometry.pitch_diameter=12.0")
@@ -145,6 +145,23 @@ def test_a_signal_waits_for_the_end_of_an_import(number, ended, tmp_path, monkey
         signal.signal(signal.SIGINT, previous)
         sys.modules.pop("signalled", None)
     assert module.WHOLE
+
+
+@pytest.mark.parametrize(("number", "ended"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
+def test_a_loop_that_stops_while_a_signal_waits_ends_as_that_signal(number, ended, tmp_path, monkeypatch):
+    """Loops see a signal that came in an import at once, its handler a moment later: the command ended as bad input."""
+    (tmp_path / "signalled.py").write_text(f"import signal\nsignal.raise_signal({int(number)})\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(ended), ended_by_signals(), heeding_signals():  # noqa: PT012 - what a command does meanwhile
+            importlib.import_module("signalled")
+            assert SIGNALLED[0] == number
+            raise Stopped("the computation was stopped within a chunk")
+        time.sleep(5.0 * AGAIN)  # the one that waited does not come as well
+    finally:
+        signal.signal(signal.SIGINT, previous)
+        sys.modules.pop("signalled", None)
 
 
 @pytest.mark.parametrize(("number", "ended"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])

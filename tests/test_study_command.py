@@ -5,6 +5,7 @@ import json
 import os
 import re
 import signal
+import tracemalloc
 
 import matplotlib.image
 import numpy as np
@@ -13,7 +14,11 @@ import pytest
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
+from bearing_twin.log import cdr
+from bearing_twin.log.blocks import Columns
+from bearing_twin.log.samples import samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
+from bearing_twin.sample import Channel
 from bearing_twin.uq.picture import plot_study
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
@@ -248,6 +253,42 @@ def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, capsys)
     rest = read_study(tmp_path / "all.mcap")
     assert found["quantities"] == whole.summary["quantities"]
     assert (rest.values.tobytes(), rest.quantities.tobytes()) == (whole.values.tobytes(), whole.quantities.tobytes())
+
+
+def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
+    """As it is read: a second time a block of it, and the eighth that is kept ready for more."""
+    study = load_study("spheres_alpha_4e-5", ["histories=[approach]"])
+    count, points = 40_000, study.settings.history_points
+    numbers = np.arange(count * points) % 7.0
+    columns = [np.ones((count, len(one))) for one in (study.inputs, study.quantities)]
+    with StudyLog(study, tmp_path / "long.mcap", max_loss=0.0) as log:
+        log.add(*columns, numbers.reshape(count, 1, points), *np.zeros((2, count)), [], [])
+    tracemalloc.start()
+    found = read_study(tmp_path / "long.mcap", unfinished=True)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.array_equal(found.histories.ravel(), numbers)
+    assert (found.values.shape, found.quantities.shape) == tuple(one.shape for one in columns)
+    assert peak < 1.6 * numbers.nbytes
+
+
+def test_blocks_of_a_study_that_do_not_fit_together_are_refused():
+    """A block without a channel has zeros there; one that is wider than those before is no part of the study."""
+    columns = Columns(["a", "b"], ["c"])
+    for first, values, message in (
+        (0, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], {"a": 1, "c": 1, "b": 1}),
+        (2, [[7.0, 8.0]], {"a": 1, "b": 1}),
+    ):
+        channels = tuple(Channel(name, "1", (width,), "") for name, width in message.items())
+        times = np.arange(len(values), dtype=np.int64)
+        data = samples_message(channels, first, times, np.array(values))
+        columns.add(cdr.deserialise(cdr.SAMPLE_BLOCK, data))
+    both, single = columns.arrays()
+    assert both.tolist() == [[1.0, 3.0], [4.0, 6.0], [7.0, 8.0]]
+    assert single.tolist() == [[2.0], [5.0], [0.0]]
+    wide = samples_message((Channel("c", "1", (2,), ""),), 3, np.arange(1), np.ones((1, 2)))
+    with pytest.raises(ValueError, match="2 numbers a row where there were 1"):
+        columns.add(cdr.deserialise(cdr.SAMPLE_BLOCK, wide))
 
 
 def refused_report(path, capsys):

@@ -1,11 +1,20 @@
 """What lies outside the theory is named on every kind of scene: yield, wide ellipses, a law off its curve, waves."""
 
+import json
 import math
 
+import numpy as np
 import pytest
+from scipy.special import ellipe
 
-from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, yield_pressure
-from bearing_twin.contact.validity import OFF_IN_GROOVE, gap_error, groove_doubt
+from bearing_twin.command.cli import main
+from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.hertz_impact import contact_time
+from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, effective_modulus, yield_pressure
+from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, OFF_IN_GROOVE, gap_error, groove_doubt, wave_transit
+from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
+from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.reference.half_space import load_across
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -19,11 +28,12 @@ CALM = {
     ),
     "sphere_on_beam": ("beam.theory=auto",),
 }
+OUTSIDE = "solver.allow_invalid=on"
 DOUBTFUL = [
     ("bearing_6203", "yield pressure", "materials.ball.yield_strength=3e8"),
     ("bearing_6203", "keep dents", "geometry.radial_clearance=-1.2e-4"),
     ("bearing_6203", "along its groove", "geometry.inner_conformity=0.501", "geometry.radial_clearance=-3e-5"),
-    ("bearing_6203", "law volumetric", "contact.normal=volumetric", "geometry.inner_conformity=0.501"),
+    ("bearing_6203", "law volumetric", "contact.normal=volumetric", "geometry.inner_conformity=0.501", OUTSIDE),
     ("bearing_6203", "wave", "geometry.radial_clearance=-1.2e-4"),
     ("two_spheres", "yield pressure", "first.material.yield_strength=1e8"),
     ("two_spheres", "half-space", "motion.first_velocity=500"),
@@ -33,7 +43,7 @@ DOUBTFUL = [
     ("two_discs", "wave", "motion.first_velocity=30"),
     ("sphere_on_beam", "yield pressure", "sphere.material.yield_strength=1e6"),
     ("sphere_on_beam", "half-space", "blow.speed=30"),
-    ("sphere_on_beam", "wave", "beam.height=0.05", "blow.speed=10"),
+    ("sphere_on_beam", "wave", "beam.height=0.05", "blow.speed=10", OUTSIDE),
 ]
 
 
@@ -91,3 +101,53 @@ def test_a_groove_is_doubted_by_its_conformity_and_not_at_ordinary_loads():
     assert groove_doubt((0.27 * ball,) * 2, ball, (0.52, 0.52)) is not None
     assert groove_doubt((0.27 * ball,) * 2, ball, (1.0, 1.0)) is None
     assert 0.0 < OFF_IN_GROOVE < 0.1
+
+
+@pytest.mark.parametrize(("name", "axis", "share"), [("6203", 1, 0.12), ("bearing_218_thrust", 2, 0.62)])
+def test_a_wide_spot_is_flagged_at_that_share_of_the_static_rating(name, axis, share, capsys):
+    """Across an eighth, along the axis five times as much, of which the static equivalent load is 0.26."""
+
+    def asked(load):
+        loads = [0.0, 0.0, 0.0]
+        loads[axis] = load
+        assert main(["bearing", name, "--load", ",".join(map(str, loads)), "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    rating = asked(10.0)["basic_static_rating_n"]
+    below, above = asked(0.95 * share * rating), asked(1.05 * share * rating)
+    assert [any("along its groove" in flag for flag in one["flags"]) for one in (below, above)] == [False, True]
+    assert 5.0 < above["static_safety"] < below["static_safety"] < 9.5
+
+
+@pytest.mark.parametrize(("name", "side"), [("6203", 0), ("6203", 1), ("bearing_218_thrust", 0)])
+@pytest.mark.parametrize("reach", [0.15, 0.26, 0.5])
+def test_what_a_spot_along_its_groove_takes_of_the_load(name, side, reach):
+    """The study of FELT: half-spaces pressed across the gap of ball and groove against the same across parabolas."""
+    geometry, count = load_scene(name).parameters.geometry, 96
+    small, large = nominal_curvatures(geometry)[side]
+    ball = 0.5 * geometry.ball_diameter
+    groove = 2.0 * (geometry.inner_conformity, geometry.outer_conformity)[side] * ball
+    modulus = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])
+    major, ratio = reach * ball, axis_ratio(small, large)
+    mean = 0.5 / (small + large)
+    hertz = math.pi * 2.0 * modulus * major**3 / (6.0 * ratio**-2 * ellipe(1.0 - ratio**2) * mean)
+    approach = (hertz / hertz_coefficient(small, large, modulus)) ** (2.0 / 3.0)
+    sides = 3.0 * major / count, 3.0 * ratio * major / count
+    x, y = np.meshgrid(*((np.arange(count) + 0.5 - 0.5 * count) * one for one in sides), indexing="ij")
+    parabola = small * x**2 + large * y**2
+    circles = ball - np.sqrt(ball**2 - x**2) - groove + np.sqrt(groove**2 - x**2) + large * y**2
+    alike, less = (load_across(gap, sides, approach, modulus) for gap in (parabola, circles))
+    assert alike == pytest.approx(hertz, rel=1e-3)
+    assert 1.0 - less / alike == pytest.approx(FELT * gap_error(major, ball, groove), rel=0.12)
+
+
+def test_a_contact_of_five_transits_leaves_a_quarter_of_its_energy_in_a_half_space():
+    """FEWEST_TRANSITS: of a steel sphere, by Hertz's contact time and Hunter's estimate."""
+    steel, radius = MATERIALS["steel"], 0.01
+    wave, mass = bar_speed(steel.young_modulus, steel.density), 4.0 / 3.0 * math.pi * radius**3 * steel.density
+    coefficient = hertz_coefficient(0.5 / radius, 0.5 / radius, effective_modulus(steel, steel))
+    transit = wave_transit(2.0 * radius, steel.young_modulus, steel.density)
+    speeds = np.geomspace(1e-3, 1.0, 3000) * wave
+    lasting = contact_time(coefficient, mass, speeds)
+    speed = float(np.interp(-FEWEST_TRANSITS, -lasting / transit, speeds))
+    assert 2.0 * restitution_lost_on_half_space(speed, wave) == pytest.approx(0.25, rel=0.2)

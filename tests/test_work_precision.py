@@ -10,8 +10,18 @@ from bearing_twin.charts import work_precision
 from bearing_twin.charts.bearing_cells import errors, motion_of, truth
 from bearing_twin.charts.contest import Kept, Wanted
 from bearing_twin.charts.contest_picture import cheapest
-from bearing_twin.charts.table import DONE, REFUSED, STOPPED, Row, read_table
-from bearing_twin.charts.work_precision import CASES, CONTESTS, WANTED, draw, further, reading, shares_of_steps
+from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row, read_table
+from bearing_twin.charts.work_precision import (
+    CASES,
+    CONTESTS,
+    WANTED,
+    StepperRow,
+    by_the_call,
+    draw,
+    further,
+    reading,
+    shares_of_steps,
+)
 from bearing_twin.command.cli import main
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.motion import bearing_motion
@@ -57,6 +67,31 @@ def test_the_cheapest_point_meets_both_errors(rows):
     assert f"to {rows[3].error:.1g} (rk4)" in again
     assert "rk4" in sentence
     assert "may err by 0.2 of the tolerance" in shares
+
+
+def test_the_public_call_has_errors_and_cost_of_its_own(rows):
+    loose, tight, refused, explicit = by_the_call(rows)
+    assert tight.load_error < loose.load_error
+    assert tight.friction_error < loose.friction_error < 1e-1
+    assert explicit.friction_error < 1e-3
+    assert refused.status == REFUSED
+    for called, moved in zip((loose, tight, explicit), (rows[0], rows[1], rows[3]), strict=True):
+        assert (called.method, called.setting, called.command) == (moved.method, moved.setting, moved.command)
+        assert called.seconds > 0.0
+        assert called.seconds != moved.seconds
+    assert "by the public call: rodas4 " in reading(rows)[0]
+
+
+def test_what_has_no_public_call_is_not_told_as_one():
+    """SciPy's methods are references there; a run that fails by the call alone is a failure there."""
+    moved = StepperRow("settled", "radau", 1e-3, 1e-9, 1e-9, 1.0, status=DONE)
+    assert by_the_call([moved, moved.but(status=STOPPED, reason="stopped")]) == []
+    assert by_the_call([moved.but(method="rk4")]) == []  # of a table made before it was measured
+    (lost,) = by_the_call([moved.but(method="rk4", reason="by the public call: x")])
+    assert (lost.status, lost.reason) == (FAILED, "by the public call: x")
+    assert lost.error == np.inf
+    assert moved.error == 1e-9
+    assert reading([moved])[0].endswith("radau 1.")
 
 
 def test_the_share_of_the_tolerance_for_a_step_is_what_lift_off_just_allows():
@@ -128,11 +163,11 @@ def test_the_tolerance_means_the_error_of_load_and_friction(name):
 def test_picture_and_table(tmp_path):
     found = made(tmp_path)
     assert (tmp_path / "steppers.png").read_bytes()[:4] == b"\x89PNG"
-    rows = read_table(tmp_path / "steppers.csv")
+    rows = read_table(tmp_path / "steppers.csv", StepperRow)
     assert [row.method for row in rows] == ["rodas4", "rodas4", "rk4", "rk4"]
     assert rows[2].reason
     assert CONTESTS["steppers"].read(tmp_path, "steppers") == found.reading
-    draw([*rows, Row("sliding", "radau", 1e-3, seconds=20.0, status=STOPPED)], tmp_path / "stopped.png")
+    draw([*rows, StepperRow("sliding", "radau", 1e-3, seconds=20.0, status=STOPPED)], tmp_path / "stopped.png")
 
 
 def test_bad_words_are_refused(tmp_path, capsys):

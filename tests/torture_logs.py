@@ -17,7 +17,7 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, Header, Schema
 from mcap.writer import Writer
-from torture_rows import Found, Row, in_a_process, megabytes, part_of, until
+from torture_rows import Found, Row, fork, in_a_process, megabytes, part_of, until
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
@@ -73,7 +73,7 @@ def kills(share: float, folder: Path) -> Found:
         together = []
         for k in range(first, min(first + KILLED_TOGETHER, trials)):
             shared, path = np.frombuffer(mmap.mmap(-1, 8 * (1 + MOST_NUMBERS))), folder / f"killed_{k}.mcap"
-            child = os.fork()
+            child = fork()
             if child == 0:
                 try:
                     _write_until_killed(path, rates[k], shared)
@@ -183,6 +183,41 @@ def full_disk(share: float, folder: Path) -> Found:
         survived += not missing and found[-1] == 599 and len(found) + log.dropped == 600
         path.unlink()
     return Found(trials, survived, lost, silent, f"{dropped} messages dropped and counted")
+
+
+def _added_to(path: Path) -> None:
+    with path.open("ab") as file:
+        file.write(os.urandom(3000))
+
+
+def meddled(share: float, folder: Path) -> Found:
+    """Another program removes, moves, adds to or cuts the file at a random instant: it is whole, or that is told."""
+    random, trials = np.random.default_rng(10), part_of(200, share, 8)
+    moved = folder / "moved.mcap"
+    ways = (Path.unlink, lambda path: path.rename(moved), _added_to, lambda path: os.truncate(path, 100))
+    survived = lost = silent = 0
+    for k in range(trials):
+        path, way, place = folder / "meddled.mcap", ways[k % len(ways)], int(random.integers(1, 500))
+        log, topic = clock_log(path, patient=True)
+        told = False
+        try:
+            for number in range(500):
+                if number == place:
+                    way(path)
+                log.write(topic, number, number, struct.pack("<Q", number) + random.bytes(100))
+                if number % 7 == 0:
+                    log.flush()
+            log.close()
+        except LogError:
+            told = True
+        here = moved if moved.exists() else path
+        found = [] if told else [STATE.unpack_from(message.data)[0] for message in raw_messages(here)]
+        whole, cut = found == list(range(500)), way is ways[-1]
+        lost += not whole and not cut
+        silent += not whole and not told
+        survived += told if cut else whole
+        here.unlink()
+    return Found(trials, survived, lost, silent, "")
 
 
 def _small_log(folder: Path) -> tuple[bytes, list, list[int]]:
@@ -422,6 +457,7 @@ ROWS = (
     Row("kill", "writers killed with -9 over four rates", kills),
     Row("torn", "a torn write spliced with noise", torn),
     Row("full", "files that cannot grow, from a random instant to another", full_disk),
+    Row("meddle", "logs that another program removes, moves, adds to or cuts while they are written", meddled),
     Row("cut", "a log cut at every byte", cuts),
     Row("flip", "one bit flipped", flips),
     Row("bomb", "logs and YAML files that would unpack without end, under 1 s and 300 MB", bombs),

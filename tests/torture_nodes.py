@@ -5,6 +5,7 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -327,6 +328,8 @@ def soak(share: float, folder: Path) -> Found:
             for name, node in nodes.items():
                 if node.poll() is None:
                     seen.setdefault(name, []).append((time.monotonic() - began, 1e-6 * memory_of(node.pid)))
+            sizes = ", ".join(f"{name} {found[-1][1]:.2f} MB" for name, found in seen.items())
+            print(f"{time.monotonic() - began:.0f} s: {sizes}; load {os.getloadavg()[0]:.1f}", file=sys.stderr)
             time.sleep(min(2.0, seconds / 20.0))
         dead = sum(node.poll() is not None for node in nodes.values())
     slopes = {}
@@ -407,5 +410,5 @@ ROWS = (
     Row("end", "nodes ended by a signal in the middle of their work, within 500 ms and with whole logs", ends),
     Row("frozen", "a recorder stopped for 12 s", frozen),
     Row("restart", "logs of sim_node and recorder, restarted at random", restarts),
-    Row("soak", "nodes at real time for 30 min, growing by less than 5 MB/h", soak),
+    Row("soak", "nodes at real time for 30 min, growing by less than 5 MB/h", soak, beside=True),
 )

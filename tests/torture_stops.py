@@ -1,5 +1,7 @@
 """A torture of everything that computes for long: commands and nodes of every kind are ended by a signal."""
 
+import contextlib
+import os
 import random
 import signal
 import subprocess
@@ -8,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from domains import own_domain
 from torture_rows import Found, Row, until
 
 from bearing_twin.nodes.processes import node_command
@@ -60,19 +63,21 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
     both = [(words, number) for words in commands() for number in (signal.SIGINT, signal.SIGTERM)]
     for words, number in both[:: max(1, round(1.0 / share))]:
         said = folder / "said.txt"
-        with said.open("wb") as output:
-            process = subprocess.Popen(words, stdout=output, stderr=output)
-        until(lambda said=said, process=process: said.stat().st_size > 0 or process.poll() is not None, BEGUN)
-        time.sleep(chance.uniform(0.0, 3.0))
-        if process.poll() is not None:
-            raise RuntimeError(f"{' '.join(words)} has ended by itself: {said.read_text()[-500:]}")
-        began = time.monotonic()
-        process.send_signal(number)
-        try:
-            process.wait(20.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        with own_domain() as domain, said.open("wb") as output:
+            environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
+            process = subprocess.Popen(words, stdout=output, stderr=output, env=environment)
+            try:
+                until(lambda said=said, process=process: said.stat().st_size > 0 or process.poll() is not None, BEGUN)
+                time.sleep(chance.uniform(0.0, 3.0))
+                if process.poll() is not None:
+                    raise RuntimeError(f"{' '.join(words)} has ended by itself: {said.read_text()[-500:]}")
+                began = time.monotonic()
+                process.send_signal(number)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(20.0)
+            finally:
+                process.kill()
+                process.wait()
         times.append(time.monotonic() - began)
         what = f"{signal.Signals(number).name} to {' '.join(words[2:])}"
         if process.returncode not in (0, 130, 143) or "Traceback" in said.read_text():

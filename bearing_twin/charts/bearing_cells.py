@@ -47,19 +47,28 @@ class Case(NamedTuple):
         """The instants [s]."""
         return self.period * np.arange(1, self.count + 1)
 
+    @property
+    def seconds(self) -> float:
+        """How long it is simulated [s]."""
+        return self.period * self.count
 
-def command_of(case: Case, method: str, setting: float, *more: str) -> str:
-    """The command that runs a case by that method at its step or tolerance, and over the same time."""
+
+def overrides_of(case: Case, method: str, setting: float, *more: str) -> tuple[str, ...]:
+    """What differs in the scene of a case that is run by that method at its step or tolerance, but for how long."""
     key = "solver.step" if method in FIXED_STEP else "wanted.tolerance"
-    words = (
+    return (
         *case.overrides,
         f"solver.stepper={method}",
         f"{key}={setting:g}",
         *more,
         f"run.output_rate={1.0 / case.period:g}",
     )
-    sets = " ".join(f"--set {word}" for word in words)
-    return f"bearing_twin simulate {case.scene} {sets} --duration {case.period * case.count:g}"
+
+
+def command_of(case: Case, method: str, setting: float, *more: str) -> str:
+    """The command that runs a case by that method at its step or tolerance, and over the same time."""
+    sets = " ".join(f"--set {word}" for word in overrides_of(case, method, setting, *more))
+    return f"bearing_twin simulate {case.scene} {sets} --duration {case.seconds:g}"
 
 
 def errors(motion: BearingMotion, found, exact) -> tuple[float, float]:

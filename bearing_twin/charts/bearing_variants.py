@@ -1,7 +1,9 @@
 """Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
 
 Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `LATER` were
-chosen after these, and helped to find faults, as docs/doubt.md says; those of `LAST` when all of it was mended.
+chosen after these, and helped to find faults, as docs/doubt.md says, and so did those of `LAST`, chosen later still;
+those of `HELD` were chosen before what `LAST` showed was mended, and first run after it. So were those of `RINGS`, but
+what they gave was seen while it was.
 """
 
 VARIANTS = {
@@ -145,6 +147,76 @@ LAST = {
     "even cage, held, loose": ("bearing_6203_loose", ("cage.kind=even", "drive.offset=[2e-6, -12e-6, 0]")),
     "tilted, slow": ("bearing_6203_tilted", ("drive.tilt=[1e-3, 5e-4]", "drive.speed=80")),
 }
+HELD = {
+    "jump up, 6205": ("bearing_6205", ("drive.change={time: 6e-3, offset: [0, 4e-6, 1e-6]}", "drive.speed=260")),
+    "jump, rough": (
+        "bearing_6203",
+        ("drive.change={time: 9e-3, offset: [-4e-6, 3e-6, 0]}", "contact.friction_coefficient=0.13", "drive.speed=90"),
+    ),
+    "jump along the axis": ("bearing_6203", ("drive.change={time: 5e-3, offset: [0, 0, 2e-5]}", "drive.speed=240")),
+    "jump, six balls": (
+        "bearing_6203",
+        ("geometry.balls=6", "drive.change={time: 8e-3, offset: [5e-6, -4e-6, 0]}", "drive.speed=160"),
+    ),
+    "jump, ceramic": (
+        "bearing_6203",
+        (
+            "materials.ball.young_modulus=3.1e11",
+            "materials.ball.density=3200",
+            "drive.change={time: 6e-3, offset: [2e-6, 5e-6, 0]}",
+        ),
+    ),
+    "loose, jump deeper": ("bearing_6203_loose", ("drive.change={time: 0.01, offset: [0, -3e-6, 0]}",)),
+    "loose, 300 rad/s": ("bearing_6203_loose", ("drive.speed=300", "drive.offset=[-2e-6, -11e-6, 0]")),
+    "loose, six balls": ("bearing_6203_loose", ("geometry.balls=6", "drive.speed=140")),
+    "loose, rough": ("bearing_6203_loose", ("contact.friction_coefficient=0.16", "drive.speed=200")),
+    "6205, loose, 150 rad/s": (
+        "bearing_6205",
+        ("geometry.radial_clearance=9e-6", "drive.offset=[0, -7e-6, 4e-6]", "drive.speed=150"),
+    ),
+    "rest, 60 rad/s": ("bearing_6203_start", ("drive.speed=60", "drive.offset=[0, -2e-6, 6e-6]")),
+    "slowed, pressed": (
+        "bearing_6203",
+        ("drive.change={time: 0.01, speed: -60}", "drive.acceleration=5e4", "drive.offset=[0, -1e-6, 1e-5]"),
+    ),
+    "creep at 1 mm/s, off centre": (
+        "bearing_6203",
+        ("contact.friction_regularisation=1e-3", "drive.offset=[1e-6, -3e-6, 0]"),
+    ),
+    "tilted, even, 400 rad/s": ("bearing_6203_tilted", ("drive.tilt=[5e-4, 15e-4]", "drive.speed=400")),
+    "pockets, off centre": (
+        "bearing_6203",
+        ("cage.kind=pockets", "drive.offset=[2e-6, -3e-6, 1e-5]", "drive.speed=220"),
+    ),
+}
+RINGS = {
+    "ring, 600 N, 300 rad/s": ("bearing_6203_rig_400N", ("rings.inner.load=[0, -600, 0]", "drive.speed=300")),
+    "ring, load halves": (
+        "bearing_6203_rig_1000N",
+        ("rings.inner.change={time: 0.02, load: [0, 500, 0]}", "drive.speed=170"),
+    ),
+    "ring, load swings over": (
+        "bearing_6203_rig_400N",
+        ("rings.inner.change={time: 0.025, load: [400, 200, 0]}", "drive.speed=240"),
+    ),
+    "ring, unbalance, 300 rad/s": ("bearing_6203_unbalance", ("drive.speed=300", "rings.inner.unbalance=8e-5")),
+    "ring, nine balls, thrust": (
+        "bearing_6205",
+        (
+            "model.dimension=free",
+            "rings.inner.load=[0, -300, 80]",
+            "rings.inner.mass=0.6",
+            "rings.inner.inertia=[1e-4, 1e-4]",
+            "cage.kind=even",
+            "drive.speed=200",
+        ),
+    ),
+    "ring, heavy": ("bearing_6203_rig_400N", ("rings.inner.mass=2.0", "drive.speed=190")),
+    "ring speeds up, 800 N": (
+        "bearing_6203_rig_1000N",
+        ("drive.acceleration=4000", "drive.change={time: 0.01, speed: 70}", "rings.inner.load=[0, -800, 0]"),
+    ),
+}
 SPANS = {  # s of those whose balls hit each other again and again, or that start from rest
     "loose from rest": 0.02,
     "eleven balls, loose": 0.05,
@@ -152,5 +224,12 @@ SPANS = {  # s of those whose balls hit each other again and again, or that star
 }
 UNSEEN = {
     name: (scene, (*differs, f"run.duration={SPANS.get(name, 0.1)}"))
-    for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST).items()
+    for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST | HELD | RINGS).items()
+}
+GROUPS = {
+    "Variants unseen": VARIANTS | FURTHER,
+    "Later ones": LATER,
+    "Last ones": LAST,
+    "Held out": HELD,
+    "Rings chosen with these": RINGS,
 }

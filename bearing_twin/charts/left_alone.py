@@ -33,7 +33,7 @@ def quaternion(row: MapRow, limit: float) -> MapRow:
     def outcome():
         flight_scales(motion.plan, work)
         for _ in range(round(row.setting)):
-            one_step(motion.body, motion.plan, state, row.across, False, work, work.after)
+            one_step(motion.body, motion.plan.method, state, row.across, False, work, work.after)
             state[:] = work.after
         return {"load_error": abs(float(np.linalg.norm(state[QUATERNION : QUATERNION + 4])) - 1.0)}
 

@@ -14,7 +14,8 @@ from bearing_twin.paths import drafted
 DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
 UNSURE = 0.1  # spread of a cost beyond which it is flagged; differences of that size are then none
 MADE = "made"  # the last column, which no row holds: tables of earlier versions lack it
-NEWER = ("spread",)  # columns that tables of earlier versions lack
+NEWER = ("spread", "api_load_error", "api_friction_error", "api_seconds", "api_spread")
+"""Columns that tables of earlier versions lack."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def read_table(path: Path, kind: type = Row) -> list:
         header, *lines = list(csv.reader(stream)) or [[]]
     if header[-1:] == [MADE]:
         header, *lines = (line[:-1] for line in (header, *lines))
-    if header == [name for name in names if name not in NEWER]:
+    if header == [name for name in names if name in header or name not in NEWER]:
         names = header
     if header != names:
         odd = next((name for name in (*names, *header) if (name in names) != (name in header)), "the order")

@@ -1,9 +1,9 @@
 """What a tolerance is worth: the error asked for against the error got, and what the run itself says its error is.
 
 Shipped bearing scenes, shortened, and variants of them, run as `simulate` runs them, against the same scene at a
-tolerance so tight that it counts as true; then others that nothing of the companion was fitted to, and some that were
-chosen later still. Errors are those of the chart of steppers: of load over the greatest load, of friction over mu N of
-a contact or mu N R of a ball, at every output. `setting` is the tolerance, `reason` what failed.
+tolerance so tight that it counts as true; then others that nothing of the companion was fitted to, some chosen later
+still, and some held out while what all these showed was mended. Errors are those of the chart of steppers: of load over
+the greatest load, of friction over mu N of a contact or mu N R of a ball. `reason` tells what failed.
 """
 
 import functools
@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.charts.bearing_variants import FURTHER, LAST, LATER, UNSEEN, VARIANTS
+from bearing_twin.charts.bearing_variants import GROUPS, UNSEEN
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import judged
 from bearing_twin.charts.scene_rows import command_of
@@ -236,8 +236,7 @@ def _share(number: int, total: int) -> str:
 
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says, of the scenes it was made with and of those that nothing was fitted to."""
-    groups = {"Scenes known": CASES, "Variants unseen": VARIANTS | FURTHER, "Later ones": LATER, "Last ones": LAST}
-    for who, cases in groups.items():
+    for who, cases in ({"Scenes known": CASES} | GROUPS).items():
         mine = [p for p in points if p.problem in cases]
         if mine:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))

@@ -1,13 +1,16 @@
 """Accuracy against speed of the steppers: the same problems by every method, judged by load and friction.
 
-Error across, CPU seconds per simulated second up, both logarithmic; one line a method, a cross along the right edge for
-each failure. The reference is `rodas4` a thousand times tighter than its ladder. A ladder on which all settings miss
-goes on, finer and finer, until one is good or too slow.
+Each run is made twice: by the compiled motion with its outputs alone, and by the public call, `simulate(...).blocks()`,
+with its companion. Error across, CPU seconds per simulated second up, both logarithmic; one line a method, a cross
+along the right edge for each failure. The reference is `rodas4` a thousand times tighter than its ladder. A ladder on
+which all settings miss goes on, finer and finer, until one is good or too slow.
 """
 
+import math
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +18,20 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.charts.bearing_cells import Case, bearing_row, command_of
-from bearing_twin.charts.chart import Chart
+from bearing_twin.charts.bearing_cells import Case, bearing_row, command_of, errors, overrides_of, truth
+from bearing_twin.charts.chart import Chart, unsure
+from bearing_twin.charts.contest import judged
 from bearing_twin.charts.contest_picture import RINGED, cheapest, found_again, ring
-from bearing_twin.charts.table import DONE, STOPPED, Row
+from bearing_twin.charts.table import DONE, FAILED, STOPPED, Row
+from bearing_twin.charts.timing import timed
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
+from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.stepping.integrate import SCIPY
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Run
+from bearing_twin.sample import joined
 
 DEFAULT = "rodas4"  # whose share of the tolerance for one step is judged
 WANTED = 1e-3  # the error in load and in friction at which costs are compared
@@ -55,10 +65,65 @@ FINER_BY, LAST = {True: 0.1, False: 0.5}, {True: 1e-12, False: 1e-9}  # adaptive
 SLOWEST = 1e3  # CPU seconds per simulated second beyond which a ladder ends
 
 
-def judge(name: str, stepper: str, setting: float, limit: float) -> Row:
-    """One run; a step that is refused is a row, too."""
-    row = Row(name, stepper, setting, command=_command(name, stepper, setting))
+@dataclass(frozen=True)
+class StepperRow(Row):
+    """A run by its motion alone, and the same by the public call: errors, CPU seconds a simulated second, their spread.
+
+    Those of the call are NaN where there is none: SciPy's methods are references there, asked for more.
+    """
+
+    api_load_error: float = math.nan
+    api_friction_error: float = math.nan
+    api_seconds: float = math.nan
+    api_spread: float = math.nan
+
+
+CALLED = "api_load_error", "api_friction_error", "api_seconds", "api_spread"
+
+
+def by_the_call(rows: Iterable[StepperRow]) -> list[Row]:
+    """Those rows that have a run by the public call, as rows of that run."""
+    found = []
+    for row in rows:
+        known = not math.isnan(row.api_seconds)
+        if row.method in SCIPY or not (known or row.reason):
+            continue
+        status = row.status if known or row.status != DONE else FAILED
+        measured = row.api_load_error, row.api_friction_error, row.api_seconds, math.nan
+        found.append(
+            Row(row.problem, row.method, row.setting, *measured, status, row.reason, row.command, row.api_spread)
+        )
+    return found
+
+
+def judge(name: str, stepper: str, setting: float, limit: float) -> StepperRow:
+    """One run by its motion and by the public call; a step that is refused is a row, too."""
+    row = judge_motion(name, stepper, setting, limit)
+    return row if row.status != DONE or stepper in SCIPY else _called(row, limit)
+
+
+def judge_motion(name: str, stepper: str, setting: float, limit: float) -> StepperRow:
+    """One run by its motion alone."""
+    row = StepperRow(name, stepper, setting, command=_command(name, stepper, setting))
     return bearing_row(row, CASES[name], limit, refuses=True)
+
+
+def _called(row: StepperRow, limit: float) -> StepperRow:
+    """The row with what its run errs by and takes by the public call."""
+    case = CASES[row.problem]
+    overrides = *overrides_of(case, row.method, row.setting), f"run.duration={case.seconds:g}"
+    run = Run(load_scene(case.scene, overrides))
+
+    def outcome():
+        blocks, cost = timed(lambda: list(run.blocks()))
+        whole = joined(blocks)
+        given = Rows(whole.values.layout, whole.matrix()[1:])  # the first is that at the start
+        load, friction = errors(run.simulation._motion, given, truth(case))
+        seconds = cost.seconds / case.seconds
+        return dict(zip(CALLED, (load, friction, seconds, cost.spread), strict=True))
+
+    found = judged(row, outcome, limit)
+    return found if found.status == DONE else row.but(reason=f"by the public call: {found.reason}")
 
 
 def _command(name, stepper, setting):
@@ -83,7 +148,7 @@ def further(rows: list[Row]) -> list[tuple[str, str, float]]:
 
 
 def _panel(axis, rows: list[Row], error_of: Callable[[Row], float], says: bool) -> None:
-    """One panel; only one of the two of a row says what the crosses are."""
+    """One panel; only one of a line says what the crosses are."""
     for number, stepper in enumerate(LADDERS):
         look = ball_line(number)
         colour = look["color"]
@@ -109,22 +174,25 @@ def _panel(axis, rows: list[Row], error_of: Callable[[Row], float], says: bool) 
 
 
 def draw(rows: list[Row], path: Path) -> None:
-    """The chart: one row a problem, error in load on the left, in friction on the right."""
+    """The chart: a line a problem; error in load, in friction, and the greater of both by the public call."""
     names = list(dict.fromkeys(row.problem for row in rows))
-    figure = Figure(figsize=(14, 3.6 * len(names) + 1.4), layout="constrained")
+    figure = Figure(figsize=(18, 3.6 * len(names) + 1.4), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(len(names), 2, sharex=True, sharey="row", squeeze=False)
+    axes = figure.subplots(len(names), 3, sharex=True, sharey="row", squeeze=False)
     for line, name in zip(axes, names, strict=True):
         mine = [row for row in rows if row.problem == name]
         _panel(line[0], mine, lambda row: row.load_error, True)
         _panel(line[1], mine, lambda row: row.friction_error, False)
-        heading(line[0], PROBLEMS[name])
+        _panel(line[2], by_the_call(mine), lambda row: row.error, False)
+        heading(line[0], f"{PROBLEMS[name]}: the motion alone")
+        heading(line[2], "by the public call")
         line[0].set_ylabel("CPU s per simulated s")
         for axis in line:
             frame(axis)
     axes[0][0].legend(loc="center", ncols=2, fontsize=11, frameon=False, bbox_to_anchor=(0.36, 0.36))
     axes[-1][0].set_xlabel("greatest error of a normal load, over the greatest load")
     axes[-1][1].set_xlabel("greatest error of friction, over mu N of its contact or ball")
+    axes[-1][2].set_xlabel("the greater of both errors, by the public call")
     figure.suptitle(
         f"Steppers: accuracy against cost, one core (dotted: real time, {WANTED:g}; {RINGED})",
         fontsize=16,
@@ -158,25 +226,26 @@ def confirmed(rows: list[Row]) -> list[str]:
     return found_again(rows, ROSENBROCK)
 
 
+def _speeds(rows: list[Row], name: str) -> Iterator[str]:
+    for stepper in dict.fromkeys(row.method for row in rows if row.problem == name):
+        best = cheapest(rows, name, stepper, WANTED)
+        yield f"{stepper} {1.0 / best.seconds:.3g}" if best else f"{stepper} at no setting"
+
+
 def reading(rows: list[Row]) -> list[str]:
     """What the chart says, a sentence a problem, and one on the share of the tolerance that a step may err by."""
     sentences = []
+    called = by_the_call(rows)
     for name in dict.fromkeys(row.problem for row in rows):
-        steppers = dict.fromkeys(row.method for row in rows if row.problem == name)
-        found = {stepper: cheapest(rows, name, stepper, WANTED) for stepper in steppers}
-        parts = (
-            f"{stepper} {1.0 / best.seconds:.3g}" if best else f"{stepper} at no setting"
-            for stepper, best in found.items()
-        )
-        sentences.append(
-            f"{PROBLEMS[name]}: load and friction within {WANTED:g} at so many times real time: {', '.join(parts)}."
-        )
+        motion, call = (", ".join(_speeds(which, name)) for which in (rows, called))
+        sentence = f"{PROBLEMS[name]}: load and friction within {WANTED:g} at so many times real time: {motion}"
+        sentences.append(f"{sentence}; by the public call: {call}." if call else f"{sentence}.")
     sentences += confirmed(rows)
     shares = shares_of_steps(rows, DEFAULT)
     if shares:
         told = ", ".join(f"{PROBLEMS[name]} {share:.2g}" for name, (_, share) in shares.items())
         sentences.append(f"A step of {DEFAULT} may err by {STEP_SHARE:g} of the tolerance; what just keeps it: {told}.")
-    return sentences
+    return [*sentences, *(f"By the public call: {one[0].lower()}{one[1:]}" for one in unsure(called))]
 
 
 CONTESTS = {
@@ -184,6 +253,7 @@ CONTESTS = {
         judge=judge,
         problems=PROBLEMS,
         entries=_entries,
+        kind=StepperRow,
         command=_command,
         further=further,
         drawn=draw,

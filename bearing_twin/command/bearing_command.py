@@ -4,7 +4,7 @@ import argparse
 import math
 
 from bearing_twin.command import catalogue_table
-from bearing_twin.command.outcome import Outcome, picture_path
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, picture_path
 from bearing_twin.errors import SceneError
 
 HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
@@ -44,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
     )
+    add_allow_invalid(parser)
     for name, (names, *_) in VECTORS.items():
         parser.add_argument(f"--{name}", metavar=",".join(names), help=WORDS[name])
     parser.add_argument(
@@ -189,7 +190,11 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)
     head["speed_rad_s"] = parameters.drive.speed
-    return head | answer.answer_of(parameters, law, solver, support, found)
+    told = answer.answer_of(parameters, law, solver, support, found)
+    if scene.outside:
+        head["outside_range"] = list(scene.outside)
+        told["flags"] = [*scene.outside, *told["flags"]]
+    return head | told
 
 
 def _sweep(text: str) -> tuple[str, list[float]]:

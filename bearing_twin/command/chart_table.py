@@ -18,7 +18,7 @@ class Chart(NamedTuple):
 
 
 CHARTS = {
-    "steppers": Chart("work_precision", "error in load and friction against cost", 150, "contest"),
+    "steppers": Chart("work_precision", "error in load and friction against cost", 400, "contest"),
     "tolerance": Chart(
         "tolerance", "the error asked for against the error got, and what runs say of it", 20, "contest"
     ),

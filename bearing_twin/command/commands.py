@@ -24,7 +24,7 @@ from bearing_twin.command import (
     view_command,
     watch_command,
 )
-from bearing_twin.command.outcome import Outcome, failure_kept, new_log, picture_path, quantity
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, failure_kept, new_log, picture_path, quantity
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
@@ -49,6 +49,7 @@ def _simulate_arguments(parser):
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
     )
+    add_allow_invalid(parser)
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
     parser.add_argument(

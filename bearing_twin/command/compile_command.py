@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 
-from bearing_twin.command.outcome import Outcome
+from bearing_twin.command.outcome import Outcome, add_allow_invalid
 
 HELP = "compile what scenes need, so that their first run starts at once"
 EXAMPLES = ("bearing_twin compile", "bearing_twin compile bearing_6203 --set contact.friction=spot")
@@ -20,6 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of each scene; may be repeated"
     )
+    add_allow_invalid(parser)
 
 
 def run(arguments: argparse.Namespace) -> Outcome:

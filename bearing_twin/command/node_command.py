@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from bearing_twin.command import node_verbs
 from bearing_twin.command.node_start import NODES
-from bearing_twin.command.outcome import Outcome
+from bearing_twin.command.outcome import ALLOW_INVALID, Outcome
 
 HELP = "nodes, topics, parameters, services and actions of ROS 2, in the words of ros2, without a ros2"
 NODE_ARGUMENT = ("node", "full name of a node, such as /bearing/sim_node")
@@ -194,6 +194,7 @@ VERBS = (
                 "--set",
                 {"action": "append", "default": [], "metavar": "KEY=VALUE", "help": "change one key of the study"},
             ),
+            ALLOW_INVALID,
             ("--samples", {"metavar": "N", "help": "realisations at most"}),
             ("--seed", {"metavar": "S", "help": "of every random choice"}),
             (

@@ -21,6 +21,22 @@ class Outcome(NamedTuple):
     engineering: bool = False
 
 
+ALLOW_INVALID = (
+    "--allow-invalid",
+    {
+        "dest": "set",
+        "action": "append_const",
+        "const": "solver.allow_invalid=on",
+        "help": "run a model that is asked for outside its range too; the same as --set solver.allow_invalid=on",
+    },
+)
+
+
+def add_allow_invalid(parser: argparse.ArgumentParser) -> None:
+    """Adds the option that lets models run outside their ranges; it joins what `--set` has."""
+    parser.add_argument(ALLOW_INVALID[0], **ALLOW_INVALID[1])
+
+
 def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
     """A list as a result: all of each row as JSON, the columns of `header` as a table."""
     rows = list(rows)

@@ -5,7 +5,7 @@ import contextlib
 import signal
 import threading
 
-from bearing_twin.command.outcome import Outcome, new_log, picture_path
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, new_log, picture_path
 from bearing_twin.errors import LogError, StudyError
 from bearing_twin.report import json_text
 
@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     which = "change a key of the study, of an input (inputs.KEY.std=4e-5) or of the scene"
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=which)
+    add_allow_invalid(parser)
     parser.add_argument("--samples", metavar="N", help="the same as --set samples=N")
     parser.add_argument("--seed", metavar="S", help="the same as --set seed=S")
     parser.add_argument("--workers", metavar="N", help="the same as --set workers=N; 0 = one a processor")
@@ -87,16 +88,15 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 def report(log, picture) -> Outcome:
     """What is in the log of a study, with its picture if one is asked for."""
-    from bearing_twin.log.study_log import as_a_study, read_study
+    from bearing_twin.log.study_log import read_study
 
     result = read_study(log)
     summary = result.as_dict() | {"log": str(log)}
-    with as_a_study(log):
-        if picture:
-            from bearing_twin.uq.picture import plot_study
+    if picture:
+        from bearing_twin.uq.picture import plot_study
 
-            summary["plot"] = str(plot_study(result, picture))
-        return Outcome(summary, list(result.doubts), lambda: as_a_study(log)(show)(summary))
+        summary["plot"] = str(plot_study(result, picture))
+    return Outcome(summary, list(result.doubts), lambda: show(summary))
 
 
 @contextlib.contextmanager

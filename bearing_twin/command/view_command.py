@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bearing_twin.command.outcome import Outcome, failure_kept
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, failure_kept
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.extras import wanted
 
@@ -22,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change a key of the scene or the study"
     )
+    add_allow_invalid(parser)
     parser.add_argument(
         "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST:g})"
     )

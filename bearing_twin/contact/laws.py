@@ -136,7 +136,7 @@ _ROWS = (
     ),
     Law(
         name="volumetric",
-        help="the volumetric law of paper 1: within 0.5 % of Hertz for b/a above 0.06",
+        help="the volumetric law of paper 1: within 0.5 % of Hertz for b/a above 0.063",
         fits="point",
         needs=("curvatures",),
         coefficient=volumetric,

@@ -1,21 +1,30 @@
-"""Materials by name: steel is hardened bearing steel 100Cr6, aluminium 6061-T6; what a pair of them amounts to."""
+"""Materials by name: steel is hardened bearing steel 100Cr6, aluminium 6061-T6; what a pair of them amounts to.
+
+Aluminium has the typical values of the Aluminum Association, rounded. Steel and silicon nitride have no single source:
+they lie within what makers print, whose moduli differ by some per cent.
+"""
 
 from dataclasses import dataclass
 
 from bearing_twin.parameters import quantity
+
+SHEETS = "no source: steel's is within what makers print, rubber's is paper 3's"
 
 
 @dataclass(frozen=True)
 class Material:
     """A homogeneous isotropic linear-elastic material."""
 
-    young_modulus: float = quantity(2.075e11, "Pa", "Young's modulus", above=0.0)
-    poisson_ratio: float = quantity(0.3, "1", "Poisson's ratio", above=-1.0, below=0.5)
-    density: float = quantity(7850.0, "kg/m^3", "mass density", above=0.0)
+    young_modulus: float = quantity(2.075e11, "Pa", f"Young's modulus; {SHEETS}", above=0.0)
+    poisson_ratio: float = quantity(0.3, "1", f"Poisson's ratio; {SHEETS}", above=-1.0, below=0.5)
+    density: float = quantity(7850.0, "kg/m^3", f"mass density; {SHEETS}", above=0.0)
     yield_strength: float = quantity(
-        2.0e9, "Pa", "uniaxial yield strength; a contact yields from 1.6 times it on; 0 = not known", at_least=0.0
+        2.0e9,
+        "Pa",
+        f"uniaxial yield strength; a contact yields from 1.6 times it on; 0 = not known; {SHEETS}",
+        at_least=0.0,
     )
-    thermal_expansion: float = quantity(1.15e-5, "1/K", "linear thermal expansion", at_least=0.0)
+    thermal_expansion: float = quantity(1.15e-5, "1/K", f"linear thermal expansion; {SHEETS}", at_least=0.0)
 
 
 YIELD_ONSET = 1.6

@@ -215,15 +215,13 @@ def read_off(key: str, pick: Callable = lambda value: value) -> Callable[[Mappin
     return lambda figures: math.nan if figures.get(key) is None else float(pick(figures[key]))
 
 
-plain_picture = late("bearing_twin.pictures.channels:ChannelPicture")
-
-
 @dataclass(frozen=True)
 class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind. `brief`: a run ends by
-    itself. `steered`: its companion also makes it more exact. `doubt`: see `Doubt`. `animated`: to a .gif.
+    itself. `steered`: its companion also makes it more exact. `doubt`: see `Doubt`. `animated`: to a .gif. `facts` are
+    numbers that `ranges` of models are about.
     `commands`: topics obeyed under way. Its motion then has `take_back()`, which puts it back to before the last
     `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises nothing,
     `set_load(force, moment)`; None for both is the scene's own load. `check_drive(parameters, law, key, value, load)`
@@ -242,6 +240,7 @@ class Kind:
     check: Callable[[Any], list[str]] = no_problems
     resolve: Callable[[Any], Any] = as_given
     choose: Callable[[Any], Choice] = one_model
+    facts: Mapping[str, Callable[[Any], float | None]] = field(default_factory=dict)
     records: Callable[[Any], tuple[Table, ...]] = nothing
     figures: Callable[[Any, Choice], Figures] | None = None
     meanings: Callable[[], Mapping[str, str]] | None = None
@@ -258,7 +257,7 @@ class Kind:
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = nothing
-    picture: Callable[[Facts], Picture] = plain_picture
+    picture: Callable[[Facts], Picture] = field(default=late("bearing_twin.pictures.channels:ChannelPicture"))
     animated: bool = False
     view: Callable[..., Any] = field(default=late("bearing_twin.kinds.views:plain_view"))
     moved: Mapping[str, str] = field(default_factory=dict)

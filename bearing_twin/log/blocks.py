@@ -1,10 +1,14 @@
 """SampleBlock messages back as blocks of solver outputs, checked: what a log or a peer says may be wrong."""
 
+import itertools
+
 import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.sample import Block, Channel
+
+GROWTH = 8  # columns grow by one part in so many
 
 
 def check_block(place, message) -> None:
@@ -38,3 +42,43 @@ def block_of(channels: tuple[Channel, ...], message) -> Block:
     # A copy: what a message holds can only be read.
     matrix = np.array(message.values).reshape(message.count, -1)
     return Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
+
+
+class Gathered:
+    """The columns of SampleBlocks by groups of channels, 0 where a block has no such channel.
+
+    A block's numbers are placed when it comes, so that what is read is held once.
+    """
+
+    def __init__(self, *groups: list[str]):
+        self._groups, self._count, self._capacity = groups, 0, 0
+        self._arrays: list[np.ndarray] = []
+
+    def add(self, message) -> None:
+        """A checked SampleBlock; ValueError where its channels are not as wide as those before."""
+        edges = np.concatenate([[0], np.cumsum(message.channel_width.astype(np.int64))])
+        edges = dict(zip(message.channel_name, itertools.pairwise(edges), strict=True))
+        places = [[k for name in names if name in edges for k in range(*edges[name])] for names in self._groups]
+        if not self._arrays:
+            self._arrays = [
+                np.zeros((0, len(one) or len(names))) for one, names in zip(places, self._groups, strict=True)
+            ]
+        begin, self._count = self._count, self._count + message.count
+        if self._count > self._capacity:
+            self._capacity = self._count + self._count // GROWTH
+            self._resize(self._capacity)
+        block = message.values.reshape(message.count, -1)
+        for array, columns in zip(self._arrays, places, strict=True):
+            if columns and len(columns) != array.shape[1]:
+                raise ValueError(f"{len(columns)} numbers a row where there were {array.shape[1]}")
+            if columns:
+                array[begin : self._count] = block[:, columns]
+
+    def arrays(self) -> list[np.ndarray]:
+        """The columns of each group (realisations, columns)."""
+        self._resize(self._count)
+        return self._arrays or [np.zeros((0, len(names))) for names in self._groups]
+
+    def _resize(self, count: int) -> None:
+        for array in self._arrays:  # in place: the system moves pages, no second array is made
+            array.resize((count, array.shape[1]), refcheck=False)

@@ -210,8 +210,10 @@ class McapWriter:
                     self.end_chunk()
             finally:
                 self._failure = None
-                self._put(self._tail(index + b"".join(self._index_in_memory)))
+                tail = self._tail(index + b"".join(self._index_in_memory))
+                self._put(tail)
                 with contextlib.suppress(OSError):
+                    os.ftruncate(self._file, self._end + len(tail))  # what another program appended
                     os.fsync(self._file)
         finally:
             os.close(self._file)
@@ -325,6 +327,7 @@ class McapWriter:
 
     def _put(self, *parts: bytes) -> None:
         """Writes `parts` behind what is complete; on failure leaves only what is complete."""
+        self._look_after()
         try:
             done, size = os.pwritev(self._file, parts, self._end), sum(map(len, parts))
             while done < size:  # a file seldom takes less than all
@@ -338,6 +341,33 @@ class McapWriter:
                 f"in it; make room{'' if self._patient else ' and write to a new log'}"
             )
             raise LogError(self._failure) from error
+
+    def _look_after(self) -> None:
+        """Puts a removed file back; raises LogError where that fails, and where another program has cut the file."""
+        status = os.fstat(self._file)
+        if status.st_size < self._end:
+            self._failure = f"{self.path} was cut to {status.st_size} bytes by another program; write to a new log"
+            raise LogError(self._failure)
+        if status.st_nlink:  # also one that was moved: it goes on there
+            return
+        try:
+            self._put_back()
+        except OSError as error:
+            reason = "its name is taken" if isinstance(error, FileExistsError) else error.strerror
+            self._failure = f"{self.path} was removed by another program and cannot be put back ({reason})"
+            raise LogError(self._failure) from error
+
+    def _put_back(self) -> None:
+        fresh, done = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), 0
+        try:
+            while done < self._end:
+                done += os.sendfile(fresh, self._file, done, self._end - done)
+            os.dup2(fresh, self._file, inheritable=False)
+        except OSError:
+            self.path.unlink(missing_ok=True)
+            raise
+        finally:
+            os.close(fresh)
 
     def _keep_index(self, record: bytes) -> None:
         """Keeps the index of one more chunk, on the disk: in memory it would grow by tens of megabytes an hour."""

@@ -186,7 +186,12 @@ class RawLogWriter(Told):
                 if self._run is not None:
                     self._log.add_metadata(RUN_RECORD, self._run)
         finally:
-            self._log.close()
+            try:
+                self._log.close()
+            except LogError:  # which says more than that of the bag's description
+                with suppress(LogError):
+                    self._write_bag_file()
+                raise
             self._write_bag_file()
 
     @property

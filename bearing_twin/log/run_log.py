@@ -77,6 +77,8 @@ class LogStream:
         except SceneError as error:
             raise LogError(f"{error}; the log is damaged, or was written by another version") from error
         self.choice = _known(_choice(described), self.scene)
+        if self.scene is not None:
+            self.choice = self.choice._replace(outside=self.scene.outside)
         self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)

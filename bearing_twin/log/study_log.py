@@ -7,7 +7,6 @@ quantities as a message each, for programs that plot. `/bearing/study/summary` i
 is in the metadata.
 """
 
-import contextlib
 import itertools
 import json
 import math
@@ -20,7 +19,7 @@ import numpy as np
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.blocks import check_block
+from bearing_twin.log.blocks import Gathered, check_block
 from bearing_twin.log.encoder import Encoder
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
@@ -36,6 +35,7 @@ from bearing_twin.uq.result import StudyResult, quantity_units
 from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.summary_shape import check_summary
 
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
@@ -167,63 +167,50 @@ def read_study(path, unfinished: bool = False) -> StudyResult:
 
     With `unfinished` also a study that was broken off, as far as it came, to go on from; its summary is empty.
     """
-    with as_a_study(path):
-        return _study_in(path, unfinished)
-
-
-@contextlib.contextmanager
-def as_a_study(path) -> Iterator[None]:
-    """Within it what is in a log, or was, is used as that of a study; LogError where it is something else."""
     try:
-        yield
+        return _study_in(path, unfinished)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:  # whoever wrote it
         said = shortened(f"{type(error).__name__}: {error}")
         raise LogError(f"{path} does not hold what a study writes ({said}); run the study again") from error
 
 
 def _study_in(path, unfinished: bool) -> StudyResult:
-    records, summary, rows, names = {}, None, [], []
+    records, summary, files = {}, None, log_files(path)
     try:
-        for file in log_files(path):
+        for file in files:
             with McapReader(file) as reader:
                 records |= {record.name: record.metadata for record in reader.metadata(reader.summary())}
-                for item in reader.content():
-                    if isinstance(item, LoggedMessage) and item.topic.name == SUMMARY_TOPIC:
-                        summary = parsed_json(cdr.deserialise(STRING, item.data).data)
-                    elif isinstance(item, LoggedMessage) and item.topic.name == SAMPLES_TOPIC:
-                        message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
-                        check_block(path, message)
-                        names = _edges(message)
-                        rows.append(message.values.reshape(message.count, -1))
+        if STUDY_RECORD not in records:
+            raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
+        record = records[STUDY_RECORD]
+        work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
+        given = {key: work[key] for key in WORK if key in work}
+        study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
+        groups = [INPUT + one.key for one in study.inputs], [QUANTITY + name for name in study.quantities]
+        columns = Gathered(*groups, [HISTORY + name for name in study.histories], [STATUS], [DOUBTFUL])
+        for item in itertools.chain.from_iterable(map(_content, files)):
+            if item.topic.name == SUMMARY_TOPIC:
+                summary = parsed_json(cdr.deserialise(STRING, item.data).data)
+            elif item.topic.name == SAMPLES_TOPIC:
+                message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
+                check_block(path, message)
+                columns.add(message)
     except DamagedLog as error:
         raise advice(path, error) from error
-    if STUDY_RECORD not in records:
-        raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
-    record = records[STUDY_RECORD]
-    count = sum(map(len, rows))
+    inputs, quantities, histories, status, doubtful = columns.arrays()
+    count = len(status)
     if "samples" not in record and unfinished and count:
-        summary = {}
+        summary = None
     elif summary is None or count != int(record.get("samples", -1)):
         raise LogError(
             f"{path} lacks a part of its study; go on with `bearing_twin study ... --resume {path}` and another name "
             "for the log, or run the study again"
         )
-    work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
-    given = {key: work[key] for key in WORK if key in work}
-    study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
-    columns = _columns(
-        rows,
-        names,
-        [INPUT + one.key for one in study.inputs],
-        [QUANTITY + name for name in study.quantities],
-        [HISTORY + name for name in study.histories],
-        [STATUS],
-        [DOUBTFUL],
-    )
-    inputs, quantities, histories, status, doubtful = columns
     status, reasons = status[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
     if len(status) and not 0 <= status.min() <= status.max() <= len(reasons):
         raise ValueError("a realisation that failed has no reason")
+    if summary is not None:
+        check_summary(summary, study, count)
     return StudyResult(
         study,
         inputs,
@@ -233,8 +220,13 @@ def _study_in(path, unfinished: bool) -> StudyResult:
         reasons,
         doubtful[:, 0].astype(np.int64),
         tuple(parsed_json(record["doubts"])),
-        {**summary, "seconds": work.get("seconds", math.nan)},
+        {**(summary or {}), "seconds": float(work.get("seconds", math.nan))},
     )
+
+
+def _content(file) -> Iterator[LoggedMessage]:
+    with McapReader(file) as reader:
+        yield from (item for item in reader.content() if isinstance(item, LoggedMessage))
 
 
 def is_study(path) -> bool:
@@ -260,31 +252,6 @@ def first_realisation(path):
     except DamagedLog as error:
         raise advice(path, error) from error
     raise LogError(f"{path} holds no single realisations, as an earlier version wrote it: run the study again")
-
-
-def _edges(message):
-    """{channel: (first, last + 1) of its columns} of a SampleBlock."""
-    edges = np.concatenate([[0], np.cumsum(message.channel_width.astype(np.int64))])
-    return dict(zip(message.channel_name, itertools.pairwise(edges), strict=True))
-
-
-def _columns(blocks: list, edges, *groups) -> list[np.ndarray]:
-    """The columns of each group of channels, (samples, columns), 0 where a log has no such channel.
-
-    Takes the `blocks` (n, columns) out of their list one by one, so that what is read is held once.
-    """
-    count = sum(map(len, blocks))
-    places = [[k for name in names if name in edges for k in range(*edges[name])] for names in groups]
-    found = [np.zeros((count, len(one) or len(names))) for one, names in zip(places, groups, strict=True)]
-    blocks.reverse()
-    begin = 0
-    while blocks:
-        block = blocks.pop()
-        for array, columns in zip(found, places, strict=True):
-            if columns:
-                array[begin : begin + len(block)] = block[:, columns]
-        begin += len(block)
-    return found
 
 
 def _channels(study: Study) -> tuple[Channel, ...]:

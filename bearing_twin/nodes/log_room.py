@@ -25,7 +25,8 @@ class Room:
         """
         earlier, since = self._looked
         self._looked = size, now
-        free = float(shutil.disk_usage(self._folder).free)
+        there = next(one for one in (self._folder, *self._folder.absolute().parents) if one.exists())
+        free = float(shutil.disk_usage(there).free)
         rate = max(0.0, (size - earlier) / (now - since)) if now > since else 0.0
         return {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": free / rate if rate else math.inf}
 

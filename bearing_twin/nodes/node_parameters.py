@@ -16,6 +16,8 @@ from bearing_twin.parameters import echo, unknown
 from bearing_twin.spelling import ROS_ARGS
 from bearing_twin.units import in_si, labelled, with_unit
 
+ALLOW_INVALID = "allow_invalid"
+NOT_ALLOWED = f"which the node's parameter {ALLOW_INVALID} = false forbids; leave it out, or start the node with true"
 SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default says nothing
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
 

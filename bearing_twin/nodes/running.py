@@ -249,7 +249,8 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
         return 2
     except Exception as error:  # ROS arguments that cannot be parsed; of words that it does not know ROS says the list
         said = f"ROS knows no {error}" if str(error).startswith("[") else error
-        print(f"{name}: {said}; write -p NAME:=VALUE for a parameter".replace("\n", " "), file=sys.stderr)
+        advice = "give a ROS_LOG_DIR" if "logging" in str(error) else "write -p NAME:=VALUE for a parameter"
+        print(f"{name}: {said}; {advice}".replace("\n", " "), file=sys.stderr)
         return 2
     failure, ended = None, threading.Event()
     try:

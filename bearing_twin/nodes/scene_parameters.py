@@ -4,10 +4,12 @@ from typing import Any
 
 from rclpy.node import Node
 
+from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
+from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, NodeParameter
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST
 from bearing_twin.nodes.running import given_parameters, values_of
+from bearing_twin.run.fidelity import refuse_outside
 from bearing_twin.run.scene import Scene, load_scene
 
 NAME = "sim_node"
@@ -45,6 +47,11 @@ PARAMETERS = (
         1000.0,
         read_only=False,
         words=(FASTEST,),
+    ),
+    NodeParameter(
+        ALLOW_INVALID,
+        False,
+        "run a model that is asked for outside its range too, every output marked; false refuses scenes that allow it",
     ),
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
     NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
@@ -84,4 +91,9 @@ def looked_up(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
             found = values
         if "scene" in given or own != namespace:
             break
-    return found, load_scene(found["scene"], [one for one in found["overrides"] if one])
+    allowed = [f"solver.{ALLOW_INVALID}=on"] if found[ALLOW_INVALID] else []
+    scene = load_scene(found["scene"], [*filter(None, found["overrides"]), *allowed])
+    if scene.allows_invalid and not allowed:
+        raise SceneError(f"scene {scene.name} has solver.{ALLOW_INVALID}: on, {NOT_ALLOWED}")
+    refuse_outside(scene)
+    return found, scene

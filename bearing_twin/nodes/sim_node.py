@@ -277,7 +277,7 @@ class SimNode(Node):
             self.get_logger().info(f"model: {self._switch if self._switch != '-' else 'that of the start again'}")
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
         counts = {"messages": self._outlet.published, "least_subscribers": listeners}
-        doubt = self.loop.commands.doubt()
+        doubt = self.loop.doubt()
         message = f"{message}; {doubt}" if doubt else message
         level, (log_level, log_says, room) = WARN if slow or doubt else OK, self._watch.look(self.loop.log)
         if log_says:

@@ -118,6 +118,11 @@ class SimulationLoop:
         }
         return slow, message, numbers
 
+    def doubt(self) -> str:
+        """What whoever looks after the run should know of: its commands, and that a model is outside its range."""
+        outside = "a model runs outside its range" if self.simulation.chosen.outside else ""
+        return "; ".join(filter(None, (outside, self.commands.doubt())))
+
     def pause(self, now: int, paused: bool) -> str:
         """Holds time or lets it go on; pausing twice is as good as once."""
         self.paced.pause(now, paused)
@@ -176,7 +181,7 @@ class SimulationLoop:
         if not self.paced.paused:
             raise BearingTwinError("the simulation is running: pause it before you step it")
         period = self.simulation.output_period_ns
-        wanted = period * math.ceil((self.time_ns + round(seconds * 1e9)) / period)
+        wanted = period * math.ceil((self.time_ns + max(1, round(seconds * 1e9))) / period)
         while self.simulation.time_ns < wanted and not self._done:
             self.paced.put(self._advance(min(self._chunk, (wanted - self.simulation.time_ns) // period)))
             self.paced.drain(self.simulation.time_ns)
@@ -264,6 +269,7 @@ def model(simulation) -> dict[str, str]:
     """What a simulation says of the model in use, for diagnostics: which, why, what to watch, and its last switch."""
     choice = simulation.choice
     words = {"law": choice.law, "stepper": choice.stepper, "choice_reason": choice.reason}
+    words["outside_range"] = "; ".join(simulation.chosen.outside) or "-"
     return words | {"choice_warnings": "; ".join(choice.warnings) or "-", "choice_switch": simulation.switched or "-"}
 
 

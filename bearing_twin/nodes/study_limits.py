@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bearing_twin.errors import LogError, StudyError
+from bearing_twin.kinds.ranges import ON
 from bearing_twin.log.study_log import INPUT, QUANTITY
+from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
 from bearing_twin.parameters import echo
 from bearing_twin.uq.ensemble import processors
 from bearing_twin.uq.run import memory_needed, refuse_too_large
@@ -20,6 +22,7 @@ class Limits(NamedTuple):
     """The node's limits: `memory` [B] and `samples` of a study, `workers` (0 = one a processor), `time_limit` [s].
 
     `log_quota` [B] is what all logs in their folder may take together, `executors` where a study may run. 0 = no limit.
+    `allow_invalid`: whether a study may let models run outside their ranges.
     """
 
     memory: float = 2e9
@@ -28,6 +31,7 @@ class Limits(NamedTuple):
     samples: int = 0
     log_quota: float = 0.0
     executors: Sequence[str] = ("processes",)
+    allow_invalid: bool = False
 
     def bounded(self, study: Study) -> Study:
         """The study with as many workers as it may have; raises StudyError where it asks for what it may not."""
@@ -37,6 +41,8 @@ class Limits(NamedTuple):
                 f"executor = {echo(study.executor)} is not among the node's parameter executors; "
                 f"legal: {', '.join(self.executors)}"
             )
+        if study.scene.get("solver", {}).get(ALLOW_INVALID) == ON and not self.allow_invalid:
+            raise StudyError(f"study {study.name} has solver.{ALLOW_INVALID}: on, {NOT_ALLOWED}")
         if self.samples and study.settings.samples > self.samples:
             raise StudyError(
                 f"study {study.name} asks for {study.settings.samples} samples, more than the node's parameter "

@@ -20,7 +20,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
 from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer, Rush
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
-from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
 from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Answer, Goal, Request
 from bearing_twin.nodes.study_limits import Limits
@@ -40,6 +40,9 @@ PARAMETERS = (
         "executors",
         ["processes"],
         "where a study may run; a Dask scheduler (dask://host:port) that is named here can run any code in this node",
+    ),
+    NodeParameter(
+        ALLOW_INVALID, False, "whether a study may let models that it asks for run outside their ranges, marked"
     ),
 )
 LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that have been cancelled

@@ -4,18 +4,17 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from bearing_twin.kinds.doubt import Dearest, Errors, Promise
+from bearing_twin.kinds.doubt import LARGE, Dearest, Errors, Promise
 from bearing_twin.units import known_digits, named, two_digits, with_unit
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 STATUSES = {
     DONE: "what was wanted is within the tolerance, as far as errors are known",
-    DOUBTFUL: "an output that was wanted is worse than the tolerance; the flags say by how much",
+    DOUBTFUL: "an output that was wanted is worse than the tolerance, or a model left its range; the flags say more",
     FAILED: "the run broke off, or its energy does not add up: its figures are no result",
 }
 """What the first word of a report's status means."""
 
-LARGE = 0.1  # of a figure: a greater error is marked
 MUCH = 0.35  # of a run's steps: a companion that took more says why
 
 
@@ -27,8 +26,8 @@ class Judgement(NamedTuple):
     keys: dict[str, Any]
 
 
-def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement:
-    """The judgement of a run with these errors and figures whose own status was this."""
+def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tuple[str, ...] = ()) -> Judgement:
+    """The judgement of a run with these errors and figures whose own status was this, and models outside ranges."""
     keys, totals, large, sources = {}, {}, [], {}
     for figure, parts in errors.figures.items():
         if figure not in figures or figures[figure] is None or not parts:
@@ -49,8 +48,9 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str) -> Judgement
         cures = "; ".join(mend for mend in sources.values() if mend)
         told = f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(large)}"
         flags.append(f"{told}; to mend it: {cures}" if cures else told)
-    if broken and status == DONE:
-        status = f"{DOUBTFUL}: {', '.join(one.output for one in broken)}"
+    doubtful = [*(("model outside its range",) if outside else ()), *(one.output for one in broken)]
+    if doubtful and status == DONE:
+        status = f"{DOUBTFUL}: {', '.join(doubtful)}"
     return Judgement(status, tuple(flags), keys)
 
 

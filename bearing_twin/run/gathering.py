@@ -57,14 +57,14 @@ class Gathering:
         choice = figures.chosen() if hasattr(figures, "chosen") else self.choice
         numbers = figures.figures()
         errors = doubt.errors(numbers)
-        judgement = judged(errors, numbers, figures.status())
+        judgement = judged(errors, numbers, figures.status(), self.choice.outside)
         return Report(
             scene=scene,
             law=self.choice.law,
             stepper=choice.stepper,
             choice_reason=choice.reason,
             warnings=self.choice.warnings,
-            flags=(*figures.flags(), *judgement.flags),
+            flags=(*self.choice.outside, *figures.flags(), *judgement.flags),
             status=judgement.status,
             simulated_seconds=1e-9 * self._last_ns,
             compute_seconds=compute_seconds,
@@ -73,4 +73,5 @@ class Gathering:
             figures=numbers,
             errors=judgement.keys | companion_cost(costs or {}, errors.dearest),
             predicted=self.choice.predicted,
+            outside=self.choice.outside,
         )

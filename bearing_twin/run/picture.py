@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import Facts, Picture, plain_picture
+from bearing_twin.kinds.contract import Facts, Picture
 from bearing_twin.pictures.worth import Worth
 from bearing_twin.report import Report
 from bearing_twin.run.doubt import greatest
@@ -17,7 +17,11 @@ def picture_of(stream) -> Picture:
     """An empty picture of a run or a log, by its kind; of a log without a scene, one drawn from its channels."""
     scene, choice = stream.scene, stream.choice
     facts = Facts(scene, choice.law, choice.stepper)
-    return plain_picture(facts) if scene is None else KINDS[scene.kind].picture(facts)
+    if scene is None:
+        from bearing_twin.pictures.channels import ChannelPicture
+
+        return ChannelPicture(facts)
+    return KINDS[scene.kind].picture(facts)
 
 
 def worth_of(report: Report) -> list[Worth]:

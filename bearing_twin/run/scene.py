@@ -13,6 +13,7 @@ import yaml
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.ranges import allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, not_here
 from bearing_twin.parameters import (
     describe,
@@ -32,6 +33,7 @@ from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, shortened
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
 MOST_LOGGED = 360_000  # commas in one, enough for a table of `tables.MOST_ROWS`: a second to read
+MARK = Channel("outside_range", "1", (), "1: a model asked for is outside its range; see solver.allow_invalid")
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
 
 
@@ -46,8 +48,23 @@ class Scene:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What one sample of this scene holds, in order."""
-        return tuple(KINDS[self.kind].channels(self.parameters))
+        """What one sample of this scene holds, in order; last a mark, where a model runs outside its range."""
+        return tuple(KINDS[self.kind].channels(self.parameters)) + (MARK,) * self.marked
+
+    @property
+    def allows_invalid(self) -> bool:
+        """Whether a model that is asked for may run outside its range."""
+        return allowed(self.parameters)
+
+    @property
+    def marked(self) -> bool:
+        """Whether a model runs outside its range, so that every output is marked."""
+        return self.allows_invalid and bool(self.outside)
+
+    @functools.cached_property
+    def outside(self) -> tuple[str, ...]:
+        """One sentence for each range of a model asked for that the scene leaves, as far as it is known before."""
+        return left_by(self.parameters, KINDS[self.kind].facts)
 
     @property
     def output_period_ns(self) -> int:

@@ -42,7 +42,7 @@ class Simulation:
         self._motion = self._new_motion()
         longest = getattr(self._motion, "longest_chunk", None) or 1e-9 * CHUNK_NS
         self.chunk_outputs = chunk_outputs(scene, round(1e9 * longest))
-        self._layout = layout_of(self.channels)
+        self._layout = layout_of(self.channels[:-1] if scene.marked else self.channels)  # of a motion's own outputs
         self._solved_seconds = 0.0
         self.reset()
 
@@ -205,10 +205,10 @@ class Simulation:
         return self._pending
 
     def _block(self, first: int, arrays) -> Block:
-        if not isinstance(arrays, Columns):
-            arrays = Columns(self._layout, side_by_side(self._layout, arrays, len(arrays[0])))
-        time_ns = np.arange(first, first + len(arrays.numbers), dtype=np.int64) * self.output_period_ns
-        return Block(self.channels, first, time_ns, arrays.numbers, self.looks.notes() | self._motion.take_records())
+        numbers = arrays.numbers if isinstance(arrays, Columns) else side_by_side(self._layout, arrays, len(arrays[0]))
+        numbers = np.column_stack([numbers, np.ones(len(numbers))]) if self.scene.marked else numbers
+        time_ns = np.arange(first, first + len(numbers), dtype=np.int64) * self.output_period_ns
+        return Block(self.channels, first, time_ns, numbers, self.looks.notes() | self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
         start, here = time.perf_counter(), (first - 1) * self.output_period_ns

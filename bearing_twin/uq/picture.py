@@ -16,6 +16,7 @@ from bearing_twin.uq.interpolation import through
 from bearing_twin.uq.propagation import exact_distributions, task_of, uncertain_inputs
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.statistics import histogram, natural_density
+from bearing_twin.uq.summary_shape import BANDS
 
 MOST_QUANTITIES = 4
 ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
@@ -29,7 +30,7 @@ def plot_study(result: StudyResult, png_path) -> Path:
     drawn = [partial(_draw_quantity, result=result, name=name, exact=exact.get(name)) for name in names]
     if summary["convergence"]["samples"]:
         drawn.append(partial(_draw_convergence, result=result))
-    if study.histories:
+    if study.histories and summary["histories"][study.histories[0]].keys() & {*BANDS}:
         drawn.append(partial(_draw_history, result=result, channel=study.histories[0]))
     shares = {name: shares_of(summary["quantities"][name]) for name in names}
     drawn += [partial(_draw_shares, name=name, shares=found) for name, found in shares.items() if found]
@@ -98,7 +99,7 @@ def _draw_quantity(axis, result, name, exact):
     kept = sample[np.isfinite(sample)]
     heading(axis, name.replace("_", " ").capitalize())
     drawn = len(kept) > 1 and kept.min() < kept.max()
-    if not drawn and exact is None and found["method"] != "chaos":
+    if not found["quantiles"] or (not drawn and exact is None and found["method"] != "chaos"):
         words = "no realisation succeeded" if not len(kept) else f"{kept[0]:.6g} {found['unit']} in every realisation"
         axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
         return
@@ -177,11 +178,11 @@ def _draw_convergence(axis, result):
 
 def _draw_history(axis, result, channel):
     found = result.summary["histories"][channel]
-    unit = next(one.unit for one in result.study.scene_at(result.values[0]).channels if one.name == channel)
+    unit = result.history_unit(channel)
     time = np.array(found["time_s"])
     scale_time, unit_time = scaled(time, "s")
     frame(axis)
-    names = [name for name in ("0.05", "0.50", "0.95", "mean", "at_mean_inputs") if name in found]
+    names = [name for name in BANDS if name in found]
     scale, unit = scaled(np.concatenate([found[name] for name in names]), unit)
     curves = {name: np.array(found[name]) * scale for name in names}
     if "mean" in curves:

@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.parameters import describe
-from bearing_twin.run.fidelity import choose
+from bearing_twin.run.fidelity import choose, refuse_outside
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.change_of_variable import Derived, derive
 from bearing_twin.uq.quantities import has_closed_form
@@ -19,7 +19,9 @@ from bearing_twin.uq.tails import refuse_missing_moments
 def task_of(study: Study) -> Task:
     """What a worker must know of a study."""
     settings, histories = study.settings, study.histories
-    medians = study.scene_at(median_inputs(study)).parameters
+    at_medians = study.scene_at(median_inputs(study))
+    refuse_outside(at_medians)
+    medians = at_medians.parameters
     duration = (settings.history_duration or medians.run.duration) if histories else 0.0
     varied = {key for keys in study.targets for key in keys}
     closed = has_closed_form(study.kind, medians, study.quantities, histories, varied)

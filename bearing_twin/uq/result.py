@@ -69,6 +69,11 @@ class StudyResult:
         """Unit of each quantity by its name."""
         return quantity_units(self.study)
 
+    def history_unit(self, channel: str) -> str:
+        """Unit of the histories of a channel."""
+        medians = self.study.joint.values(np.full((1, self.study.joint.dimension), 0.5))[0]
+        return next(one.unit for one in self.study.scene_at(medians).channels if one.name == channel)
+
     @property
     def doubts(self) -> tuple[str, ...]:
         """What is doubtful about the result, one sentence each."""

@@ -9,7 +9,7 @@ from bearing_twin.log.mcap_log import read_log, recover
 from bearing_twin.log.mcap_read import DamagedLog, McapReader
 from bearing_twin.log.raw_log import log_files
 from bearing_twin.log.stream import topics
-from bearing_twin.log.study_log import STUDY_RECORD, as_a_study, read_study
+from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.view.run_page import document_of_run
 from bearing_twin.view.study_page import document_of_study
 
@@ -45,8 +45,7 @@ def _of_damaged(path, damage: DamagedLog, topic: str | None) -> dict[str, Any]:
 def _document(path, notes: tuple[str, ...], topic: str | None, original: Path | None = None) -> dict[str, Any]:
     stream = read_log(path, allow_gaps=True, topic=topic)
     if STUDY_RECORD in stream.metadata:
-        with as_a_study(path):
-            return document_of_study(read_study(path))
+        return document_of_study(read_study(path))
     left_out = _left_out(path, stream)
     notes = (
         *notes,

@@ -143,7 +143,7 @@ def _convergence(result, summary) -> Iterable[dict[str, Any]]:
 
 def _history(result, channel) -> dict[str, Any]:
     found = result.summary["histories"][channel]
-    unit = next(one.unit for one in result.study.scene_at(result.values[0]).channels if one.name == channel)
+    unit = result.history_unit(channel)
     time = np.array(found["time_s"])
     factor, time_unit = prefixed(float(np.abs(time).max()), "s")
     rows = (

@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elastic import HERTZIAN, approach_of_load, elastic
 from bearing_twin.kinds.beam.modes import TERMS, moments
+from bearing_twin.numerics.events import halved
 from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, STALLED, STOPPED, TIME_UP
 
 POINTS = (0.0, 0.5 - 0.1 * math.sqrt(5.0), 0.5 + 0.1 * math.sqrt(5.0), 1.0)
@@ -137,23 +138,26 @@ def guess(step, length, alpha, alpha_rate):
         step.values[i] = alpha + alpha_rate * POINTS[i + 1] * length
 
 
+@inlined
+def _pressed(what, length):
+    """Whether the bodies still press at the end of a step of this length; anything once it is to stop."""
+    (rate, shape, modal_mass, tail, sphere), step, state, position, velocity, alpha, alpha_rate, stop = what
+    if stop[0] == 0:
+        prepare(rate, shape, modal_mass, sphere, length, step)
+        guess(step, length, alpha, alpha_rate)
+        solve_step(rate, shape, tail, sphere, length, step, state, position, velocity)
+    return step.values[2] > 0.0
+
+
 @kernel
 def last_step(
     rate, shape, modal_mass, tail, sphere, longest, step, state, position, velocity, alpha, alpha_rate, stop
 ):  # fmt: skip
     """Length [s] of the step at whose end the approach is zero, at most `longest`; the buffers hold that step."""
-    low, high = 0.0, longest
-    for _ in range(100):
-        length = 0.5 * (low + high)
-        prepare(rate, shape, modal_mass, sphere, length, step)
-        guess(step, length, alpha, alpha_rate)
-        solve_step(rate, shape, tail, sphere, length, step, state, position, velocity)
-        if step.values[2] > 0.0:
-            low = length
-        else:
-            high = length
-        if high - low <= 1e-13 * longest or stop[0] != 0:
-            break
+    beam = rate, shape, modal_mass, tail, sphere
+    _, _, length = halved(
+        _pressed, (beam, step, state, position, velocity, alpha, alpha_rate, stop), longest, 1e-13 * longest
+    )
     return length
 
 

@@ -12,9 +12,10 @@ import math
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elastic import HERTZIAN, approach_of_load
 from bearing_twin.kinds.beam.modes import TERMS, moments
+from bearing_twin.numerics.events import halved
 from bearing_twin.numerics.statuses import FULL, NOT_FINITE, SEPARATED, STOPPED, TIME_UP
 
 
@@ -104,25 +105,24 @@ def free_approach(rate, shape, sphere, length, state, position, velocity, count,
     return free
 
 
+@inlined
+def _pressed(what, span):
+    """Whether the approach is above zero after a step [s] over which the force falls to zero."""
+    (rate, shape, modal_mass, sphere), state, position, velocity, force, moment = what
+    alpha = position + span * (velocity + 0.5 * sphere.gravity * span) - force * span * span / (3.0 * sphere.mass)
+    for n in range(len(rate)):
+        z = rate[n] * span
+        moments(z, moment)
+        end = np.exp(z) * state[n] + shape[n] / modal_mass * span * force * (moment[0] - moment[1])
+        alpha -= shape[n] / rate[n].imag * end.imag
+    return alpha > 0.0
+
+
 @kernel
 def end_of_contact(rate, shape, modal_mass, sphere, length, state, position, velocity, force):
     """Length [s] <= `length` of the last, shortened step, over which the force falls to zero and alpha with it."""
-    low, high = 0.0, length
-    moment = np.empty(TERMS, np.complex128)
-    for _ in range(100):
-        span = 0.5 * (low + high)
-        alpha = position + span * (velocity + 0.5 * sphere.gravity * span) - force * span * span / (3.0 * sphere.mass)
-        for n in range(len(rate)):
-            z = rate[n] * span
-            moments(z, moment)
-            end = np.exp(z) * state[n] + shape[n] / modal_mass * span * force * (moment[0] - moment[1])
-            alpha -= shape[n] / rate[n].imag * end.imag
-        if alpha > 0.0:
-            low = span
-        else:
-            high = span
-        if high - low <= 1e-14 * length:
-            break
+    beam, moment = (rate, shape, modal_mass, sphere), np.empty(TERMS, np.complex128)
+    _, high, _ = halved(_pressed, (beam, state, position, velocity, force, moment), length, 1e-14 * length)
     return high
 
 

@@ -5,10 +5,10 @@ import math
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.kinds.ranges import FASTEST_CHANGE
 from bearing_twin.units import CELSIUS
 
 COLD = 150.0  # K, below all but cryogenic bearings
-FASTEST_CHANGE = 1000.0  # 1/s of the speed: the balls follow slower changes in rolling
 
 
 def still_error(share: float) -> float:
@@ -40,9 +40,14 @@ def _jump(parameters, share) -> str:
 
 def hurried(parameters) -> bool:
     """Whether the scene's change of speed comes faster than balls follow in rolling."""
+    return relative_acceleration(parameters) > FASTEST_CHANGE
+
+
+def relative_acceleration(parameters) -> float:
+    """Acceleration of the scene's change of speed over the least speed [1/s]; 0 where none comes."""
     drive = parameters.drive
     slowest = min(abs(drive.speed), abs(drive.speed + drive.change.speed))
-    return bool(drive.change.time and drive.change.speed) and drive.acceleration > FASTEST_CHANGE * max(slowest, 1.0)
+    return drive.acceleration / max(slowest, 1.0) if drive.change.time and drive.change.speed else 0.0
 
 
 def _hurry(parameters, share) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
+from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, bumps, carries, place_of, unseen
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
@@ -43,6 +44,7 @@ class BearingDoubt:
         self.windows = self.outputs = 0
         self.least = math.inf  # load of a ball [N]
         self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
+        self.mean = MeanError()
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
         self.spin = np.zeros((balls, 2))  # greatest under load
@@ -74,6 +76,7 @@ class BearingDoubt:
             return
         for row, most in zip(rows, greatest_until(rows, self.load.max(), block.time_ns, load, begins), strict=True):
             self.windows += 1
+            self.mean.add(row)
             goes_on = self.growth.add(row, most) and bumps(self.parameters)
             whole = int(row[PLACE["ball"]] == ALL) * (2 if goes_on else 1)
             self.worst[whole] = np.maximum(self.worst[whole], row)
@@ -152,7 +155,7 @@ class BearingDoubt:
             "misalignment_rad": [moved / (0.5 * pitch)] * 2,
             "ring_force_n": [ring] * 3,
             "ring_moment_nm": [0.5 * ring * pitch] * 2,
-            "friction_torque_nm": [seen["torque"]] * balls,
+            "friction_torque_nm": [self.mean.over(0.5 * self._seconds, self._inherited, seen["torque"])] * balls,
         }
 
     @property

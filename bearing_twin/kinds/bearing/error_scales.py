@@ -19,8 +19,9 @@ from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, RADI
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
-STEP_SHARE = 0.2  # of the wanted accuracy, that one adaptive step may spend: by `chart steppers`, see docs/accuracy.md
+STEP_SHARE = 0.2  # of the wanted accuracy, that one adaptive step may spend: `chart steppers`, docs/accuracy.md
 LIGHT = 0.01  # of the greatest load
+# With these two, balls that ring and loaded rings keep their tolerance: `tests/test_error_scales.py`.
 RINGING_SHARE = 0.08  # of what a ball that rings may err by: one step of a ball that has steps of its own
 STRICTEST, LOOSEST = 0.1, 4.0  # of an error of radial velocity, over one of slip
 

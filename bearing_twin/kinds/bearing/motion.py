@@ -257,8 +257,8 @@ class BearingMotion:
             mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
         pointer = self._integrate(drive, partners, near, times, duration, filled)
         if not partners.even:
-            for states in (self.state[None], filled[0]) if len(times) else (self.state[None],):
-                mark_met(self.bearing, states, 0.5 * NEAR * self.bearing.ball_radius, after)
+            states = np.concatenate((self.state[None], filled[0]))
+            mark_met(self.bearing, states, 0.5 * NEAR * self.bearing.ball_radius, after)
         if np.any(after & ~near):
             # Balls came together that were integrated apart: once more, all together.
             for one, kept in zip(moving, before, strict=True):

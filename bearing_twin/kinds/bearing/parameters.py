@@ -12,6 +12,7 @@ from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_p
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
 from bearing_twin.kinds.sections import (
+    Bounded,
     Friction,
     PointElastic,
     RunSettings,
@@ -30,7 +31,8 @@ STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_cr
 MOTIONS = ("rolling", "rest")
 LOADS = "loads"  # of wanted.outputs
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
-RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise
+RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise; no source, see the key's help
+ISO_GROOVES = "0.52 is the greatest that ISO 281 rates by its factors"
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,12 @@ class Geometry:
     balls: int = quantity(8, "1", "number of balls, evenly spaced at the start", at_least=1, at_most=4096)
     ball_diameter: float = quantity(6.746e-3, "m", "ball diameter", above=0.0)
     pitch_diameter: float = quantity(28.5e-3, "m", "diameter of the circle of ball centres", above=0.0)
-    inner_conformity: float = quantity(0.52, "1", "inner groove radius / ball diameter", above=0.5, at_most=10.0)
-    outer_conformity: float = quantity(0.52, "1", "outer groove radius / ball diameter", above=0.5, at_most=10.0)
+    inner_conformity: float = quantity(
+        0.52, "1", f"inner groove radius / ball diameter; {ISO_GROOVES}", above=0.5, at_most=10.0
+    )
+    outer_conformity: float = quantity(
+        0.52, "1", f"outer groove radius / ball diameter; {ISO_GROOVES}", above=0.5, at_most=10.0
+    )
     radial_clearance: float = quantity(
         -6.0e-6,
         "m",
@@ -109,7 +115,7 @@ def _steppers() -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Solver:
+class Solver(Bounded):
     """How the equations are integrated."""
 
     stepper: str = choice("auto", _steppers, "integration method; auto = the cheapest adequate one")

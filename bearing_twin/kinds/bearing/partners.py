@@ -26,8 +26,8 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
     azimuths_of,
     setting_of,
-    support_of,
     weighed_solver,
+    weighed_support,
 )
 from bearing_twin.kinds.bearing.rings import (
     BALLS,
@@ -45,7 +45,7 @@ from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, Partners
 from bearing_twin.kinds.bearing.stepping.shaft import Shaft
 
 NEVER = math.inf
-RING_SHARE = 0.3  # of the errors that a ball's motion may make: those of ring and cage
+RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/test_error_scales.py`)
 SAME = 1e-12  # relative: instants nearer than this are one
 
 
@@ -179,16 +179,6 @@ def partners_of(parameters: BearingScene) -> Partners:
     )
 
 
-def _support(parameters: BearingScene, partners: Partners) -> Support:
-    """The loads at the start, with the weight of the ring and of a cage that rests on it."""
-    found, (load, _) = support_of(parameters), Loading(parameters).at(0.0)
-    weight, carried = partners.weight[:CAGE].copy(), partners.weight[CAGE_X:CAGE]
-    if partners.land and partners.land.side < 0.0:
-        weight[:2] += carried
-    loads = np.where(found.free, load + weight, 0.0)
-    return Support(found.free, tuple(loads.tolist()), found.held)
-
-
 def _settled(solver: Solver, support: Support, partners: Partners):
     """The equilibrium with the springs of the support, whose force is found by Newton's method."""
     found = solver.solve(support)
@@ -215,7 +205,8 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
-    found = _settled(weighed_solver(parameters, setting, azimuths), _support(parameters, partners), partners)
+    support = weighed_support(parameters, Loading(parameters).at(0.0)[0])
+    found = _settled(weighed_solver(parameters, setting, azimuths), support, partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates
     border[SHAFT_SPEED] = speed if partners.shaft else 0.0

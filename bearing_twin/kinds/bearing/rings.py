@@ -80,17 +80,32 @@ class Cage:
         "even = balls stay evenly spaced, at one orbit speed that follows from their balance; pockets = contacts",
     )
     inertia: float = quantity(0.0, "kg m^2", "about its axis; 0 = mass on the pitch circle", at_least=0.0)
-    mass: float = quantity(5.0e-3, "kg", "of the cage; gives its inertia where none is given", at_least=0.0)
-    pocket_clearance: float = quantity(2.0e-4, "m", "free travel of a ball along the pitch circle", at_least=0.0)
-    stiffness: float = quantity(1.0e6, "N/m", "of the cage where it touches balls or a land", above=0.0)
-    relaxation_time: float = quantity(3.0e-5, "s", "viscous over elastic part of the same", at_least=0.0)
-    friction: float = quantity(0.05, "1", "coefficient of the same", at_least=0.0, at_most=10.0)
+    mass: float = quantity(
+        5.0e-3, "kg", "of the cage; gives its inertia where none is given; no source: a guess for a 6203", at_least=0.0
+    )
+    pocket_clearance: float = quantity(
+        2.0e-4, "m", "free travel of a ball along the pitch circle; no source: 3 % of a 6203's ball", at_least=0.0
+    )
+    stiffness: float = quantity(
+        1.0e6,
+        "N/m",
+        "of the cage where it touches balls or a land; no source: a hundredth of a raceway's, for a cage gives way",
+        above=0.0,
+    )
+    relaxation_time: float = quantity(
+        3.0e-5, "s", "viscous over elastic part of the same; no source: bumps die out within a period", at_least=0.0
+    )
+    friction: float = quantity(
+        0.05, "1", "coefficient of the same; no source: a guess for lubricated cages", at_least=0.0, at_most=10.0
+    )
     guidance: str = choice(
         CENTRED,
         (CENTRED, BALLS, INNER_LAND, OUTER_LAND),
         "of pockets: centred = the cage's centre stays; else it moves, borne by balls alone, or by a ring's land, too",
     )
-    land_clearance: float = quantity(1.0e-4, "m", "radial, between cage and the land that guides it", above=0.0)
+    land_clearance: float = quantity(
+        1.0e-4, "m", "radial, between cage and the land that guides it; no source: half that of pockets", above=0.0
+    )
     land_radius: float = quantity(
         0.0, "m", "of that land; 0 = pitch radius less (inner) or plus (outer) 0.3 ball diameters", at_least=0.0
     )

@@ -1,7 +1,9 @@
 """The row of bearings in the table of kinds."""
 
-from bearing_twin.kinds.bearing.parameters import MOVED, BearingScene, check, resolve, upgraded
-from bearing_twin.kinds.contract import Kind, late
+from bearing_twin.kinds.bearing.parameters import MOVED, BearingScene, upgraded
+from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rows import parts_in
 
 HERE = "bearing_twin.kinds.bearing"
 
@@ -10,29 +12,32 @@ BEARING = Kind(
     help="balls between two grooved raceways, the inner ring turning",
     home=HERE,
     parameters=BearingScene,
-    check=check,
-    resolve=resolve,
-    choose=late(f"{HERE}.models:choose"),
-    motion=late(f"{HERE}.motion:bearing_motion"),
-    channels=late(f"{HERE}.outputs:channels"),
-    place_of=late(f"{HERE}.outputs:place_of"),
-    records=late(f"{HERE}.figures:tables"),
-    figures=late(f"{HERE}.figures:BearingFigures"),
-    meanings=late(f"{HERE}.figures:meanings"),
-    doubt=late(f"{HERE}.doubt:BearingDoubt"),
-    quantities=late(f"{HERE}.quantities:quantities"),
     steered=True,
-    commands=late(f"{HERE}.topics:commands"),
-    check_drive=late(f"{HERE}.quasi_static.operating:check_drive"),
-    check_load=late(f"{HERE}.quasi_static.operating:check_load"),
-    rechosen=late(f"{HERE}.rechoice:rechosen"),
-    operating_point=late(f"{HERE}.quasi_static.operating:operating_point"),
-    frame="bearing_link",
-    topics=late(f"{HERE}.topics:topics"),
     moved=MOVED,
     upgraded=upgraded,
-    catalogue=late(f"{HERE}.catalogue:scenes"),
-    completed=late(f"{HERE}.catalogue:completed"),
-    picture=late(f"{HERE}.picture:BearingPicture"),
-    view=late(f"{HERE}.view:view"),
+    frame="bearing_link",
+    facts=facts_at(
+        f"{HERE}.facts:axis_ratio",
+        f"{HERE}.facts:slip_at_start",
+        f"{HERE}.facts:ring_shift",
+        f"{HERE}.adequacy:relative_acceleration",
+        f"{HERE}.facts:centrifugal_share",
+    ),
+    **parts_in(
+        HERE,
+        check="parameters:check",
+        resolve="parameters:resolve",
+        motion="motion:bearing_motion",
+        place_of="outputs:place_of",
+        figures="figures:BearingFigures",
+        doubt="doubt:BearingDoubt",
+        commands="topics:commands",
+        check_drive="quasi_static.operating:check_drive",
+        check_load="quasi_static.operating:check_load",
+        rechosen="rechoice:rechosen",
+        operating_point="quasi_static.operating:operating_point",
+        catalogue="catalogue:scenes",
+        completed="catalogue:completed",
+        picture="picture:BearingPicture",
+    ),
 )

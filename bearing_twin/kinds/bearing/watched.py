@@ -293,6 +293,7 @@ class WatchedMotion(BearingMotion):
         added, self._before_it = found, found[:0]
         if len(found):
             what = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max(), greatest
+            what += (self.companion.apart,)
             found, added, self._before_it, self._inherited = carried_on(self._inherited, part, found, *what)
         self._found, self._added = found, added
         if self._first_go:

@@ -33,6 +33,7 @@ from bearing_twin.kinds.ellipsoid.steps import (
     safe_flight,
     separation,
 )
+from bearing_twin.numerics.events import parabola_top
 from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 
 TIME, STEP, IN_CONTACT, DRIFT, CURSOR = range(5)
@@ -68,13 +69,11 @@ def note_peak(body, plan, state, step, record, counts, work, spare):
     load = touch_of(body, work.after, pose_of(body, work.after)).normal_load
     first, middle, back = record[LOAD_BEFORE], record[LOAD_LAST], record[LAST_STEP]
     if middle >= first and middle > load and middle > 0.9 * record[PEAK_LOAD] and back > 0.0:
-        rise, fall = (middle - first) / back, (load - middle) / step
-        top = 0.5 * (rise * step + fall * back) / (rise - fall)
-        top = min(max(top, -back), step)
+        top = parabola_top(-back, 0.0, step, first, middle, load)
         if top >= 0.0:
-            one_step(body, plan, state, top, True, work, spare)
+            one_step(body, plan.method, state, top, True, work, spare)
         else:
-            one_step(body, plan, work.before, back + top, True, work, spare)
+            one_step(body, plan.method, work.before, back + top, True, work, spare)
         counts[EVALUATIONS] += len(plan.method.weights)
         keep_peak(touch_of(body, spare, pose_of(body, spare)), record)
     keep_peak(touch_of(body, state, pose_of(body, state)), record)
@@ -138,7 +137,7 @@ def write_outputs_until(body, plan, state, clock, end, times, states, work, spar
     loaded = clock[IN_CONTACT] > 0.0
     while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= end:
         row = int(clock[CURSOR])
-        one_step(body, plan, state, times[row] - clock[TIME], loaded, work, spare)
+        one_step(body, plan.method, state, times[row] - clock[TIME], loaded, work, spare)
         states[row] = spare
         clock[CURSOR] += 1.0
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -55,17 +56,23 @@ def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
     """Greatest relative load error of a law against exact Hertz over the body's surface, on a grid of directions."""
     if LAWS[law].measured or LAWS[law].state is not None:
         return 0.0
-    axes, start, worst = tuple(parameters.body.semi_axes), start_gap(parameters), 0.0
+    start, worst = start_gap(parameters), 0.0
     frozen = hertz_coefficient(start.curvature_small, start.curvature_large, 1.0)
+    for pair in curvatures_over(parameters):
+        exact = hertz_coefficient(*pair, 1.0)
+        worst = max(worst, abs(coefficient_of(law, *pair, 1.0, frozen) / exact - 1.0))
+    return worst
+
+
+def curvatures_over(parameters: EllipsoidOnPlaneScene) -> Iterator[tuple[float, float]]:
+    """Curvatures (small, large) of the gap [1/m] where the body may touch, on a grid of directions over its surface."""
+    axes = tuple(parameters.body.semi_axes)
     for polar in np.linspace(0.0, 0.5 * math.pi, GRID):
         for round_about in np.linspace(0.0, 0.5 * math.pi, GRID):
             flat = math.sin(polar)
             direction = (flat * math.cos(round_about), flat * math.sin(round_about), math.cos(polar))
             low = ellipsoid_on_plane(axes, direction)
-            curvatures = low.curvature_small, low.curvature_large, 1.0
-            exact = hertz_coefficient(*curvatures)
-            worst = max(worst, abs(coefficient_of(law, *curvatures, frozen) / exact - 1.0))
-    return worst
+            yield low.curvature_small, low.curvature_large
 
 
 def greatest_speed(parameters: EllipsoidOnPlaneScene) -> float:

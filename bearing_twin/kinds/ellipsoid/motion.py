@@ -30,7 +30,7 @@ from bearing_twin.numerics.steppers import RK4
 from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach
 
-SETTING = 1e-3  # tolerance of a step over that of contacts
+SETTING = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
 NEAR = 1e-6  # of the height of the centre: a gap within which a contact may still end
 KEPT = ("state", "clock", "record", "counts")  # what a motion goes on from
 FAILURES = {

@@ -1,7 +1,9 @@
 """The row of an ellipsoid on a plane in the table of kinds."""
 
-from bearing_twin.kinds.contract import Kind, late
+from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.ellipsoid.parameters import MOVED, EllipsoidOnPlaneScene, upgraded
+from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rows import parts_in
 
 HERE = "bearing_twin.kinds.ellipsoid"
 
@@ -10,21 +12,19 @@ ELLIPSOID_ON_PLANE = Kind(
     help="an ellipsoid falls on a plane, bounces, slides and rocks under gravity",
     home=HERE,
     parameters=EllipsoidOnPlaneScene,
-    check=late(f"{HERE}.derived:check_ellipsoid"),
-    resolve=late(f"{HERE}.derived:resolve"),
-    choose=late(f"{HERE}.models:choose"),
-    motion=late(f"{HERE}.motion:motion"),
-    channels=late(f"{HERE}.outputs:channels"),
-    records=late(f"{HERE}.figures:tables"),
-    figures=late(f"{HERE}.figures:EllipsoidFigures"),
-    meanings=late(f"{HERE}.figures:meanings"),
-    doubt=late(f"{HERE}.doubt:EllipsoidDoubt"),
-    quantities=late(f"{HERE}.quantities:quantities"),
     brief=True,
     moved=MOVED,
     upgraded=upgraded,
     frame="ellipsoid_on_plane_link",
-    topics=late(f"{HERE}.topics:topics"),
-    picture=late(f"{HERE}.picture:EllipsoidPicture"),
-    view=late(f"{HERE}.view:view"),
+    facts=facts_at(
+        f"{HERE}.facts:axis_ratio",
+        f"{HERE}.facts:coefficient_change",
+    ),
+    **parts_in(
+        HERE,
+        check="derived:check_ellipsoid",
+        figures="figures:EllipsoidFigures",
+        doubt="doubt:EllipsoidDoubt",
+        picture="picture:EllipsoidPicture",
+    ),
 )

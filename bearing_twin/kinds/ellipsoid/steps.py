@@ -27,7 +27,8 @@ from bearing_twin.kinds.ellipsoid.equations import (
     pose_of,
     touch_of,
 )
-from bearing_twin.numerics.steppers import RungeKutta, next_step
+from bearing_twin.numerics.runge_kutta import longest_step, runge_kutta_step
+from bearing_twin.numerics.steppers import RungeKutta
 
 STEPS, REJECTIONS, EVALUATIONS, TOUCHES = range(4)
 COUNTS = 4
@@ -63,35 +64,12 @@ class Work(NamedTuple):
 
 
 @kernel
-def one_step(body, plan, state, step, loaded, work, out):
+def one_step(body, method, state, step, loaded, work, out):
     """Writes the state `step` [s] later, in contact (`loaded`) or flight; returns the error in units of `work.scales`.
 
     Zero for a method of fixed steps.
     """
-    method = plan.method
-    stages = len(method.weights)
-    for i in range(stages):
-        work.trial[:] = state
-        for j in range(i):
-            weight = step * method.a[i, j]
-            if weight != 0.0:
-                for n in range(COLUMNS):
-                    work.trial[n] += weight * work.stages[j, n]
-        ellipsoid_rates(body, work.trial, loaded, work.stages[i])
-    out[:] = state
-    fifth = third = 0.0
-    for n in range(COLUMNS):
-        change = wide = narrow = 0.0
-        for i in range(stages):
-            change += method.weights[i] * work.stages[i, n]
-            wide += method.error[i] * work.stages[i, n]
-            narrow += method.third[i] * work.stages[i, n]
-        out[n] += step * change
-        fifth += (wide / work.scales[n]) ** 2
-        third += (narrow / work.scales[n]) ** 2
-    if fifth == 0.0:
-        return 0.0
-    return step * fifth / math.sqrt((fifth + 0.01 * third) * COLUMNS)
+    return runge_kutta_step(method, ellipsoid_rates, body, state, step, loaded, COLUMNS, work, out)
 
 
 @kernel
@@ -165,16 +143,12 @@ def adaptive_step(body, plan, state, wanted, loaded, counts, work):
 
     The step is negative where none is short enough.
     """
-    step = wanted
-    while True:
-        error = one_step(body, plan, state, step, loaded, work, work.after)
-        counts[EVALUATIONS] += len(plan.method.weights)
-        if error <= 1.0:
-            return step, next_step(step, error, plan.method.order) if plan.fixed == 0.0 else math.inf
-        counts[REJECTIONS] += 1
-        if not step > 1e-9 * plan.floor:
-            return -1.0, step
-        step = next_step(step, error, plan.method.order)
+    step, following, rejections = longest_step(
+        one_step, body, plan.method, state, wanted, 1e-9 * plan.floor, loaded, work
+    )
+    counts[REJECTIONS] += rejections
+    counts[EVALUATIONS] += len(plan.method.weights) * (rejections + (step > 0.0))
+    return step, following if plan.fixed == 0.0 or step < 0.0 else math.inf
 
 
 @kernel
@@ -191,7 +165,7 @@ def separation(body, plan, state, step, counts, work):
         length = (low * approach_high - high * approach_low) / (approach_high - approach_low)
         if not low < length < high:
             length = 0.5 * (low + high)
-        one_step(body, plan, state, length, True, work, work.after)
+        one_step(body, plan.method, state, length, True, work, work.after)
         counts[EVALUATIONS] += len(plan.method.weights)
         approach, _ = gap_of(body, work.after)
         if approach > 0.0:
@@ -206,5 +180,5 @@ def separation(body, plan, state, step, counts, work):
             break
     if approach > 0.0:
         length = high
-        one_step(body, plan, state, high, True, work, work.after)
+        one_step(body, plan.method, state, high, True, work, work.after)
     return length

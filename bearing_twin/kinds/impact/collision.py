@@ -14,12 +14,14 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact import line
 from bearing_twin.contact.damping import damped_load, steady_damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
 from bearing_twin.contact.elasticity import line_elastic
 from bearing_twin.errors import IntegrationError
+from bearing_twin.numerics.runge_kutta import runge_kutta_step
+from bearing_twin.numerics.steppers import RK4
 
 FIXED_STEP = ("rk4", "symplectic_euler")
 FEWEST_STEPS, FEW_STEPS = 8, 16  # of a fixed-step method in the shortest contact: refused below, warned below
@@ -97,6 +99,20 @@ def rates(spring, reduced_mass, state, out):
     out[2] = (load - spring_elastic(spring, state[0]).load) * state[1]
 
 
+class Work(NamedTuple):
+    """Arrays to work in, as `runge_kutta_step` wants them."""
+
+    stages: np.ndarray
+    trial: np.ndarray
+    scales: np.ndarray
+
+
+@inlined
+def _rates(bodies, state, loaded, out):
+    spring, reduced_mass = bodies
+    rates(spring, reduced_mass, state, out)
+
+
 @kernel
 def march_fixed(method, spring, reduced_mass, speed, step, phase, nodes):
     """Marches one contact from `phase` of a step before the first touch; returns the nodes written, negative if full.
@@ -104,24 +120,19 @@ def march_fixed(method, spring, reduced_mass, speed, step, phase, nodes):
     `method` 0 = rk4, 1 = symplectic Euler; `nodes` (n, 4) receives time, approach, rate and dissipated energy. The
     first node is before the touch, the last after separation.
     """
-    state, trial = np.zeros(3), np.zeros(3)
-    k1, k2, k3, k4 = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    state, after, slopes = np.zeros(3), np.zeros(3), np.zeros(3)
+    work = Work(np.zeros((len(RK4.weights), 3)), np.zeros(3), np.ones(3))
     state[0], state[1] = -phase * step * speed, speed
     nodes[0, 0], nodes[0, 1:] = -phase * step, state
     for n in range(1, len(nodes)):
-        rates(spring, reduced_mass, state, k1)
         if method == 1:
-            state[1] += step * k1[1]
-            state[2] += step * k1[2]
+            rates(spring, reduced_mass, state, slopes)
+            state[1] += step * slopes[1]
+            state[2] += step * slopes[2]
             state[0] += step * state[1]
         else:
-            trial[:] = state + 0.5 * step * k1
-            rates(spring, reduced_mass, trial, k2)
-            trial[:] = state + 0.5 * step * k2
-            rates(spring, reduced_mass, trial, k3)
-            trial[:] = state + step * k3
-            rates(spring, reduced_mass, trial, k4)
-            state += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+            runge_kutta_step(RK4, _rates, (spring, reduced_mass), state, step, True, 3, work, after)
+            state[:] = after
         nodes[n, 0], nodes[n, 1:] = (n - phase) * step, state
         if not math.isfinite(state[0] + state[1]):
             return -n

@@ -10,7 +10,7 @@ from bearing_twin.kinds.impact.impact import Impact
 from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.sample import Channel
 
-SETTING = 0.03  # tolerance of a step over that of forces and times
+SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_doubt.py`)
 CHANNELS = (
     Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),
     Channel("normal_load", "N", (), "contact force, pushing the bodies apart"),

@@ -1,32 +1,26 @@
 """The rows of two spheres and of two discs in the table of kinds."""
 
-from bearing_twin.kinds.contract import Kind, late
+from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.impact.parameters import MOVED, MOVED_OF_DISCS, TwoDiscsScene, TwoSpheresScene, upgraded
+from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rows import parts_in
 
 HERE = "bearing_twin.kinds.impact"
 
 
-def _pair(name: str, help: str, parameters: type, module: str, **parts) -> Kind:
+def _pair(name: str, help: str, parameters: type, moved: dict[str, str], *facts: str, **parts: str) -> Kind:
     return Kind(
         name=name,
         help=help,
         home=HERE,
         parameters=parameters,
-        resolve=late(f"{HERE}.derived:resolve"),
-        motion=late(f"{HERE}.{module}:motion"),
-        channels=late(f"{HERE}.pair:channels"),
-        records=late(f"{HERE}.figures:tables"),
-        figures=late(f"{HERE}.{module}:figures"),
-        meanings=late(f"{HERE}.figures:meanings"),
-        closed_form=late(f"{HERE}.{module}:closed_form"),
         known_when_solved=True,
         brief=True,
+        moved=moved,
         upgraded=upgraded,
         frame=f"{name}_link",
-        topics=late(f"{HERE}.topics:{module}_topics"),
-        picture=late(f"{HERE}.picture:PairPicture"),
-        view=late(f"{HERE}.view:view"),
-        **parts,
+        facts=facts_at(*facts),
+        **parts_in(HERE, channels="pair:channels", picture="picture:PairPicture", **parts),
     )
 
 
@@ -34,21 +28,29 @@ TWO_SPHERES = _pair(
     "two_spheres",
     "two elastic spheres meet head-on, without gravity",
     TwoSpheresScene,
-    "spheres",
-    check=late(f"{HERE}.derived:check_spheres"),
-    choose=late(f"{HERE}.models:choose_spheres"),
-    doubt=late(f"{HERE}.doubt:SphereDoubt"),
-    quantities=late(f"{HERE}.quantities:spheres"),
-    moved=MOVED,
+    MOVED,
+    check="derived:check_spheres",
+    choose="models:choose_spheres",
+    motion="spheres:motion",
+    figures="spheres:figures",
+    doubt="doubt:SphereDoubt",
+    quantities="quantities:spheres",
+    closed_form="spheres:closed_form",
+    topics="topics:spheres_topics",
 )
 TWO_DISCS = _pair(
     "two_discs",
     "two equal discs meet in line contact, without gravity",
     TwoDiscsScene,
-    "discs",
-    check=late(f"{HERE}.derived:check_discs"),
-    choose=late(f"{HERE}.models:choose_discs"),
-    doubt=late(f"{HERE}.doubt:DiscDoubt"),
-    quantities=late(f"{HERE}.quantities:discs"),
-    moved=MOVED_OF_DISCS,
+    MOVED_OF_DISCS,
+    f"{HERE}.facts:thickness_over_radius",
+    f"{HERE}.facts:speed_share",
+    check="derived:check_discs",
+    choose="models:choose_discs",
+    motion="discs:motion",
+    figures="discs:figures",
+    doubt="doubt:DiscDoubt",
+    quantities="quantities:discs",
+    closed_form="discs:closed_form",
+    topics="topics:discs_topics",
 )

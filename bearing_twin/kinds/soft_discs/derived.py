@@ -18,9 +18,11 @@ BRIEFEST = 4.5  # contact time in r sqrt(rho/E) where Johnson's law cannot store
 
 ERRORS = {1: (6.7e-3, 1.55), 2: (4.9e-3, 2.6), 3: (4.2e-3, 2.8), 4: (3.4e-3, 2.2)}
 """By order: relative error of the force, root mean square on [0, 0.07 s], with 16 divisions, and its rate; measured on
-the mean problem of paper 3, section 5.2, against 64 divisions of order 4."""
+the mean problem of paper 3, section 5.2, against 64 divisions of order 4 (`bearing_twin chart discs`)."""
 STEPS = {1: 0.37, 2: 0.27, 3: 0.21, 4: 0.17}
-"""By order: step at half the bound times divisions over r sqrt(rho/E), Poisson's ratio 0.25; measured."""
+"""By order: step at half the bound times divisions over r sqrt(rho/E), Poisson's ratio 0.25.
+
+Study: `tests/test_soft_discs.py`."""
 SECONDS = 7e-8  # a node and step; measured
 UNEQUAL = 20.0  # ratio of radii of two discs, at most
 GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run that is begun

@@ -1,12 +1,11 @@
 """The model of soft discs: one method, on a mesh whose error is known."""
 
-from bearing_twin.kinds.soft_discs.derived import capped_ratio, predicted_error, predicted_seconds
+from bearing_twin.kinds.soft_discs.derived import predicted_error, predicted_seconds
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.report import Choice
 
 STEPPER = "central_differences"
 LONG = 60.0  # s
-LOCKS = 0.45  # Poisson's ratio from which full integration of bilinear elements is off by more than the mesh
 
 
 def choose(parameters: SoftDiscsScene) -> Choice:
@@ -19,8 +18,6 @@ def choose(parameters: SoftDiscsScene) -> Choice:
             f"mesh.divisions = {mesh.divisions} of order {mesh.order} errs by about {error:.1g} in the force, more "
             f"than wanted.tolerance = {tolerance:g}; leave mesh.divisions out to have it chosen"
         )
-    if mesh.integration == "full" and capped_ratio(parameters) > LOCKS and parameters.plane == "strain":
-        warnings.append("mesh.integration: full locks at this Poisson's ratio; use selective")
     if seconds > LONG:
         warnings.append(f"this run takes about {seconds:.2g} s on one processor")
     return Choice(

@@ -36,7 +36,11 @@ class Penalty:
     """
 
     stiffness_ratio: float = quantity(
-        10.0, "1", "k r / E: pressure over Young's modulus at a depth of one radius", above=0.0, at_most=1e4
+        10.0,
+        "1",
+        "k r / E: pressure over Young's modulus at a depth of one radius; paper 3 has k = 100 E",
+        above=0.0,
+        at_most=1e4,
     )
     exponent: float = quantity(1.0, "1", "power m of the depth", at_least=1.0, at_most=4.0)
 

@@ -1,6 +1,8 @@
 """The row of soft discs in the table of kinds."""
 
-from bearing_twin.kinds.contract import Kind, late
+from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rows import parts_in
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 HERE = "bearing_twin.kinds.soft_discs"
@@ -10,21 +12,20 @@ SOFT_DISCS = Kind(
     help="a soft disc on a rigid wall, or two soft discs, by finite elasticity",
     home=HERE,
     parameters=SoftDiscsScene,
-    check=late(f"{HERE}.derived:check"),
-    resolve=late(f"{HERE}.derived:resolve"),
-    choose=late(f"{HERE}.models:choose"),
-    motion=late(f"{HERE}.motion:motion"),
-    channels=late(f"{HERE}.motion:channels"),
-    records=late(f"{HERE}.figures:tables"),
-    figures=late(f"{HERE}.figures:SoftDiscFigures"),
-    meanings=late(f"{HERE}.figures:meanings"),
-    doubt=late(f"{HERE}.doubt:SoftDiscDoubt"),
-    quantities=late(f"{HERE}.quantities:quantities"),
     known_when_solved=True,
     brief=True,
     frame="soft_discs_link",
-    topics=late(f"{HERE}.topics:topics"),
+    facts=facts_at(
+        f"{HERE}.facts:speed_share",
+        f"{HERE}.facts:thickness_over_radius",
+        f"{HERE}.facts:poisson_ratio_in_strain",
+    ),
     animated=True,
-    picture=late(f"{HERE}.picture:SoftDiscPicture"),
-    view=late(f"{HERE}.view:view"),
+    **parts_in(
+        HERE,
+        channels="motion:channels",
+        figures="figures:SoftDiscFigures",
+        doubt="doubt:SoftDiscDoubt",
+        picture="picture:SoftDiscPicture",
+    ),
 )

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import carries
 from bearing_twin.kinds.two_bodies.equations import carry_on
 from bearing_twin.kinds.two_bodies.pair import CARRIED, COLUMNS, FLAT, LOAD_IMPULSE, RUB_IMPULSE
@@ -21,8 +21,9 @@ from bearing_twin.kinds.two_bodies.steps import (
     one_step,
     touch_now,
 )
+from bearing_twin.numerics.events import halved, parabola_top
+from bearing_twin.numerics.runge_kutta import hermite, longest_step
 from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
-from bearing_twin.numerics.steppers import next_step
 from bearing_twin.shapes.tracking import FOUND
 
 STEPS, REJECTIONS, EVALUATIONS = range(3)
@@ -57,7 +58,7 @@ def keep_peak(touch, record):
 @kernel
 def load_after(pair, state, step, work):
     """The contact `step` [s] after a state."""
-    one_step(pair, state, step, True, work, work.spare)
+    one_step(pair, METHOD, state, step, True, work, work.spare)
     finish(pair, work.spare)
     return touch_now(pair, work.spare)
 
@@ -74,9 +75,7 @@ def note_peak(pair, step, touch, record, counts, work):
         return
     low, at, high = -back, 0.0, step
     for _ in range(PEAK_ROUNDS):
-        rise, fall = (middle - first) / (at - low), (middle - last) / (high - at)
-        top = at + 0.5 * (rise * (high - at) - fall * (at - low)) / (rise + fall)
-        top = min(max(top, low), high)
+        top = parabola_top(low, at, high, first, middle, last)
         peak = load_after(pair, work.before, back + top, work)
         counts[EVALUATIONS] += len(METHOD.weights)
         keep_peak(peak, record)
@@ -89,18 +88,16 @@ def note_peak(pair, step, touch, record, counts, work):
         at, middle = top, peak.normal_load
 
 
+@inlined
+def _not_crossed(ends, share):
+    step, before, before_rate, after, after_rate = ends
+    return (hermite(share, step, before, before_rate, after, after_rate) > 0.0) == (before > 0.0)
+
+
 @kernel
 def crossing(step, before, before_rate, after, after_rate):
     """Share of a step at which the approach, a cubic with these ends and rates, changes its sign."""
-    low, high = 0.0, 1.0
-    while high - low > 1e-14:
-        s = 0.5 * (low + high)
-        value = (1.0 - s) ** 2 * ((1.0 + 2.0 * s) * before + s * step * before_rate)
-        value += s * s * ((3.0 - 2.0 * s) * after - (1.0 - s) * step * after_rate)
-        if (value > 0.0) == (before > 0.0):
-            low = s
-        else:
-            high = s
+    low, high, _ = halved(_not_crossed, (step, before, before_rate, after, after_rate), 1.0, 1e-14)
     return 0.5 * (low + high)
 
 
@@ -137,7 +134,7 @@ def write_outputs_until(pair, state, clock, end, times, states, loaded, work):
     """States at the output times up to `end` [s], each by a step of its own from the start of this one."""
     while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= end:
         row = int(clock[CURSOR])
-        one_step(pair, state, times[row] - clock[TIME], loaded, work, states[row])
+        one_step(pair, METHOD, state, times[row] - clock[TIME], loaded, work, states[row])
         finish(pair, states[row])
         clock[CURSOR] += 1.0
 
@@ -149,7 +146,7 @@ def advance(pair, plan, state, clock, times, until, states, record, records, cou
     `states` (outputs, COLUMNS) receives the states at `times` [s]; completed contacts go to `records`; `stop` (1,) is
     looked at before every step. The step in contact begins and ends by itself: `loaded` unless it is sure to be flight.
     """
-    completed, stages = 0, len(METHOD.weights)
+    completed = 0
     touch = touch_now(pair, state)
     while True:
         if stop[0] != 0:
@@ -165,16 +162,11 @@ def advance(pair, plan, state, clock, times, until, states, record, records, cou
             loaded = True
         else:
             flight_scales(pair, plan, work.scales)
-        while True:
-            error = one_step(pair, state, step, loaded, work, work.after)
-            counts[EVALUATIONS] += stages
-            if error <= 1.0:
-                break
-            counts[REJECTIONS] += 1
-            if not step > 1e-6 * plan.floor:
-                return STALLED, completed
-            step = next_step(step, error, METHOD.order)
-        following = next_step(step, error, METHOD.order)
+        step, following, rejections = longest_step(one_step, pair, METHOD, state, step, 1e-6 * plan.floor, loaded, work)
+        counts[REJECTIONS] += rejections
+        counts[EVALUATIONS] += len(METHOD.weights) * (rejections + (step > 0.0))
+        if step < 0.0:
+            return STALLED, completed
         drift, off = finish(pair, work.after)
         if not np.all(np.isfinite(work.after)):
             return NOT_FINITE, completed

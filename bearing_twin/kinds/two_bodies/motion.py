@@ -26,7 +26,7 @@ from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matr
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
 from bearing_twin.report import Choice
 
-SETTING = 1e-2  # tolerance of a step over that of contacts
+SETTING = 1e-2  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
 FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
     TOO_DEEP: "the bodies are pressed into each other by a third of the least size; stiffen them or slow them down",

@@ -1,6 +1,8 @@
 """The row of two bodies in the table of kinds."""
 
-from bearing_twin.kinds.contract import Kind, late
+from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rows import parts_in
 from bearing_twin.kinds.two_bodies.parameters import TwoBodiesScene
 
 HERE = "bearing_twin.kinds.two_bodies"
@@ -10,19 +12,11 @@ TWO_BODIES = Kind(
     help="two bodies of any smooth shape bounce, roll and spin on each other",
     home=HERE,
     parameters=TwoBodiesScene,
-    check=late(f"{HERE}.derived:check"),
-    resolve=late(f"{HERE}.derived:resolve"),
-    choose=late(f"{HERE}.models:choose"),
-    motion=late(f"{HERE}.motion:motion"),
-    channels=late(f"{HERE}.outputs:channels"),
-    records=late(f"{HERE}.figures:tables"),
-    figures=late(f"{HERE}.figures:PairFigures"),
-    meanings=late(f"{HERE}.figures:meanings"),
-    doubt=late(f"{HERE}.doubt:PairDoubt"),
-    quantities=late(f"{HERE}.quantities:quantities"),
     brief=True,
     frame="two_bodies_link",
-    topics=late(f"{HERE}.topics:topics"),
-    picture=late(f"{HERE}.picture:PairPicture"),
-    view=late(f"{HERE}.view:view"),
+    facts=facts_at(
+        f"{HERE}.facts:axis_ratio",
+        f"{HERE}.facts:greatest_exponent",
+    ),
+    **parts_in(HERE, figures="figures:PairFigures", doubt="doubt:PairDoubt", picture="picture:PairPicture"),
 )

@@ -34,6 +34,7 @@ from bearing_twin.kinds.two_bodies.pair import (
     track,
 )
 from bearing_twin.numerics.dop853 import DOP853
+from bearing_twin.numerics.runge_kutta import runge_kutta_step
 from bearing_twin.shapes.tracking import LAMBDA, MU, projected
 
 METHOD = DOP853
@@ -68,31 +69,9 @@ class Work(NamedTuple):
 
 
 @kernel
-def one_step(pair, state, step, loaded, work, out):
+def one_step(pair, method, state, step, loaded, work, out):
     """Writes the state `step` [s] later; returns the error in units of `work.scales`."""
-    stages = len(METHOD.weights)
-    for i in range(stages):
-        work.trial[:] = state
-        for j in range(i):
-            weight = step * METHOD.a[i, j]
-            if weight != 0.0:
-                for n in range(MOVING):
-                    work.trial[n] += weight * work.stages[j, n]
-        pair_rates(pair, work.trial, loaded, work.stages[i])
-    out[:] = state
-    fifth = third = 0.0
-    for n in range(MOVING):
-        change = wide = narrow = 0.0
-        for i in range(stages):
-            change += METHOD.weights[i] * work.stages[i, n]
-            wide += METHOD.error[i] * work.stages[i, n]
-            narrow += METHOD.third[i] * work.stages[i, n]
-        out[n] += step * change
-        fifth += (wide / work.scales[n]) ** 2
-        third += (narrow / work.scales[n]) ** 2
-    if fifth == 0.0:
-        return 0.0
-    return step * fifth / math.sqrt((fifth + 0.01 * third) * MOVING)
+    return runge_kutta_step(method, pair_rates, pair, state, step, loaded, MOVING, work, out)
 
 
 @kernel

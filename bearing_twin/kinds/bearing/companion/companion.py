@@ -25,7 +25,7 @@ from bearing_twin.kinds.bearing.companion.departures import (
     to_the_end,
     together,
 )
-from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, deviations, left_over
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, deviations, left_over, off_in_flight
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, MET
 from bearing_twin.kinds.bearing.companion.meetings import (
     COPYING,
@@ -84,6 +84,7 @@ class Companion:
         self.steps = self.looked = self.parts = self.met = 0
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
+        self.apart = 0.0  # how far [m] balls of the last part were off in flight
         self.probing = False  # whether it looks for that in this part
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
@@ -181,7 +182,7 @@ class Companion:
 
         Then the balls that are off at the end are followed to the end of the part.
         """
-        rows, off = [], []
+        rows, off, self.apart = [], [], 0.0
         met = meetings(part)
         self.drift.begin(copied_from(met, self.met))
         for group in together(part, windows):
@@ -222,6 +223,8 @@ class Companion:
     def _row(self, part, window, begin, each, tolerance, found, place) -> list[float]:
         end = part.elapsed + part.start(window.begin + window.length)
         off = deviations(part, window, found, place, self.greatest_load)
+        flight = off_in_flight(part, window, found, place) * (1.0 if begin <= part.elapsed else BUMPING)
+        self.apart = max(self.apart, flight / (1.0 - TIGHTER))
         return [end, begin, window.ball, each, tolerance, *(one / (1.0 - TIGHTER) for one in off)]
 
     def _follow(self, part: Part, off: list, scales, tolerance: float, met: np.ndarray) -> list[list[float]]:
@@ -238,8 +241,8 @@ class Companion:
         for left, there, begin, first, last in those:
             window = until_met(there, met)
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or len(self.followed) == AT_A_TIME
-            share = THREATENED if left > 1.0 or left == UNKNOWN or loose(part, window) else FOLLOWING
-            share = THREATENED if self.probing and window.ball == ALL else share
+            threatened = left > 1.0 or left == UNKNOWN or loose(part, window) or (self.probing and window.ball == ALL)
+            share = THREATENED if threatened else FOLLOWING
             room = (BOUNCING if left == UNKNOWN else THREATENED) * part.taken - self.steps
             spent = self.steps > share * part.taken or (self.diverged and window.ball == ALL)
             asked, window = window, affordable(part, window, room / DEARER)
@@ -247,8 +250,7 @@ class Companion:
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
                 continue
             alone, ends = window.ball != ALL, window.begin + 1 + window.length == len(part.times)
-            until = part.duration if ends else None
-            what = scales, last, until
+            what = scales, last, (until := part.duration if ends else None)
             found = some_beside(part, [window], *what) if alone else all_beside(self.parameters, part, window, *what)
             if found is None:
                 continue

@@ -90,6 +90,11 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
         force = np.linalg.norm(off("friction_force"), axis=-1) / np.maximum(load, least)
         turned = torque / bearing.ball_radius / np.maximum(load.sum(axis=-1), least)
         friction = float(max(force.max(), turned.max())) / coefficient
+    turns = [
+        np.linalg.norm(one, axis=-1)
+        for one in (part.out["raceway_torque"][rows, balls], exact["raceway_torque"][:, own])
+    ]
+    mean = (turns[0] - turns[1]).mean(axis=0)
     mine, theirs = part.filled[0][rows, balls], found.states[:, own]
     orbit = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, theirs)]
     before = 0.0 if window.begin < 0 else part.times[window.begin]
@@ -113,6 +118,7 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
         float(integrals[DRIVE_WORK]) / (speed * seconds) if speed > 0.0 else 0.0,
         float(integrals[DISSIPATED]) / seconds,
         *ring,
+        float(mean[np.abs(mean).argmax()]),
     ]
 
 
@@ -126,3 +132,16 @@ def left_over(part: Part, window: Window, found: Found, place: int, allowed: np.
     error = np.abs(mine - found.states[-1, own, :MOTION]) / allowed
     error[..., ORBIT_ANGLE] = 0.0
     return float(error.max())
+
+
+def off_in_flight(part: Part, window: Window, found: Found, place: int | None) -> float:
+    """How far [m] the ball of a window was off along the radius at outputs where it touched neither raceway.
+
+    0 of all balls at once.
+    """
+    if place is None:
+        return 0.0
+    rows = slice(window.begin + 1, window.begin + 1 + window.length)
+    free = part.out["normal_load"][rows, window.ball].max(axis=-1) == 0.0
+    off = part.filled[0][rows, window.ball, AXIS_DISTANCE] - found.states[:, place, AXIS_DISTANCE]
+    return float(np.abs(off[free]).max(initial=0.0))

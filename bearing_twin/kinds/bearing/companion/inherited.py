@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
 from bearing_twin.kinds.bearing.companion.pointers import lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
+from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 
 NOTHING = (0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
@@ -44,10 +45,59 @@ def light_share(part: Part, greatest: float) -> float:
     if coefficient <= 0.0 or greatest <= 0.0:
         return 0.0
     load, law = part.out["normal_load"], part.bearing.inner.law
-    rubs = lengths(part.out["friction_force"]) / np.maximum(load, LEAST_LOAD * greatest)
     bears = load > 0.0
-    felt = rubs[bears] * (greatest / load[bears]) ** (1.0 / law.power)
-    return float(felt.max(initial=0.0)) / coefficient
+    felt = rubbing(part, greatest)[bears] * (greatest / load[bears]) ** (1.0 / law.power)
+    return float(felt.max(initial=0.0))
+
+
+def rubbing(part: Part, greatest: float) -> np.ndarray:
+    """Friction of the contacts (outputs, balls, 2) over what it could be, mu N; mu is not 0."""
+    limit = part.bearing.friction_coefficient * np.maximum(part.out["normal_load"], LEAST_LOAD * greatest)
+    return lengths(part.out["friction_force"]) / limit
+
+
+def landed(part: Part) -> np.ndarray:
+    """Which contacts (outputs, balls, 2) bear load where their ball touched neither raceway at the output before."""
+    load = part.out["normal_load"]
+    free, bears = load.max(axis=2) == 0.0, load > 0.0
+    bears[0], bears[1:] = False, bears[1:] & (free[:-1] & ~free[1:])[..., None]
+    return bears
+
+
+def hops(part: Part, greatest: float, off: float) -> tuple[float, float]:
+    """Errors of load [N], and of friction over mu N, of balls that hop, where contacts may be `off` by a load [N].
+
+    A contact is off by no more than what it bears: at an output after one at which its ball touched neither raceway, or
+    at the height of the blow that a ball comes to with its speed, which outputs may miss.
+    """
+    load = part.out["normal_load"]
+    free, bears, law = load.max(axis=2) == 0.0, landed(part), part.bearing.inner.law
+    if not free.any() or off <= 0.0:
+        return 0.0, 0.0
+    energy = 0.5 * part.bearing.ball_mass * float(np.square(part.filled[0][..., RADIAL_VELOCITY][free]).max())
+    blow = law.given * ((law.power + 1.0) * energy / law.given) ** (law.power / (law.power + 1.0))
+    friction = 0.0
+    if part.bearing.friction_coefficient > 0.0:
+        friction = float((rubbing(part, greatest)[bears] * np.minimum(off / load[bears], 1.0)).max(initial=0.0))
+    return min(off, max(float(load[bears].max(initial=0.0)), blow)), friction
+
+
+def unseen_landings(part: Part, rows: np.ndarray, greatest: float, apart: float) -> float:
+    """Friction over mu N that single balls may be off by where they land and no companion has gone with them.
+
+    As far off across the raceways, `apart` [m], as the balls that it went with while they hopped.
+    """
+    bears = landed(part)
+    if apart <= 0.0 or part.bearing.friction_coefficient <= 0.0:
+        return 0.0
+    times = part.elapsed + np.asarray(part.times)
+    for row in rows[rows[:, PLACE["begin"]] <= part.elapsed]:
+        balls = slice(None) if row[PLACE["ball"]] < 0 else int(row[PLACE["ball"]])
+        bears[times <= row[0], balls] = False
+    law = part.bearing.inner.law
+    approach = (part.out["normal_load"][bears] / law.given) ** (1.0 / law.power)
+    share = np.minimum((1.0 + apart / approach) ** law.power - 1.0, 1.0)
+    return float((rubbing(part, greatest)[bears] * share).max(initial=0.0))
 
 
 def all_of_it(part_began: float, now: float, tolerance: float, greatest: float) -> np.ndarray:
@@ -58,8 +108,17 @@ def all_of_it(part_began: float, now: float, tolerance: float, greatest: float) 
 
 
 def thrown(part: Part) -> bool:
-    """Whether a ring is thrown across its clearance: some ball then touches neither raceway at an output."""
-    return bool((part.out["normal_load"].max(axis=2) == 0.0).any())
+    """Whether a ring is thrown across its clearance: some ball then touches neither raceway at an output.
+
+    A ball may also hop on the outer raceway while the ring lies still, or slides round. So at some output contacts must
+    leave more than half of its load unheld: half way from lying still to falling.
+    """
+    if not (part.out["normal_load"].max(axis=2) == 0.0).any():
+        return False
+    at, partners = np.asarray(part.times)[:, None], part.partners
+    load = (partners.load + partners.weight + at * partners.load_rate)[:, :3]
+    moves = lengths(load + part.out["inner_ring_force"])
+    return bool((2.0 * moves > lengths(load)).any())
 
 
 class Carried(NamedTuple):
@@ -75,12 +134,15 @@ class Carried(NamedTuple):
     known: tuple
 
 
-def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, around: float, greatest: float) -> Carried:
+def carried_on(
+    known: tuple, part: Part, rows: np.ndarray, seconds: float, around: float, greatest: float, apart: float = 0.0
+) -> Carried:
     """What a part that began with what is `known` inherits, beside these rows of WINDOW.
 
     `seconds` a ring goes on with what it is off; `around` [rad] balls may be off their way round. Known are the
     greatest share of `light_share`, how far loads are off [N], which falls as the ring rings down, and what was told of
-    friction. What a ring that is thrown against its balls is off grows with each blow, as where balls bump into a cage.
+    friction. What a ring that is thrown against its balls is off grows with each blow, as where balls bump into a cage;
+    so does what a ball is off that hops while the ring lies still (`hops`), but no other ball feels that.
     """
     light, off, told = known
     row = np.zeros(len(WINDOW.columns))
@@ -90,15 +152,22 @@ def carried_on(known: tuple, part: Part, rows: np.ndarray, seconds: float, aroun
         # How far balls are off their way round nothing damps.
         until = np.where(np.arange(len(row)) == PLACE["orbit_angle"], one[0], min(one[0], seconds))
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
-        row[ERRORS] = np.maximum(row, longer * one)[ERRORS]
+        row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
     now = float(row[PLACE["load"]]) + around * float(np.ptp(part.out["normal_load"]))
+    if seconds:
+        hopping, felt = hops(part, greatest, BUMPING * max(now, off))
+    else:
+        hopping, felt = 0.0, unseen_landings(part, rows, greatest, apart)
     if seconds and thrown(part):
         before[PLACE["load"]] = off = min(BUMPING * off, greatest)
+    elif hopping > off:
+        before[PLACE["load"]] = off = hopping
     light = max(light, light_share(part, greatest))
     for one, load in ((row, now), (before, off)):
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * load / greatest if greatest else 0.0)
     later = max(now, off * (10.0 ** (-part.duration / seconds) if seconds else 1.0))
     both = np.maximum(row, before)
+    both[PLACE["friction"]] = max(float(both[PLACE["friction"]]), felt)
     friction = float(both[PLACE["friction"]])
     if friction <= max(told, float(rows[:, PLACE["friction"]].max())) and not len(whole):
         return Carried(rows, rows, before[None], (light, later, told))

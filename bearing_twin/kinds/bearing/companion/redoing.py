@@ -2,7 +2,8 @@
 
 Estimates are within a factor of three of the true errors, so what is estimated to be off by a third of the tolerance
 keeps it. A part is done again for what its own steps add; what it carries on from before betters only when that is
-done again, which ends its chunk early. Both end where they do not help, or where too much was spent.
+done again, which ends its chunk early. Both end where they do not help, or where too much was spent. How tight, how
+often and how long was chosen by `bearing_twin chart tolerance`, as the numbers of the other modules of this room.
 """
 
 SAFE, GOOD = 1.0 / 3.0, 0.5  # share of the tolerance that an estimate may be; once it was done again

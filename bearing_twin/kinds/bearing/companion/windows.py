@@ -37,6 +37,7 @@ WINDOW = Table(
         Channel("loss", "W", (), "error of the power lost at a ball (mean of all), mean over the window"),
         Channel("ring_displacement", "m", (), "error of the place of the inner ring's centre"),
         Channel("ring_force", "N", (), "error of the force of the balls on the inner ring"),
+        Channel("mean_torque", "N m", (), "error of the mean torque of the raceways on a ball, with its sign"),
     ),
     "a window of the run that a companion with a tighter tolerance integrated again; greatest errors in it",
     needed=False,

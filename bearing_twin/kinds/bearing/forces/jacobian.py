@@ -200,7 +200,7 @@ def lane_jacobian(spot, bearing, lanes):
     add_spot_slopes(spot, bearing, lanes)
 
 
-@kernel
+@inlined
 def ring_jacobian(ring, border, bearing, lanes):
     """`lane_jacobian` of balls that meet a `border`, and how they and the ring in it answer to each other.
 

@@ -11,10 +11,10 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     azimuths_of,
     load_line,
     setting_of,
-    support_of,
     weighed_solver,
+    weighed_support,
 )
-from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, dimension_of, idle_loads
+from bearing_twin.kinds.bearing.rings import PRESCRIBED, dimension_of, idle_loads
 from bearing_twin.kinds.contract import OperatingPoint
 
 PLACES = 3  # of the balls on their way round, from one on the load line to two beside it
@@ -35,7 +35,7 @@ def commanded_loads(force, moment) -> tuple[float, ...]:
 def check_load(parameters, law: str, speed: float, force, moment) -> None:
     """Raises BearingTwinError for a load [N], [N m] on the inner ring that nothing follows or no ball carries.
 
-    It is tried in balance, with the weight of a ring with mass, at `speed` [rad/s] and with the balls at PLACES of
+    It is tried in balance, with the weights on a ring with mass, at `speed` [rad/s] and with the balls at PLACES of
     their way from one to the next. None for force and moment: the scene's own load.
     """
     if dimension_of(parameters) == PRESCRIBED:
@@ -45,23 +45,17 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
             "model.dimension = prescribed holds the inner ring, so that a load does not move it; run the scene with "
             "model.dimension: quasi_static or free, and rings.inner.free: displacement"
         )
-    support = support_of(parameters)
+    loads = None
     if force is not None:
-        support = support._replace(loads=commanded_loads(force, moment))
-        for problem in idle_loads(parameters, support.loads[:3], support.loads[3:], "force", "torque"):
+        loads = commanded_loads(force, moment)
+        for problem in idle_loads(parameters, loads[:3], loads[3:], "force", "torque"):
             raise BearingTwinError(problem)
-    support = support._replace(loads=_with_weight(parameters, support))
+    support = weighed_support(parameters, loads)
     setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
     for place in range(PLACES):
         first = load_line(support) + math.pi / balls * place / (PLACES - 1)
         azimuths = azimuths_of(balls, first)
         weighed_solver(parameters, setting, azimuths).solve(support)
-
-
-def _with_weight(parameters, support: Support) -> tuple[float, ...]:
-    mass = parameters.rings.inner.mass if dimension_of(parameters) == FREE_RING else 0.0
-    weight = (*(mass * one for one in parameters.gravity), 0.0, 0.0)
-    return tuple(load + free * one for load, free, one in zip(support.loads, support.free, weight, strict=True))
 
 
 def check_drive(parameters, law: str, key: str, value: float, load: tuple) -> None:

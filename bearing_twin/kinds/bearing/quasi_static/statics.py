@@ -19,7 +19,14 @@ from bearing_twin.kinds.bearing.quasi_static.ring_balance import (
     ring_in_balance,
     ring_loads,
 )
-from bearing_twin.kinds.bearing.rings import COORDINATES, free_coordinates
+from bearing_twin.kinds.bearing.rings import (
+    COORDINATES,
+    FREE_RING,
+    INNER_LAND,
+    dimension_of,
+    free_coordinates,
+    moving_centre,
+)
 from bearing_twin.kinds.bearing.start import bearing_of
 
 ARMS = ("groove", "pitch")
@@ -76,6 +83,20 @@ def support_of(parameters) -> Support:
     """What the scene itself says: its loads, and where its drive holds the rest."""
     ring, drive = parameters.rings.inner, parameters.drive
     return Support(free_coordinates(parameters), (*ring.load, *ring.moment), (*drive.offset, *drive.tilt))
+
+
+def weighed_support(parameters, loads=None) -> Support:
+    """`support_of`, with `loads` (5,) [N, N m] in place of the scene's where given, and with the weights on the ring.
+
+    Those are its own, where it has mass, and that of a cage that rests on its land.
+    """
+    found, ring, cage = support_of(parameters), parameters.rings.inner, parameters.cage
+    acting, gravity = np.array(found.loads if loads is None else loads, float), np.array(parameters.gravity, float)
+    if dimension_of(parameters) == FREE_RING:
+        acting[:3] += ring.mass * gravity
+        if moving_centre(parameters) and cage.guidance == INNER_LAND:
+            acting[:2] += cage.mass * gravity[:2]
+    return found._replace(loads=tuple(np.where(found.free, acting, 0.0).tolist()))
 
 
 def load_line(support: Support) -> float:

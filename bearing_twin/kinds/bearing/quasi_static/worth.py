@@ -20,8 +20,8 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     azimuths_of,
     load_line,
     setting_of,
-    support_of,
     weighed_solver,
+    weighed_support,
 )
 from bearing_twin.kinds.bearing.ratings import Lives, lives_of, ratings_of
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
@@ -92,7 +92,7 @@ def worth_of_scene(parameters, law: str) -> SceneWorth | None:
     """As the scene loads and holds the ring, a ball on the load line; None where the ring moves as prescribed."""
     if dimension_of(parameters) not in (QUASI_STATIC, FREE_RING):
         return None
-    support, setting = support_of(parameters), setting_of(parameters, law, parameters.drive.speed)
+    support, setting = weighed_support(parameters), setting_of(parameters, law, parameters.drive.speed)
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
     solver = weighed_solver(parameters, setting, azimuths)
     try:

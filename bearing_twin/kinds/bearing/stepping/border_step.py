@@ -19,7 +19,7 @@ def _mixed(weights, numbers, i):
     return first + then + weights[4] * numbers[at.STAGES + 4 * at.WIDTH + i]
 
 
-@lean_kernel
+@inlined
 def border_stage_state(a, numbers):
     """The state at which a stage takes its rates: `NOW`, and `FINISH` after the last."""
     weights = five(a)
@@ -29,7 +29,7 @@ def border_stage_state(a, numbers):
         numbers[at.FINISH + i] = total
 
 
-@lean_kernel
+@inlined
 def border_right(c, d, step, numbers):
     """The right-hand side of a stage."""
     weights, inverse = five(c), 1.0 / step
@@ -47,7 +47,7 @@ def border_keep(stage, numbers):
         numbers[first + np.uint64(i)] = value if abs(value) < math.inf else 0.0
 
 
-@lean_kernel
+@inlined
 def border_finish(dense, numbers):
     """The end of the step, its error in units of the scales, and the terms of its interpolant."""
     third, fourth, total, count = five(dense[0]), five(dense[1]), 0.0, 0.0

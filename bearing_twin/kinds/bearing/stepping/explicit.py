@@ -43,6 +43,7 @@ from bearing_twin.kinds.bearing.stepping.steps import (
 )
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import turned
+from bearing_twin.numerics.runge_kutta import hermite
 from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
 from bearing_twin.numerics.steppers import next_step
 
@@ -130,9 +131,9 @@ def _note(room, row):
 
 @inlined
 def _middle(h, lanes, column, k):
-    """A column of a ball's motion in the middle of `h` [s]: the cubic Hermite mean of both ends."""
-    start = get(lanes, BEFORE + column, k) + 0.25 * h * get(lanes, BEFORE_RATES + column, k)
-    return 0.5 * (start + (get(lanes, NOW + column, k) - 0.25 * h * get(lanes, NOW_RATES + column, k)))
+    """A column of a ball's motion in the middle of `h` [s]."""
+    before, before_rate = get(lanes, BEFORE + column, k), get(lanes, BEFORE_RATES + column, k)
+    return hermite(0.5, h, before, before_rate, get(lanes, NOW + column, k), get(lanes, NOW_RATES + column, k))
 
 
 @lean_kernel

@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     get,
     put,
 )
-from bearing_twin.numerics.lean import lean_kernel
 
 NOTHING = 1e-12  # share of a chunk that is too short for a step
 LONGEST_FLIGHT = 5e-5  # s, of a step that begins in flight: a bounce takes about as long
@@ -34,7 +33,7 @@ def _flying(bearing, lanes, k):
     return inner_approach(bearing, radius, get(lanes, START + ORBIT_ANGLE, k), height) < 0.0
 
 
-@lean_kernel
+@inlined
 def cut_steps(bearing, duration, alone, blocks):
     """Cuts what each lane would step in a chunk of that `duration` [s]; what it wants otherwise is WANTED.
 

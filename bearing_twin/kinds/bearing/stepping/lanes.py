@@ -162,7 +162,7 @@ def _stage_of_border(stage, method, numbers):
         border_stage_state(method.a[stage], numbers)
 
 
-@lean_kernel
+@inlined
 def rosenbrock_step(coupling, bearing, drive, method, scales, blocks):
     """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
     varies, border = drive.acceleration != 0.0 or _loads_vary(coupling), border_of(coupling)

@@ -146,7 +146,7 @@ def _fill_tile(lanes, row, k, tile):
         tile[i] = get(lanes, row + i, k)
 
 
-@lean_kernel
+@inlined
 def couple_jacobians(pockets, bearing, drive, time, coupling, blocks):
     """Adds to the Jacobians of balls alone what balls, ring and cage are to each other.
 
@@ -158,7 +158,7 @@ def couple_jacobians(pockets, bearing, drive, time, coupling, blocks):
         border_jacobian(pockets, bearing, drive, coupling.border, time, blocks)
 
 
-@lean_kernel
+@inlined
 def factorise_together(coupling, blocks):
     """Factors of the linear system of all balls, ring and cage."""
     if coupling.pairs.touching:

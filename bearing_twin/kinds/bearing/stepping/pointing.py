@@ -8,6 +8,7 @@ error. As values all these are poor; they point to where a tighter companion is 
 
 import math
 
+from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import (
     FIRST_STAGE,
     FORCE_ERROR,
@@ -34,9 +35,11 @@ OF_FORCE, OF_TORQUE, STEPS_IN = range(POINTED)
 
 
 @lean_kernel
-def _square(coupling, first, lanes, row):
-    """Writes the squared length of three rates' errors, from `first` on, into a row; of two such the greater."""
-    alone = 1.0 if len(coupling) == 0 else 0.0
+def _square(alone, first, lanes, row):
+    """Writes the squared length of three rates' errors, from `first` on, into a row; of two such the greater.
+
+    `alone` is 1 for balls that are not coupled, else 0.
+    """
     for k in range(LANES):
         gain = get(lanes, GAIN, k)
         per_gain, drift = 1.0 / gain, gain / get(lanes, STEP, k)
@@ -57,13 +60,14 @@ def _square(coupling, first, lanes, row):
         put(lanes, row, k, total if total > jumped else jumped)
 
 
-@lean_kernel
+@inlined
 def point_out(coupling, pointer, blocks):
     """Finds what the errors of the steps just made do to force and torque, where a `pointer` wants them."""
     if len(pointer) > 0:
+        alone = 1.0 if len(coupling) == 0 else 0.0
         for block in range(len(blocks)):
-            _square(coupling, VELOCITY, blocks[block], FORCE_ERROR)
-            _square(coupling, SPIN, blocks[block], TORQUE_ERROR)
+            _square(alone, VELOCITY, blocks[block], FORCE_ERROR)
+            _square(alone, SPIN, blocks[block], TORQUE_ERROR)
 
 
 @lean_kernel

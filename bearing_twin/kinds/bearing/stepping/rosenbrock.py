@@ -128,23 +128,22 @@ def _checked(bearing, number, state, task, results):
 
 
 @lean_kernel
-def _accept_border(task, coupling, cursor, lanes, results):
+def _accept_border(times, duration, cursor, numbers, lanes, borders):
     """Moves ring and cage to the end of the step, giving out the instants in it, as `_accept` does for a ball."""
-    border, times = coupling.border, task.times
     time, step = get(lanes, TIME, 0), get(lanes, STEP, 0)
-    until = math.inf if time + step >= task.duration * (1.0 - NOTHING) else time + step
+    until = math.inf if time + step >= duration * (1.0 - NOTHING) else time + step
     while cursor < len(times) and times[cursor] <= until:
-        border_inside(border.numbers, (times[cursor] - time) / step, results.border[cursor])
+        border_inside(numbers, (times[cursor] - time) / step, borders[cursor])
         cursor += 1
-    copy_state(border.numbers, at.FINISH, at.BEGIN)
+    copy_state(numbers, at.FINISH, at.BEGIN)
 
 
-@lean_kernel
+@inlined
 def _accept_coupled(task, coupling, cursor, blocks, results):
     """Moves ring and cage on where all balls will accept the step just made."""
     if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
         if get(blocks[0], ERROR, 0) <= 1.0 and get(blocks[0], SHARE, 0) >= LANDED:
-            _accept_border(task, coupling, cursor, blocks[0], results)
+            _accept_border(task.times, task.duration, cursor, coupling.border.numbers, blocks[0], results.border)
             note_closing(task.bearing.pockets, coupling, blocks)
 
 
@@ -197,7 +196,7 @@ def _agree(coupling, row, least, balls, blocks):
             put(blocks[place // LANES], row, place % LANES, agreed)
 
 
-@lean_kernel
+@inlined
 def _judge(task, coupling, ball, count, dense, results, blocks):
     """What each lane's step is worth: its error stands there, its share to the first landing is found."""
     point_out(coupling, results.pointer, blocks)

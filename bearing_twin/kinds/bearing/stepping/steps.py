@@ -29,6 +29,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put,
     put_quaternion,
 )
+from bearing_twin.numerics.events import halved
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import rosenbrock_dense
@@ -141,18 +142,17 @@ def interpolate(dense, fraction, out):
         )
 
 
+@inlined
+def _same_contacts(what, share):
+    bearing, dense = what
+    interpolate(dense, share, dense.between)
+    return not changes_contact(bearing, dense.start, dense.between)
+
+
 @kernel
 def landing(bearing, dense):
     """Share of a dense step, in which a contact with a raceway begins or ends, after which it just has."""
-    low, high = 0.0, 1.0
-    while high - low > 1e-6:
-        share = 0.5 * (low + high)
-        interpolate(dense, share, dense.between)
-        if changes_contact(bearing, dense.start, dense.between):
-            high = share
-        else:
-            low = share
-    return high
+    return halved(_same_contacts, (bearing, dense), 1.0, 1e-6)[1]
 
 
 @inlined

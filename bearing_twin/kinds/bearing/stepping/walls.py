@@ -149,7 +149,7 @@ def _meet_land(land, numbers, step):
     return step, NEVER
 
 
-@lean_kernel
+@inlined
 def note_closing(pockets, coupling, blocks):
     """Keeps how fast the rate grows at which each ball comes forward in its pocket [m/s^2], after an accepted step."""
     if len(pockets) > 0:
@@ -168,7 +168,7 @@ def note_closing(pockets, coupling, blocks):
         _note_land(coupling.border.land, numbers)
 
 
-@lean_kernel
+@inlined
 def meet_walls(pockets, bearing, coupling, scales, blocks):
     """Cuts the coming step where a ball meets a wall or leaves it; returns the step to go on with [s], 0 if uncut.
 

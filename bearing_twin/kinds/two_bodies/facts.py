@@ -1,0 +1,18 @@
+"""Numbers of two bodies that ranges of models are about, known before they move."""
+
+from bearing_twin.contact.ellipse import axis_ratio as ratio_of
+from bearing_twin.kinds.two_bodies.derived import start_contact
+
+FLAT = "superellipsoid"  # the only shape that may have flat places
+
+
+def axis_ratio(parameters) -> float:
+    """b/a of the contact that the scene starts from; raises SceneError where that is no ellipse."""
+    start = start_contact(parameters)
+    return ratio_of(start.curvature_small, start.curvature_large)
+
+
+def greatest_exponent(parameters) -> float | None:
+    """Of both bodies; None where neither is a superellipsoid."""
+    bodies = (parameters.first, parameters.second)
+    return max((max(one.exponents) for one in bodies if one.shape == FLAT), default=None)

@@ -1,0 +1,254 @@
+"""Models asked for outside their ranges: refused, or run and marked; and that the ranges are true."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from bearing_twin import read_log
+from bearing_twin.charts.friction import POLES, hardest
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.errors import SceneError, StudyError
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
+from bearing_twin.nodes.study_goal import Goal, study_of
+from bearing_twin.nodes.study_limits import Limits
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene, parse_scene, scene_names
+from bearing_twin.run.simulation import simulate
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import load_study, study_names
+
+ON = "solver.allow_invalid=on"
+CLOSE = "geometry.inner_conformity=0.501"
+STILL = "model.dimension=quasi_static"
+LATER = "drive.change={time: 0.01, speed: 100.0}"
+NEEDLE = ("body.semi_axes=[0.1, 0.005, 0.005]", "start.turn=[0, 0, 0]")
+CASES = {
+    ("contact.normal", "axis_ratio"): (
+        ("bearing_6203", "contact.normal=volumetric"),
+        ("bearing_6203", "contact.normal=volumetric", CLOSE),
+    ),
+    ("contact.normal", "coefficient_change"): (
+        ("ellipsoid_on_plane", "contact.normal=constant"),
+        ("ellipsoid_rocking", "contact.normal=constant"),
+    ),
+    ("contact.normal", "greatest_exponent"): (
+        ("two_bodies_superellipsoid", "contact.normal=hertz", "first.exponents=[2.0, 2.0]"),
+        ("two_bodies_superellipsoid", "contact.normal=hertz"),
+    ),
+    ("contact.normal", "thickness_over_radius"): (("two_discs",), ("two_discs", "disc.thickness=0.5")),
+    ("contact.normal", "speed_share"): (
+        ("two_discs", "motion.first_velocity=300"),
+        ("two_discs", "motion.first_velocity=500"),
+    ),
+    ("contact.friction", "axis_ratio"): (
+        ("bearing_6203", "contact.friction=spot"),
+        ("bearing_6203", "contact.friction=spot", CLOSE),
+    ),
+    ("model.dimension", "slip_at_start"): (
+        ("bearing_6203", STILL),
+        ("bearing_6203", STILL, "initial.motion=rest"),
+    ),
+    ("model.dimension", "ring_shift"): (
+        ("bearing_6203", STILL, LATER),
+        ("bearing_6203", STILL, "drive.change={time: 0.01, offset: [0, 0, 1e-6]}"),
+    ),
+    ("model.dimension", "relative_acceleration"): (
+        ("bearing_6203", STILL, LATER),
+        ("bearing_6203", STILL, LATER, "drive.acceleration=1e6"),
+    ),
+    ("model.dimension", "centrifugal_share"): (
+        ("bearing_6203_fast", STILL),
+        ("bearing_6203_fast", STILL, "drive.speed=6000"),
+    ),
+    ("beam.theory", "shear_share"): (("sphere_on_beam",), ("sphere_on_beam", "beam.span=0.05")),
+    ("beam.theory", "first_peak_error"): (
+        ("sphere_on_beam_drop_600mm",),
+        ("sphere_on_beam", "beam.span=0.06", "blow.speed=1"),
+    ),
+    ("formulation", "speed_share"): (
+        ("soft_discs_mean", "formulation=linear", "motion.first_velocity=0.1"),
+        ("soft_discs_mean", "formulation=linear"),
+    ),
+    ("plane", "thickness_over_radius"): (
+        ("soft_discs_mean", "plane=stress"),
+        ("soft_discs_fast", "plane=stress"),
+    ),
+    ("mesh.integration", "poisson_ratio_in_strain"): (
+        ("soft_discs_mean", "mesh.integration=full"),
+        ("soft_discs_mean", "mesh.integration=full", "disc.material.poisson_ratio=0.49"),
+    ),
+}
+"""Of each row of RANGES: a scene within, and one beyond."""
+
+
+def ran(name, *overrides):
+    run = simulate(load_scene(name, overrides))
+    return run, list(run.blocks())
+
+
+def test_every_range_has_a_scene_on_either_side_and_a_fact_of_its_kind():
+    assert set(CASES) == {(row.key, row.fact) for row in RANGES}
+    assert {row.fact for row in RANGES} == {fact for kind in KINDS.values() for fact in kind.facts}
+
+
+@pytest.mark.parametrize("case", CASES, ids=" ".join)
+def test_a_model_asked_for_beyond_its_range_is_refused_with_range_number_and_another(case):
+    [row] = [one for one in RANGES if (one.key, one.fact) == case]
+    (within, *differs), (beyond, *others) = CASES[case]
+    assert not any(row.words in one for one in load_scene(within, differs).outside)
+    choose(load_scene(within, differs))
+    scene = load_scene(beyond, others)
+    [told] = [one for one in scene.outside if row.words in one and one.startswith(row.key)]
+    value = KINDS[scene.kind].facts[row.fact](scene.parameters)
+    assert not row.least <= value <= row.greatest
+    assert f"is {value:.3g}" in told
+    assert row.limits in told
+    assert row.instead in told
+    with pytest.raises(SceneError) as refused:
+        choose(scene)
+    assert told in str(refused.value)
+    assert "--allow-invalid (solver.allow_invalid: on)" in str(refused.value)
+    assert told in choose(load_scene(beyond, [*others, ON])).outside
+
+
+def test_what_is_left_to_be_chosen_is_never_outside():
+    for beyond, *others in (("bearing_6203", CLOSE), ("sphere_on_beam", "beam.theory=auto", "beam.span=0.05"),
+                            ("two_discs", "contact.normal=auto", "disc.thickness=0.5")):  # fmt: skip
+        assert load_scene(beyond, others).outside == ()
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_no_shipped_scene_leaves_a_range(name):
+    assert load_scene(name).outside == ()
+
+
+@pytest.mark.parametrize("name", study_names())
+def test_no_shipped_study_begins_outside_a_range(name):
+    study = load_study(name)
+    assert study.scene_at([float(one.ppf(0.5)) for one in study.inputs]).outside == ()
+
+
+QUICK = {
+    "bearing_6203": ("contact.normal=volumetric", CLOSE, "run.duration=0.005"),
+    "ellipsoid_rocking": ("contact.normal=constant", "run.duration=0.02"),
+    "two_bodies_superellipsoid": ("contact.normal=hertz", "run.duration=0.02"),
+    "two_discs": ("disc.thickness=0.5",),
+    "sphere_on_beam": ("beam.span=0.05", "wanted.tolerance=1e-3"),
+    "soft_discs_mean": ("formulation=linear", "mesh.divisions=8", "mesh.order=2"),
+}
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_what_runs_all_the_same_is_marked_in_every_output_and_never_done(name):
+    run, blocks = ran(name, *QUICK[name], ON)
+    assert run.channels[-1].name == "outside_range"
+    assert all((block.values["outside_range"] == 1.0).all() for block in blocks)
+    report = run.report
+    assert report.status.startswith("doubtful: model outside its range")
+    assert report.flags[: len(report.outside)] == report.outside == run.scene.outside
+    assert report.as_dict()["outside_range"] == list(report.outside)
+
+
+def test_who_allows_it_and_needs_it_not_gets_the_same_run():
+    plain, allowing = (ran("two_discs", *more) for more in ((), (ON,)))
+    assert plain[0].channels == allowing[0].channels
+    assert np.array_equal(plain[1][0].matrix(), allowing[1][0].matrix())
+    assert "outside_range" not in allowing[0].report.as_dict()
+
+
+def test_command_and_log_say_the_same(tmp_path, capsys):
+    words = ("simulate", "two_discs", "--set", "disc.thickness=0.5")
+    assert main([*words]) == BAD_INPUT
+    assert "outside its range" in capsys.readouterr().err
+    log = str(tmp_path / "run.mcap")
+    assert main([*words, "--allow-invalid", "--strict", "--json", "--out", log]) == DOUBTFUL
+    told = json.loads(capsys.readouterr().out)
+    assert main(["report", log, "--json"]) == DONE
+    reported = json.loads(capsys.readouterr().out)
+    for key in ("status", "flags", "outside_range"):
+        assert reported[key] == told[key]
+    assert main(["verify", log, "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out)["deviations"]["outside_range"] == 0.0
+    assert {float(sample["outside_range"]) for sample in read_log(log)} == {1.0}
+    assert main(["bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE]) == BAD_INPUT
+    capsys.readouterr()
+    assert main(["bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE, "--allow-invalid",
+                 "--json"]) == DONE  # fmt: skip
+    answer = json.loads(capsys.readouterr().out)
+    assert set(answer["outside_range"]) <= set(answer["flags"])
+
+
+@pytest.mark.parametrize(("word", "read"), [(True, "on"), (False, "off"), ("on", "on"), ("off", "off")])
+def test_true_and_false_are_on_and_off(word, read):
+    scene = parse_scene({"kind": "two_discs", "solver": {"allow_invalid": word}}, "made up")
+    assert scene.parameters.solver.allow_invalid == read
+    with pytest.raises(SceneError, match=r"contact\.normal = True is not known"):
+        parse_scene({"kind": "two_discs", "contact": {"normal": True}}, "made up")
+
+
+STUDY = {
+    "scene": {"kind": "two_discs", "contact": {"normal": "line"}, "disc": {"thickness": 0.5}},
+    "inputs": {"disc.material.young_modulus": {"distribution": "uniform", "low": 1.9e11, "high": 2.1e11}},
+    "quantities": ["peak_force"],
+    "method": "ensemble",
+    "samples": 8,
+    "workers": 1,
+}
+
+
+@pytest.mark.parametrize("stepper", ["closed_form", "dop853"])
+def test_a_study_is_refused_and_marked_as_its_scene_is(stepper):
+    goal = Goal(json.dumps(STUDY), (f"solver.stepper={stepper}",))
+    with pytest.raises(SceneError, match="outside its range"):
+        run_study(study_of(goal))
+    result = run_study(study_of(goal._replace(overrides=(*goal.overrides, ON))))
+    assert any("outside its range" in doubt for doubt in result.doubts), result.doubts
+
+
+def test_a_goal_cannot_allow_what_its_node_does_not():
+    study = study_of(Goal(json.dumps(STUDY), (ON,)))
+    with pytest.raises(StudyError, match="parameter allow_invalid = false forbids"):
+        Limits().bounded(study)
+    assert Limits(allow_invalid=True).bounded(study).scene["solver"]["allow_invalid"] == "on"
+
+
+def test_the_volumetric_law_leaves_its_half_per_cent_where_its_range_says():
+    [row] = [one for one in RANGES if one.models == ("volumetric",)]
+    errors = []
+    for conformity in (0.509, 0.508):
+        scene = load_scene("bearing_6203", [f"geometry.inner_conformity={conformity}", "contact.normal=volumetric", ON])
+        errors.append((KINDS["bearing"].facts["axis_ratio"](scene.parameters), choose(scene).law_error))
+    (near, small), (beyond, large) = errors
+    assert 0.95 * row.least < beyond < row.least < near < 1.05 * row.least
+    assert small < 0.005 < large
+
+
+@pytest.mark.parametrize("name", [row.name for row in FRICTIONS.values() if row.over_spot])
+def test_friction_over_narrow_spots_errs_little_more_than_over_those_of_bearings(name):
+    [row] = [one for one in RANGES if one.key == "contact.friction"]
+    poles = np.linspace(0.1, 1.0, 10), POLES[1][::3]
+    worst = max(error for _, error in hardest(FRICTIONS[name].rubbing, row.least, poles))
+    assert worst < 1.4 * FRICTIONS[name].error
+
+
+@pytest.mark.parametrize(("rate", "least", "most"), [(FASTEST_CHANGE, 0.0, 1e-3), (10.0 * FASTEST_CHANGE, 0.1, 1.0)])
+def test_balls_follow_a_change_of_speed_in_rolling_as_fast_as_is_said(rate, least, most):
+    speed, begin = 183.26, 2e-3
+    ends = begin + 1.0 / rate
+    change = f"drive.acceleration={rate * speed}", f"drive.change={{time: {begin}, speed: {speed}}}"
+    finely = f"run.duration={1.2 * ends}", "run.output_rate=1e5", "solver.companion=off"
+    _, blocks = ran("bearing_6203", *change, *finely)
+    rolled = np.concatenate([one.values["roll_rate"] / one.values["inner_ring_speed"][:, None] for one in blocks])
+    assert least < np.abs(rolled / rolled[0] - 1.0).max() < most
+
+
+def test_strains_are_small_up_to_the_speed_that_small_strains_are_for():
+    [row] = [one for one in RANGES if one.models == ("linear",)]
+    speed = row.greatest * math.sqrt(1e5 / 960.0)
+    run, _ = ran("soft_discs_mean", "formulation=linear", f"motion.first_velocity={0.999 * speed}", "mesh.divisions=8",
+                 "mesh.order=2", "solver.companion=off")  # fmt: skip
+    assert 0.04 < 1.0 - run.report.figures["least_stretch"] < 0.05
