@@ -141,7 +141,7 @@ test: setup $(STAMPS)/variants
 
 test-environments: setup $(STAMPS)/docs
 	$(call stage,tests of environments)
-	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest -m environment -v $(T)
+	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest -m environment --timeout 3000 -o faulthandler_timeout=3300 -v $(T)
 
 bench: setup
 	@source env.bash && ROS_DOMAIN_ID=$${ROS_DOMAIN_ID:-87} python bench/table.py --write

@@ -170,6 +170,24 @@ def pytest_runtest_logreport(report):
         TIMES[report.nodeid] = TIMES.get(report.nodeid, 0.0) + report.duration
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config):
+    config.pluginmanager.register(Named(config), "names of what fails")
+
+
+class Named:
+    """Says at once what failed: of a run that is cut off, nothing else would tell."""
+
+    def __init__(self, config):
+        self.terminal = None if hasattr(config, "workerinput") else config.pluginmanager.get_plugin("terminalreporter")
+
+    def pytest_runtest_logreport(self, report):
+        if report.failed and self.terminal:
+            self.terminal.ensure_newline()
+            self.terminal.write_line(f"failed: {report.nodeid} ({report.when}, {report.duration:.0f} s)")
+            self.terminal.write_line(str(report.longreprtext)[-2000:])
+
+
 def pytest_sessionfinish(session):
     if TIMES and hasattr(session.config, "cache") and not hasattr(session.config, "workerinput"):
         session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
