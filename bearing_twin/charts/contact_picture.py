@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
@@ -18,7 +17,6 @@ LEAST_SHOWN = 1e-12  # of the laws' errors
 def plot_contact(result: dict, poisson_ratio: float, png_path) -> Path:
     """Write the picture of a `calculator.answer`; stresses are those in a body of that Poisson's ratio."""
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, left=0.07, right=0.97, top=0.87, bottom=0.09, wspace=0.17, hspace=0.34)
     axes = [figure.add_subplot(grid[row, column]) for row in (0, 1) for column in (0, 1)]
     _draw_ellipse(figure, axes[0], result)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.paper1_bearing import draw_moving, draw_still
@@ -97,7 +96,6 @@ def reading(points) -> list[str]:
 def draw(points, path) -> Path:
     """The bearing in space, also moving in a .gif; r_P and n_A of a ball by exact Hertz, how far laws are off; cost."""
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(3, 2, left=0.05, right=0.97, top=0.90, bottom=0.115, hspace=0.42, wspace=0.22)
     runs = {one.law: one for one in points}
     draw_still(figure.add_subplot(grid[:2, 0], projection="3d"), SCENE, DURATION, BALL)

@@ -78,6 +78,13 @@ def stamp(figure) -> None:
     figure.supxlabel(text, fontsize=9, color=STYLE["soft"])
 
 
+def save_chart(figure, title: str, path, size: int = 16) -> Path:
+    """Writes title and footer on a chart of measurements and saves it; raises as `save`."""
+    figure.suptitle(title, fontsize=size, color=STYLE["ink"])
+    stamp(figure)
+    return save(figure, path, dpi=100)
+
+
 def finish(figure, title: str, footer: str, png_path, size: int = 20, worth=()) -> Path:
     """Writes title and footer on a picture of a run and saves it; raises BearingTwinError where that is impossible.
 

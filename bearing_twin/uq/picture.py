@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.errors import StatisticError, StudyError
@@ -39,7 +38,6 @@ def plot_study(result: StudyResult, png_path) -> Path:
     head = 1.65 if columns == 2 else 1.4 + 0.3 * rows  # in narrow panels keys stand in more lines
     tall = head - 0.05 + 4.9 * rows
     figure = Figure(figsize=(16.0, tall), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
         rows, columns, left=0.06, right=0.98, top=1.0 - head / tall, bottom=0.95 / tall, hspace=0.5, wspace=0.22
     )

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
@@ -66,7 +65,6 @@ class BearingPicture:
         if history.last is None:
             raise LogError("there is no sample to draw; give a run or a log that holds at least one")
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        FigureCanvasAgg(figure)
         edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
         left = grid[0].subgridspec(2 + len(self._moved), 1, hspace=(0.16, 0.24, 0.34, 0.44)[len(self._moved)])

@@ -71,7 +71,7 @@ def _draw_side(axis, values, parameters):
         axis.plot(*(1e3 * view @ centre[0]), "o", color=BALL_COLOURS[colour], markersize=7)
     axis.set_aspect("equal", adjustable="datalim")
     axis.autoscale_view()
-    axis.figure.canvas.draw()
+    axis.figure.draw_without_rendering()
     for section in sections:
         _draw_section(axis, *section, right, up, values["position"][-1])
     axis.set_xlabel(f"{across} [mm]")
