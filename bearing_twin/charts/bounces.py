@@ -168,10 +168,8 @@ def draw(points: list[BouncePoint], path: Path) -> None:
         delays.plot(impacts, measured, "o", color=colour, markersize=8, label=f"{case}: {late}")
     delays.set_yscale("log")
     delays.set_ylim(0.3, 5e4)
-    delays.set_xlabel("impact, counted from the first")
-    delays.set_ylabel("|delay| [µs]")
     delays.legend(frameon=False, fontsize=11, loc="upper left")
-    heading(delays, "Delay of the impacts; lines: closed forms")
+    heading(delays, "Delay of the impacts; lines: closed forms", "impact, counted from the first", "|delay| [µs]")
     for axis in (whole, near, delays):
         frame(axis)
         axis.margins(x=0.04 if axis is delays else 0.01)

@@ -59,10 +59,8 @@ def _draw_pressure(axis, result):
         label = f"along the {name} axis, ±{1e6 * result[key]:.4g} µm"
         axis.plot(1e6 * result[key] * share, pressure, color=BALL_COLOURS[colour], linewidth=2.2, label=label)
     axis.set_ylim(0.0, 1.3 * pressure.max())
-    axis.set_xlabel("from the centre [µm]")
-    axis.set_ylabel("pressure [GPa]")
     axis.legend(frameon=False, loc="upper right")
-    heading(axis, f"Pressure along the axes, peak {pressure.max():.4g} GPa")
+    heading(axis, f"Pressure along the axes, peak {pressure.max():.4g} GPa", "from the centre [µm]", "pressure [GPa]")
 
 
 def _draw_stress(axis, result, poisson_ratio):

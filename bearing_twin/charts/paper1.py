@@ -107,24 +107,19 @@ def draw(points, path) -> Path:
             axis.plot(times, values[:, column], color=BALL_COLOURS[column], linewidth=1.6, label=label)
         axis.legend(frameon=False, fontsize=12, ncol=3, loc="lower right", bbox_to_anchor=(1.0, 0.97), borderpad=0)
         axis.tick_params(labelbottom=False)
-    first.set_ylabel("r_P [mm]")
-    second.set_ylabel("n_A")
-    heading(first, "Contact point of a ball with the outer ring")
-    heading(second, "Normal of the raceway there")
+    heading(first, "Contact point of a ball with the outer ring", up="r_P [mm]")
+    heading(second, "Normal of the raceway there", up="n_A")
     for number, law in enumerate(LAWS):
         away = np.linalg.norm(runs[law].histories[0] - point, axis=1)
         off.plot(times, np.maximum(away, 1e-18), color=BALL_COLOURS[number], linewidth=1.3, label=law)
     off.set_yscale("log")
-    off.set_xlabel("time [ms]")
-    off.set_ylabel("distance [m]")
     off.legend(frameon=False, fontsize=10, ncol=4, loc="center right", bbox_to_anchor=(1.0, 0.6))
-    heading(off, "r_P by other laws, from that by exact Hertz")
+    heading(off, "r_P by other laws, from that by exact Hertz", "time [ms]", "distance [m]")
     names = [one.law for one in points]
     cost.barh(range(len(names)), [one.ns_a_ball_rate for one in points], color=BALL_COLOURS[4])
     cost.set_yticks(range(len(names)), names)
     cost.invert_yaxis()
-    cost.set_xlabel("CPU time of one ball's rates [ns]")
-    heading(cost, "Cost of the laws in this run")
+    heading(cost, "Cost of the laws in this run", "CPU time of one ball's rates [ns]")
     for axis in (first, second, off, cost):
         frame(axis)
         if axis is not cost:

@@ -47,8 +47,7 @@ class ChannelPicture:
             line = np.multiply(values[channel.name], factor)
             axis.plot(time, line, color=BALL_COLOURS[place % len(BALL_COLOURS)], linewidth=1.6)
             axis.margins(x=0.0)
-            axis.set_ylabel(with_unit(prefixed).lstrip())
-            heading(axis, f"{channel.name.replace('_', ' ')}: {channel.meaning}"[:90])
+            heading(axis, f"{channel.name.replace('_', ' ')}: {channel.meaning}"[:90], up=with_unit(prefixed).lstrip())
         for axis in axes[-1]:
             axis.set_xlabel(f"time [{unit}]")
         scene = self._facts.scene

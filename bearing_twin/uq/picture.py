@@ -87,8 +87,7 @@ def _draw_shares(axis, name, shares):
     axis.set_yticks([])
     axis.set_ylim(-0.5, len(keys) - 0.3)
     axis.set_xlim(0.0, max(100.0, axis.get_xlim()[1]))
-    axis.set_xlabel("share of the variance [%]")
-    heading(axis, f"{name.replace('_', ' ').capitalize()}: shares of its variance")
+    heading(axis, f"{name.replace('_', ' ').capitalize()}: shares of its variance", "share of the variance [%]")
 
 
 def _draw_quantity(axis, result, name, exact):
@@ -168,10 +167,8 @@ def _draw_convergence(axis, result):
         with contextlib.suppress(StatisticError):
             level = getattr(exact, path["statistic"]) * factor
             axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
-    axis.set_xlabel("samples")
-    axis.set_ylabel(labelled(what, unit))
     axis.ticklabel_format(axis="y", useOffset=False)  # an offset would stand in the heading
-    heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}")
+    heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}", "samples", labelled(what, unit))
 
 
 def _draw_history(axis, result, channel):

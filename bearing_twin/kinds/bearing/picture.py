@@ -186,8 +186,7 @@ def _draw_contacts(axes, angles, sample, scene):
             look = {"ms": size, "mec": colour, "mew": 1.6, "mfc": fill, "label": label}
             axes.plot(where, details[name][touching, raceway] * 1e6, "o", **look)
         angles.plot(where, degrees[touching, raceway], "o", ms=size, mec=colour, mfc=colour)
-    heading(axes, "Contacts")
-    axes.set_ylabel("semi-axis [µm]")
+    heading(axes, "Contacts", up="semi-axis [µm]")
     axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
     axes.tick_params(labelbottom=False)
     if details:

@@ -54,8 +54,7 @@ class SoftDiscPicture(PairPicture):
         def draw(row):
             axis.clear()
             drawn = shapes.draw(axis, row)
-            axis.set_ylabel(shapes.height)
-            heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N")
+            heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N", up=shapes.height)
             if not bars:
                 bars.append(shapes.bar(figure, drawn, axis))
 

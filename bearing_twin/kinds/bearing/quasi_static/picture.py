@@ -37,8 +37,7 @@ def draw_equilibrium(result: dict, path) -> Path:
             axis.errorbar(where, values[order], off, fmt=mark, **look)
         axis.set_xlim(-190.0, 190.0)
         axis.set_xticks(np.arange(-180, 181, 45))
-        axis.set_ylabel(label)
-        heading(axis, words)
+        heading(axis, words, up=label)
     low, high = pressures.get_ylim()
     pressures.set_ylim(0.0, 1.08 * high)
     low, high = angles.get_ylim()
@@ -117,9 +116,7 @@ def draw_sweep(result: dict, path) -> Path:
     )
     for panel, (head, unit) in zip(panels, words, strict=True):
         frame(panel)
-        heading(panel, head)
-        panel.set_ylabel(unit)
-        panel.set_xlabel(label)
+        heading(panel, head, label, unit)
     for panel in panels[:2]:
         panel.legend(frameon=False, fontsize=11)
     return finish(figure, f"{result['scene']}: equilibria over {label}", _sweep_footer(result), path)
