@@ -15,7 +15,7 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, mai
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.blocks import Columns
+from bearing_twin.log.blocks import Gathered
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.sample import Channel
@@ -274,7 +274,7 @@ def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
 
 def test_blocks_of_a_study_that_do_not_fit_together_are_refused():
     """A block without a channel has zeros there; one that is wider than those before is no part of the study."""
-    columns = Columns(["a", "b"], ["c"])
+    columns = Gathered(["a", "b"], ["c"])
     for first, values, message in (
         (0, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], {"a": 1, "c": 1, "b": 1}),
         (2, [[7.0, 8.0]], {"a": 1, "b": 1}),
