@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.contact.damping import steady_damping, steady_ratio
@@ -135,7 +134,6 @@ def _altitude(law, rate, begin=0.0, end=DURATION):
 def draw(points: list[BouncePoint], path: Path) -> None:
     """Altitude over time (figure 3), one impact enlarged (figure 4), and Hertz's delay impact by impact."""
     figure = Figure(figsize=(16.0, 10.0), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, left=0.06, right=0.98, top=0.89, bottom=0.1, hspace=0.32, wspace=0.2)
     looks = (("#D55E00", "-", 3.4), ("#0072B2", "--", 1.8))
     whole = figure.add_subplot(grid[0, :])
@@ -170,10 +168,8 @@ def draw(points: list[BouncePoint], path: Path) -> None:
         delays.plot(impacts, measured, "o", color=colour, markersize=8, label=f"{case}: {late}")
     delays.set_yscale("log")
     delays.set_ylim(0.3, 5e4)
-    delays.set_xlabel("impact, counted from the first")
-    delays.set_ylabel("|delay| [µs]")
     delays.legend(frameon=False, fontsize=11, loc="upper left")
-    heading(delays, "Delay of the impacts; lines: closed forms")
+    heading(delays, "Delay of the impacts; lines: closed forms", "impact, counted from the first", "|delay| [µs]")
     for axis in (whole, near, delays):
         frame(axis)
         axis.margins(x=0.04 if axis is delays else 0.01)

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
@@ -25,7 +24,7 @@ from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, Row
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 from bearing_twin.units import two_digits
@@ -180,7 +179,6 @@ def reading(rows: list[CageRow]) -> list[str]:
 def draw(rows: list[CageRow], path: Path) -> None:
     """The chart: errors of ball load and orbit speed over speed, and the worst error against cost."""
     figure = Figure(figsize=(14, 7), layout="constrained")
-    FigureCanvasAgg(figure)
     load, orbit, cost = figure.subplots(1, 3, sharey=True)
     dimensions = list(dict.fromkeys(dimension for dimension, _ in MODELS))
     for model in MODELS:
@@ -213,11 +211,8 @@ def draw(rows: list[CageRow], path: Path) -> None:
         frame(axis)
     handles, place = cost.get_legend_handles_labels(), {"loc": "lower center", "bbox_to_anchor": (0.5, 0.025)}
     figure.legend(*handles, **place, ncols=7, frameon=False, fontsize=11)
-    title = "A loaded bearing with clearance: dimensions with and without a cage"
-    figure.suptitle(title, fontsize=15, color=STYLE["ink"])
     figure.get_layout_engine().set(rect=(0.0, 0.08, 1.0, 0.92))  # below is room for both
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "A loaded bearing with clearance: dimensions with and without a cage", path, 15)
 
 
 CONTESTS = {

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
@@ -18,7 +17,6 @@ LEAST_SHOWN = 1e-12  # of the laws' errors
 def plot_contact(result: dict, poisson_ratio: float, png_path) -> Path:
     """Write the picture of a `calculator.answer`; stresses are those in a body of that Poisson's ratio."""
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, left=0.07, right=0.97, top=0.87, bottom=0.09, wspace=0.17, hspace=0.34)
     axes = [figure.add_subplot(grid[row, column]) for row in (0, 1) for column in (0, 1)]
     _draw_ellipse(figure, axes[0], result)
@@ -61,10 +59,8 @@ def _draw_pressure(axis, result):
         label = f"along the {name} axis, ±{1e6 * result[key]:.4g} µm"
         axis.plot(1e6 * result[key] * share, pressure, color=BALL_COLOURS[colour], linewidth=2.2, label=label)
     axis.set_ylim(0.0, 1.3 * pressure.max())
-    axis.set_xlabel("from the centre [µm]")
-    axis.set_ylabel("pressure [GPa]")
     axis.legend(frameon=False, loc="upper right")
-    heading(axis, f"Pressure along the axes, peak {pressure.max():.4g} GPa")
+    heading(axis, f"Pressure along the axes, peak {pressure.max():.4g} GPa", "from the centre [µm]", "pressure [GPa]")
 
 
 def _draw_stress(axis, result, poisson_ratio):

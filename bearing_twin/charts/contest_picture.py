@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 
@@ -56,7 +55,6 @@ def draw(chart, rows: list[Row], path: Path) -> None:
     columns = min(COLUMNS if len(names) % COLUMNS != 1 else 2, len(names))  # no panel alone in a line
     lines = math.ceil(len(names) / columns)
     figure = Figure(figsize=(16, 5.0 * lines + 2.2), layout="constrained")
-    FigureCanvasAgg(figure)
     least = max(LEAST, min((0.1 * row.error for row in rows if row.status == DONE), default=LEAST))
     axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for axis, name in zip(axes.flat, names, strict=False):
@@ -93,7 +91,6 @@ def draw(chart, rows: list[Row], path: Path) -> None:
 def draw_over(chart, rows: list[Row], path: Path) -> None:
     """Errors over the setting on the left, a line a method, and the median cost of a run over it on the right."""
     figure = Figure(figsize=(16, 7.2), layout="constrained")
-    FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2)
     for number, method in enumerate(dict.fromkeys(row.method for row in rows)):
         mine = sorted((row.setting, max(row.error, LEAST)) for row in rows if row.method == method)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.compiled import kernel
@@ -23,7 +22,7 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.moving import moving_by
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, save, stamp
+from bearing_twin.pictures.style import BALL_COLOURS, frame, save_chart
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run
 
@@ -173,7 +172,6 @@ def draw(points: list[CostPart], path: Path) -> None:
     """The chart: a bar a run, cut into its parts; on the right what the whole takes."""
     names = list(dict.fromkeys(p.run for p in points))
     figure = Figure(figsize=(14, 1.1 * len(names) + 2.6), layout="constrained")
-    FigureCanvasAgg(figure)
     axis = figure.subplots()
     for row, name in enumerate(names):
         parts, left = _to_a_log(points, name), 0.0
@@ -196,6 +194,4 @@ def draw(points: list[CostPart], path: Path) -> None:
     axis.tick_params(axis="y", labelsize=12)
     axis.legend(loc="lower center", bbox_to_anchor=(0.4, 1.0), ncols=len(PARTS) - 1, fontsize=11, frameon=False)
     title = f"Where the time of a simulated second into a log goes ({RATE} outputs a second, 8 balls)"
-    figure.suptitle(title, fontsize=16, color=STYLE["ink"])
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, title, path)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.chart import Chart
@@ -25,7 +24,7 @@ from bearing_twin.charts.timing import Timing, timed
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 from bearing_twin.units import two_digits
@@ -227,13 +226,11 @@ def _over_speed(axis, points, keys) -> None:
 def draw(points: list[DimensionRow], path: Path) -> None:
     """The chart: errors of load and of angle over speed, and on the right error against cost of both dimensions."""
     figure = Figure(figsize=(17, 7), layout="constrained")
-    FigureCanvasAgg(figure)
     load, angle, cost = figure.subplots(1, 3, sharey=True)
     _over_speed(load, points, ("load_error", "early_load_error"))
     _over_speed(angle, points, ("angle_error", "early_angle_error"))
-    heading(load, "quasi_static: ball loads")
+    heading(load, "quasi_static: ball loads", up="greatest error, over the greatest")
     heading(angle, "quasi_static: contact angles")
-    load.set_ylabel("greatest error, over the greatest")
     load.plot([], [], color=STYLE["soft"], linestyle="-", label="settled, after 2 s")
     load.plot([], [], color=STYLE["soft"], linestyle=":", label="after 20 ms")
     load.legend(loc="upper left", frameon=False, fontsize=11)
@@ -257,9 +254,7 @@ def draw(points: list[DimensionRow], path: Path) -> None:
     cost.legend(loc="lower left", frameon=False, fontsize=11, bbox_to_anchor=(0.0, 0.11))
     for axis in (load, angle, cost):
         frame(axis)
-    figure.suptitle("Dimensions of a bearing: equilibria against moving balls", fontsize=16, color=STYLE["ink"])
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "Dimensions of a bearing: equilibria against moving balls", path)
 
 
 CONTESTS = {

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
@@ -208,7 +207,6 @@ def reading(points: list[FidelityRow]) -> list[str]:
 def draw(points: list[FidelityRow], path: Path) -> None:
     """Left: error over what was wanted. Right: cost over the cheapest that is good enough."""
     figure = Figure(figsize=(13.0, 6.5), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(1, 2, left=0.07, right=0.98, top=0.86, bottom=0.13, wspace=0.2)
     error, cost = figure.add_subplot(grid[0]), figure.add_subplot(grid[1])
     for number, (shipped, label) in enumerate(((True, "scenes as they ship"), (False, "variants"))):

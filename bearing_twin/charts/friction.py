@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.integrate import dblquad
 from scipy.optimize import minimize
@@ -24,7 +23,7 @@ from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.charts.timing import Timing
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
 from bearing_twin.reference.spot import spot_friction_exact
 
 WORST = 0.1  # an error beyond this is a cross
@@ -232,7 +231,6 @@ def _panel(axis, rows, error, shape):
 def draw(rows: list[FrictionRow], path: Path) -> None:
     """The chart: force error above, torque error below, one column a shape, and on the right error against cost."""
     figure = Figure(figsize=(17, 9), layout="constrained")
-    FigureCanvasAgg(figure)
     shapes = [name for name in PROBLEMS if any(row.problem == name for row in rows)]
     count = len(shapes)
     panels = figure.subplots(2, count + 1, sharey=True, squeeze=False)
@@ -258,9 +256,7 @@ def draw(rows: list[FrictionRow], path: Path) -> None:
     panels[1, count].set_xlabel("nanoseconds an evaluation, one core")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     panels[0, count].legend(handles, labels, loc="lower left", frameon=False, fontsize=11)
-    figure.suptitle("Friction over a spot that slides and spins", fontsize=16, color=STYLE["ink"])
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "Friction over a spot that slides and spins", path)
 
 
 CONTESTS = {

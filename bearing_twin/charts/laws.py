@@ -10,7 +10,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
@@ -26,7 +25,7 @@ from bearing_twin.contact.differential import Shape, differential_coefficient, f
 from bearing_twin.contact.elasticity import NO_SHAPE, coefficient_at, coefficient_of, elasticity
 from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
 
 LEAST = 1e-12  # smaller errors are drawn here
 WORST = 0.1  # an error beyond this is a cross
@@ -185,7 +184,6 @@ def reading(rows: list[Row]) -> list[str]:
 def draw(rows: list[Row], path: Path) -> None:
     """The chart: error over b/a on the left, error on a raceway against cost on the right."""
     figure = Figure(figsize=(15, 7.5), layout="constrained")
-    FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0), sharey=True)
     named: dict[tuple, int] = {}  # how many names stand at a place, by decades in error and quarters of one in cost
     for number, law in enumerate(dict.fromkeys(row.method for row in rows)):
@@ -221,9 +219,7 @@ def draw(rows: list[Row], path: Path) -> None:
     for axis in (left, right):
         frame(axis)
     left.legend(loc="lower left", frameon=False, bbox_to_anchor=(0.0, 0.12))
-    figure.suptitle("Elastic laws: accuracy against cost", fontsize=16, color=STYLE["ink"])
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "Elastic laws: accuracy against cost", path)
 
 
 CONTESTS = {

@@ -2,13 +2,12 @@
 
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from bearing_twin.charts.limits import Limit
 from bearing_twin.charts.model_limits import LIMITED
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, save, stamp
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, save_chart
 
 COLUMNS, SIZE = 3, 15  # panels in a row; of the letters
 MICRO = 1e6
@@ -19,16 +18,12 @@ def of_limits(limits: list[Limit], path: Path) -> None:
     names = [name for name in LIMITED if any(one.map == name for one in limits)]
     lines = -(-len(names) // COLUMNS)
     figure = Figure(figsize=(17, 5.2 * lines + 1.6), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots(lines, min(COLUMNS, len(names)), squeeze=False)
     for axis, name in zip(axes.flat, names, strict=False):
         _panel(axis, name, [one for one in limits if one.map == name])
     for axis in list(axes.flat)[len(names) :]:
         axis.set_visible(False)
-    figure.suptitle("The longest fixed step: line predicted, rings found, dashes refused from there on",
-                    fontsize=20, color=STYLE["ink"])  # fmt: skip
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "The longest fixed step: line predicted, rings found, dashes refused from there on", path, 20)
 
 
 def _panel(axis, name: str, limits: list[Limit]) -> None:

@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.left_alone import TOLD_FROM
 from bearing_twin.charts.map_picture import PREDICTED, Curves, add_bar, add_legend, draw_map
 from bearing_twin.charts.model_maps import MODELS, chosen_by_tolerance, law_limits
 from bearing_twin.charts.table import MapRow
-from bearing_twin.pictures.style import STYLE, save, stamp
+from bearing_twin.pictures.style import STYLE, save_chart
 
 COLUMNS, APART = 3, 10.0  # panels in a row; ratio of the made-up settings that laws stand at
 
@@ -28,7 +27,6 @@ def of_models(rows: list[MapRow], path: Path) -> None:
     ]
     lines = -(-len(panels) // COLUMNS)
     figure = Figure(figsize=(17, 5.6 * lines + 1.2), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots(lines, min(COLUMNS, len(panels)), squeeze=False)
     for axis, (name, method) in zip(axes.flat, panels, strict=False):
         drawn = _panel(axis, [row for row in rows if row.problem == name and method in ("", row.method)], name, method)
@@ -36,9 +34,7 @@ def of_models(rows: list[MapRow], path: Path) -> None:
         axis.set_visible(False)
     add_bar(figure, drawn, axes, "error of the load, of the norm, of the axis")
     add_legend(figure, False, f"error above {_levels(name for name, _ in panels)}", True)
-    figure.suptitle("Where models fail", fontsize=20, color=STYLE["ink"])
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "Where models fail", path, 20)
 
 
 def _levels(names) -> str:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.paper1_bearing import draw_moving, draw_still
@@ -97,7 +96,6 @@ def reading(points) -> list[str]:
 def draw(points, path) -> Path:
     """The bearing in space, also moving in a .gif; r_P and n_A of a ball by exact Hertz, how far laws are off; cost."""
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(3, 2, left=0.05, right=0.97, top=0.90, bottom=0.115, hspace=0.42, wspace=0.22)
     runs = {one.law: one for one in points}
     draw_still(figure.add_subplot(grid[:2, 0], projection="3d"), SCENE, DURATION, BALL)
@@ -109,24 +107,19 @@ def draw(points, path) -> Path:
             axis.plot(times, values[:, column], color=BALL_COLOURS[column], linewidth=1.6, label=label)
         axis.legend(frameon=False, fontsize=12, ncol=3, loc="lower right", bbox_to_anchor=(1.0, 0.97), borderpad=0)
         axis.tick_params(labelbottom=False)
-    first.set_ylabel("r_P [mm]")
-    second.set_ylabel("n_A")
-    heading(first, "Contact point of a ball with the outer ring")
-    heading(second, "Normal of the raceway there")
+    heading(first, "Contact point of a ball with the outer ring", up="r_P [mm]")
+    heading(second, "Normal of the raceway there", up="n_A")
     for number, law in enumerate(LAWS):
         away = np.linalg.norm(runs[law].histories[0] - point, axis=1)
         off.plot(times, np.maximum(away, 1e-18), color=BALL_COLOURS[number], linewidth=1.3, label=law)
     off.set_yscale("log")
-    off.set_xlabel("time [ms]")
-    off.set_ylabel("distance [m]")
     off.legend(frameon=False, fontsize=10, ncol=4, loc="center right", bbox_to_anchor=(1.0, 0.6))
-    heading(off, "r_P by other laws, from that by exact Hertz")
+    heading(off, "r_P by other laws, from that by exact Hertz", "time [ms]", "distance [m]")
     names = [one.law for one in points]
     cost.barh(range(len(names)), [one.ns_a_ball_rate for one in points], color=BALL_COLOURS[4])
     cost.set_yticks(range(len(names)), names)
     cost.invert_yaxis()
-    cost.set_xlabel("CPU time of one ball's rates [ns]")
-    heading(cost, "Cost of the laws in this run")
+    heading(cost, "Cost of the laws in this run", "CPU time of one ball's rates [ns]")
     for axis in (first, second, off, cost):
         frame(axis)
         if axis is not cost:

@@ -4,7 +4,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.kinds.bearing.motion import BearingMotion
@@ -43,7 +42,6 @@ def draw_moving(path, scene_name: str, start: float, marked: int) -> Path:
     times = start + period * np.arange(FRAMES) / FRAMES
     bearing, out = _run(scene_name, times)
     figure = Figure(figsize=(6.4, 4.6), dpi=72, facecolor="white")
-    FigureCanvasAgg(figure)
     axis = figure.add_axes((0.0, 0.04, 1.0, 0.88), projection="3d")
 
     def draw(row):

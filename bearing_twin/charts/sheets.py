@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
@@ -164,7 +163,6 @@ def draw(sheet: Sheet, path: Path) -> Path:
     """Writes the picture; raises BearingTwinError where that is impossible."""
     tall = ROW * len(sheet.rows) + MARGINS
     figure = Figure(figsize=(WIDTH, tall), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     top, bottom = 1.0 - 1.15 / tall, 0.95 / tall
     outer = figure.add_gridspec(len(sheet.rows), 1, left=0.06, right=0.98, top=top, bottom=bottom, hspace=0.36)
     for place, row in enumerate(sheet.rows):

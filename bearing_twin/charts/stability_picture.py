@@ -4,7 +4,6 @@ import csv
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.contest import Made, Wanted
@@ -16,7 +15,7 @@ from bearing_twin.charts.model_maps import MODELS, sentences_of
 from bearing_twin.charts.model_picture import of_models
 from bearing_twin.charts.stability import ADAPTIVE, AXES, FIXED, MAPS, TOLERANCE, measure, one_cell
 from bearing_twin.charts.table import DONE, MapRow, read_table, write_rows, write_table
-from bearing_twin.pictures.style import STYLE, save, stamp
+from bearing_twin.pictures.style import STYLE, save_chart
 
 WITHIN = 0.2  # of the limit found: how near a prediction has to be
 KEPT = 1.0  # times the tolerance: errors up to here count as kept
@@ -51,7 +50,6 @@ def make(folder: Path, name: str, wanted: Wanted) -> Made:
 def of_steps(rows: list[MapRow], limits: list[Limit], path: Path) -> None:
     """Step against stiffness, regularisation and damping, a row a method."""
     figure = Figure(figsize=(17, 5.2 * len(FIXED) + 1.6), layout="constrained")
-    FigureCanvasAgg(figure)
     shown = [name for name in AXES if any(row.problem == name for row in rows)]
     axes = figure.subplots(len(FIXED), len(shown), sharey=True, sharex="col", squeeze=False)
     for line, method in zip(axes, FIXED, strict=True):
@@ -67,19 +65,13 @@ def of_steps(rows: list[MapRow], limits: list[Limit], path: Path) -> None:
         line[0].set_ylabel("step [s]", fontsize=17, color=STYLE["ink"])
     add_bar(figure, drawn, axes, COLOUR_TEXT)
     add_legend(figure, True)
-    figure.suptitle(
-        "Where fixed steps fail: one ball of a 6203 that rolls, or slides from rest (sliding)",
-        fontsize=20,
-        color=STYLE["ink"],
-    )
-    stamp(figure)
-    save(figure, path, dpi=100)
+    title = "Where fixed steps fail: one ball of a 6203 that rolls, or slides from rest (sliding)"
+    save_chart(figure, title, path, 20)
 
 
 def of_tolerances(rows: list[MapRow], path: Path) -> None:
     """Tolerance against regularisation, a map an adaptive method; a dot where the tolerance is not kept."""
     figure = Figure(figsize=(17, 6.6), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots(1, len(ADAPTIVE), sharey=True)
     for axis, method in zip(axes, ADAPTIVE, strict=True):
         mine = [row for row in rows if (row.method, row.problem) == (method, TOLERANCE)]
@@ -89,9 +81,7 @@ def of_tolerances(rows: list[MapRow], path: Path) -> None:
     axes[0].set_ylabel("tolerance", fontsize=17, color=STYLE["ink"])
     add_bar(figure, drawn, axes, COLOUR_TEXT)
     add_legend(figure, False, "error above the tolerance")
-    figure.suptitle("What tolerances give: one ball of a 6203 from rest", fontsize=20, color=STYLE["ink"])
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "What tolerances give: one ball of a 6203 from rest", path, 20)
 
 
 def write_limits(limits: list[Limit], path: Path) -> None:

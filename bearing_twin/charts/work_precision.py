@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
@@ -177,7 +176,6 @@ def draw(rows: list[Row], path: Path) -> None:
     """The chart: a line a problem; error in load, in friction, and the greater of both by the public call."""
     names = list(dict.fromkeys(row.problem for row in rows))
     figure = Figure(figsize=(18, 3.6 * len(names) + 1.4), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots(len(names), 3, sharex=True, sharey="row", squeeze=False)
     for line, name in zip(axes, names, strict=True):
         mine = [row for row in rows if row.problem == name]

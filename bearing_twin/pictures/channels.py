@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
@@ -36,7 +35,6 @@ class ChannelPicture:
         rows = max(1, -(-len(shown) // COLUMNS))
         tall = ROW * rows + MARGINS
         figure = Figure(figsize=(WIDTH, tall), dpi=100, facecolor="white")
-        FigureCanvasAgg(figure)
         edges = {"left": 0.07, "right": 0.98, "top": 1.0 - 1.4 / tall, "bottom": 1.0 / tall}
         axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, gridspec_kw={**edges, "hspace": 0.4})
         for place, axis in enumerate(axes.ravel()):
@@ -49,8 +47,7 @@ class ChannelPicture:
             line = np.multiply(values[channel.name], factor)
             axis.plot(time, line, color=BALL_COLOURS[place % len(BALL_COLOURS)], linewidth=1.6)
             axis.margins(x=0.0)
-            axis.set_ylabel(with_unit(prefixed).lstrip())
-            heading(axis, f"{channel.name.replace('_', ' ')}: {channel.meaning}"[:90])
+            heading(axis, f"{channel.name.replace('_', ' ')}: {channel.meaning}"[:90], up=with_unit(prefixed).lstrip())
         for axis in axes[-1]:
             axis.set_xlabel(f"time [{unit}]")
         scene = self._facts.scene

@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
@@ -31,7 +30,6 @@ class RunPicture(ABC):
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         values, scene = self._values.arrays(), self._facts.scene
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        FigureCanvasAgg(figure)
         self.draw(figure, values)
         title = scene.description or scene.name
         return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17, worth=worth)

@@ -36,9 +36,13 @@ def scaled(values, unit) -> tuple[float, str]:
     return prefixed(float(np.nanmax(np.abs(values))) if np.size(values) else 0.0, unit)
 
 
-def heading(axis, text: str, pad: float = 6.0) -> None:
-    """The title of a panel, above its left edge."""
+def heading(axis, text: str, across: str | None = None, up: str | None = None, pad: float = 6.0) -> None:
+    """The words of a panel: its title above its left edge, and, where given, what its axes are."""
     axis.set_title(text, loc="left", fontsize=13.5, color=STYLE["ink"], pad=pad)
+    if across is not None:
+        axis.set_xlabel(across)
+    if up is not None:
+        axis.set_ylabel(up)
 
 
 def key_above(axis) -> None:
@@ -56,7 +60,7 @@ def key_above(axis) -> None:
         handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns, frameon=False, fontsize=KEY_SIZE,
         borderaxespad=0.25, borderpad=0.0, columnspacing=1.4, handlelength=1.8, labelspacing=0.3,
     )  # fmt: skip
-    heading(axis, axis.get_title(loc="left"), 6 + rows * KEY_SIZE * 1.55)
+    heading(axis, axis.get_title(loc="left"), pad=6 + rows * KEY_SIZE * 1.55)
 
 
 def frame(axis) -> None:
@@ -76,6 +80,13 @@ def stamp(figure) -> None:
     made = f"bearing_twin {__version__}, numpy {np.__version__}, Python {platform.python_version()}"
     text = f"{made}, {platform.machine()}, {time.strftime('%Y-%m-%d')}"
     figure.supxlabel(text, fontsize=9, color=STYLE["soft"])
+
+
+def save_chart(figure, title: str, path, size: int = 16) -> Path:
+    """Writes title and footer on a chart of measurements and saves it; raises as `save`."""
+    figure.suptitle(title, fontsize=size, color=STYLE["ink"])
+    stamp(figure)
+    return save(figure, path, dpi=100)
 
 
 def finish(figure, title: str, footer: str, png_path, size: int = 20, worth=()) -> Path:

@@ -48,8 +48,7 @@ def draw_worth(figure, rows: Sequence[Worth]) -> None:
     axis.axvline(DOUBTFUL, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(rows) - 0.5, -0.5), yticks=range(len(rows)))
     axis.set_yticklabels([f"{row.words}: {row.text}" for row in rows])
-    axis.set_xlabel("error over the figure (dotted: beyond it a figure is doubtful)")
-    heading(axis, "What the figures are worth")
+    heading(axis, "What the figures are worth", "error over the figure (dotted: beyond it a figure is doubtful)")
     axis.legend(frameon=False, fontsize=11, ncol=len(looks), loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 

@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.errors import StatisticError, StudyError
@@ -39,7 +38,6 @@ def plot_study(result: StudyResult, png_path) -> Path:
     head = 1.65 if columns == 2 else 1.4 + 0.3 * rows  # in narrow panels keys stand in more lines
     tall = head - 0.05 + 4.9 * rows
     figure = Figure(figsize=(16.0, tall), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
         rows, columns, left=0.06, right=0.98, top=1.0 - head / tall, bottom=0.95 / tall, hspace=0.5, wspace=0.22
     )
@@ -89,8 +87,7 @@ def _draw_shares(axis, name, shares):
     axis.set_yticks([])
     axis.set_ylim(-0.5, len(keys) - 0.3)
     axis.set_xlim(0.0, max(100.0, axis.get_xlim()[1]))
-    axis.set_xlabel("share of the variance [%]")
-    heading(axis, f"{name.replace('_', ' ').capitalize()}: shares of its variance")
+    heading(axis, f"{name.replace('_', ' ').capitalize()}: shares of its variance", "share of the variance [%]")
 
 
 def _draw_quantity(axis, result, name, exact):
@@ -170,10 +167,8 @@ def _draw_convergence(axis, result):
         with contextlib.suppress(StatisticError):
             level = getattr(exact, path["statistic"]) * factor
             axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
-    axis.set_xlabel("samples")
-    axis.set_ylabel(labelled(what, unit))
     axis.ticklabel_format(axis="y", useOffset=False)  # an offset would stand in the heading
-    heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}")
+    heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}", "samples", labelled(what, unit))
 
 
 def _draw_history(axis, result, channel):

@@ -31,14 +31,11 @@ def _draw_beam(figure, values, scene):
     others = {i + 1: share for i, share in enumerate(shares) if share != point}
     names, columns = ["impact", *(f"{share:g} of the span" for share in others.values())], [0, *others]
     _draw_points(deflection, time, 1e6 * values["deflection"], columns, names)
-    deflection.set_ylabel("deflection [µm]")
     deflection.invert_yaxis()
-    heading(deflection, "Deflection, downward")
+    heading(deflection, "Deflection, downward", up="deflection [µm]")
     deflection.legend(frameon=False, fontsize=10, ncol=4, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
     _draw_points(stress, time, 1e-6 * values["bending_stress"], columns, names)
-    stress.set_ylabel("bending stress [MPa]")
-    heading(stress, "Bending stress of the lower fibre, tension positive")
-    stress.set_xlabel(f"time [{unit}]")
+    heading(stress, "Bending stress of the lower fibre, tension positive", f"time [{unit}]", "bending stress [MPa]")
     for axis in (force, deflection):
         axis.tick_params(labelbottom=False)
     shapes = figure.add_subplot(grid[:2, 1])

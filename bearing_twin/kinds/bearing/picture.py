@@ -4,7 +4,6 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
@@ -66,7 +65,6 @@ class BearingPicture:
         if history.last is None:
             raise LogError("there is no sample to draw; give a run or a log that holds at least one")
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        FigureCanvasAgg(figure)
         edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
         left = grid[0].subgridspec(2 + len(self._moved), 1, hspace=(0.16, 0.24, 0.34, 0.44)[len(self._moved)])
@@ -188,8 +186,7 @@ def _draw_contacts(axes, angles, sample, scene):
             look = {"ms": size, "mec": colour, "mew": 1.6, "mfc": fill, "label": label}
             axes.plot(where, details[name][touching, raceway] * 1e6, "o", **look)
         angles.plot(where, degrees[touching, raceway], "o", ms=size, mec=colour, mfc=colour)
-    heading(axes, "Contacts")
-    axes.set_ylabel("semi-axis [µm]")
+    heading(axes, "Contacts", up="semi-axis [µm]")
     axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
     axes.tick_params(labelbottom=False)
     if details:

@@ -44,8 +44,7 @@ def _draw_side(axis, values, scene):
     still = np.ptp(x) < 0.5e3 * semi_axes.max()
     if still:
         axis.plot(time, z, color=BALL_COLOURS[0], linewidth=1.6)
-        axis.set_xlabel("time [s]")
-        heading(axis, "Height of the centre")
+        heading(axis, "Height of the centre", "time [s]")
     else:
         for row in _rows_along(values["position"]):
             outline = 1e3 * _outline(semi_axes, values["orientation"][row], (0, 2))
@@ -55,8 +54,7 @@ def _draw_side(axis, values, scene):
         axis.plot(x, z, color=BALL_COLOURS[0], linewidth=1.6)
         axis.set_aspect("equal", adjustable="datalim")
         axis.autoscale_view()
-        axis.set_xlabel("x [mm]")
-        heading(axis, "From the side: path of the centre, outlines of the body")
+        heading(axis, "From the side: path of the centre, outlines of the body", "x [mm]")
     axis.set_ylabel("z [mm]")
 
 
@@ -74,10 +72,8 @@ def _draw_plan(axis, values, scene):
     axis.plot(*centre[0, :2], "o", color=BALL_COLOURS[0], markersize=8, label="start")
     axis.set_aspect("equal", adjustable="datalim")
     axis.autoscale_view()
-    axis.set_xlabel("x [mm]")
-    axis.set_ylabel("y [mm]")
     axis.legend(frameon=False, fontsize=11, loc="best")
-    heading(axis, "From above: paths, outlines of the body")
+    heading(axis, "From above: paths, outlines of the body", "x [mm]", "y [mm]")
 
 
 def _rows_along(position):
@@ -114,9 +110,8 @@ def _draw_tilt(axis, time, values):
     axis.set_ylim(-2.0, 92.0)
     axis.set_yticks([0, 30, 60, 90])
     axis.margins(x=0.0)
-    axis.set_ylabel("to the vertical [°]")
     axis.legend(frameon=False, fontsize=11, ncol=3, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
-    heading(axis, "Tilt of the body's axes")
+    heading(axis, "Tilt of the body's axes", up="to the vertical [°]")
 
 
 def draw_load(axis, time, values, greatest):
@@ -129,9 +124,8 @@ def draw_load(axis, time, values, greatest):
     alone = (load > 0.0) & ((beside[:-2] <= 0.0) | (beside[2:] <= 0.0))  # bounces of one or two outputs make no line
     axis.plot(time[alone], load[alone], ".", color=BALL_COLOURS[0])
     axis.set_yscale("log")
-    axis.set_ylabel("normal load [N]")
     axis.margins(x=0.0)
-    heading(axis, f"Normal load at the outputs, at most {greatest:.4g} N")
+    heading(axis, f"Normal load at the outputs, at most {greatest:.4g} N", up="normal load [N]")
 
 
 def draw_energy(axis, time, values):
@@ -146,7 +140,5 @@ def draw_energy(axis, time, values):
     axis.margins(x=0.0)
     axis.set_ylim(0.0, 1.3)
     axis.tick_params(pad=6)
-    axis.set_xlabel("time [s]")
-    axis.set_ylabel("share")
     axis.legend(frameon=False, fontsize=10, ncol=5, loc="upper right", columnspacing=1.0, handlelength=1.2)
-    heading(axis, "Energy: the books are closed where the sum stays at 1")
+    heading(axis, "Energy: the books are closed where the sum stays at 1", "time [s]", "share")

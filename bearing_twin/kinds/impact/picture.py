@@ -28,18 +28,14 @@ def _draw_pair(figure, values):
     frame(approach)
     inside = values["approach"] >= 0.0
     approach.plot(1e6 * values["approach"][inside], values["normal_load"][inside], color=BALL_COLOURS[0], linewidth=2)
-    approach.set_xlabel("approach [µm]")
-    approach.set_ylabel("contact force [N]")
-    heading(approach, "Force against approach: the loop is what is lost")
+    heading(approach, "Force against approach: the loop is what is lost", "approach [µm]", "contact force [N]")
     velocity = figure.add_subplot(grid[1, 0])
     frame(velocity)
     for body, name in enumerate(("first", "second")):
         velocity.plot(time, values["velocity"][:, body], color=BALL_COLOURS[body], linewidth=2, label=name)
     velocity.margins(x=0.0)
     velocity.legend(frameon=False, fontsize=11)
-    velocity.set_xlabel(f"time [{unit}]")
-    velocity.set_ylabel("velocity [m/s]")
-    heading(velocity, "The two bodies")
+    heading(velocity, "The two bodies", f"time [{unit}]", "velocity [m/s]")
     draw_energies(figure.add_subplot(grid[1, 1]), time, unit, values)
 
 
@@ -48,10 +44,9 @@ def draw_force(axis, time, values) -> None:
     frame(axis)
     axis.fill_between(time, values["normal_load"], color=BALL_COLOURS[0], alpha=0.2, linewidth=0)
     axis.plot(time, values["normal_load"], color=BALL_COLOURS[0], linewidth=2)
-    axis.set_ylabel("contact force [N]")
     axis.margins(x=0.0)
     peak = peak_of(values["normal_load"])
-    heading(axis, f"Contact force, at most {peak:.5g} N")
+    heading(axis, f"Contact force, at most {peak:.5g} N", up="contact force [N]")
 
 
 def draw_energies(axis, time, unit, values, parts_shown=ENERGIES) -> None:
@@ -64,7 +59,5 @@ def draw_energies(axis, time, unit, values, parts_shown=ENERGIES) -> None:
     axis.axhline(1.0, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.margins(x=0.0)
     axis.set_ylim(0.0, max(1.3, 1.15 * float(np.sum(parts, axis=0).max())))
-    axis.set_xlabel(f"time [{unit}]")
-    axis.set_ylabel("share of what came")
     axis.legend(frameon=False, fontsize=10, ncol=3, loc="upper right")
-    heading(axis, "Energy")
+    heading(axis, "Energy", f"time [{unit}]", "share of what came")

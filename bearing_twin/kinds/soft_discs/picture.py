@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -49,15 +48,13 @@ class SoftDiscPicture(PairPicture):
         time, _, unit = scaled_time(values["time"])
         shapes = _Shapes(self._parameters, values, rows)
         figure = Figure(figsize=(8.0, 8.0), dpi=60, facecolor="white")
-        FigureCanvasAgg(figure)
         axis = figure.add_axes((0.14, 0.1, 0.72, 0.8))
         bars = []
 
         def draw(row):
             axis.clear()
             drawn = shapes.draw(axis, row)
-            axis.set_ylabel(shapes.height)
-            heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N")
+            heading(axis, f"{time[row]:.1f} {unit}, {values['normal_load'][row]:.4g} N", up=shapes.height)
             if not bars:
                 bars.append(shapes.bar(figure, drawn, axis))
 

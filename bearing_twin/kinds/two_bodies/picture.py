@@ -71,13 +71,11 @@ def _draw_side(axis, values, parameters):
         axis.plot(*(1e3 * view @ centre[0]), "o", color=BALL_COLOURS[colour], markersize=7)
     axis.set_aspect("equal", adjustable="datalim")
     axis.autoscale_view()
-    axis.figure.canvas.draw()
+    axis.figure.draw_without_rendering()
     for section in sections:
         _draw_section(axis, *section, right, up, values["position"][-1])
-    axis.set_xlabel(f"{across} [mm]")
-    axis.set_ylabel(f"{height} [mm]")
     axis.legend(frameon=False, fontsize=11, loc="best")
-    heading(axis, "From the side: paths of the centres, outlines")
+    heading(axis, "From the side: paths of the centres, outlines", f"{across} [mm]", f"{height} [mm]")
 
 
 def _outline(surface, orientation, view):
@@ -108,9 +106,8 @@ def _draw_gap(axis, time, values):
     gap = -values["approach"]
     factor, unit = prefixed(float(np.abs(gap).max()), "m")
     axis.plot(time, factor * gap, color=BALL_COLOURS[2], linewidth=1.4)
-    axis.set_ylabel(f"gap [{unit}]")
     axis.margins(x=0.0)
-    heading(axis, "Gap between the opposing points")
+    heading(axis, "Gap between the opposing points", up=f"gap [{unit}]")
 
 
 def _draw_slip(axis, time, values):

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
@@ -15,7 +14,6 @@ AXES = ("x", "y", "z")
 def draw_equilibrium(result: dict, path) -> Path:
     """Draws the loads around the bearing, angles and pressures of the balls; `result` as of `answer_of`."""
     figure = Figure(figsize=(15.0, 8.2), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     edges = {"left": 0.05, "right": 0.975, "top": 0.86, "bottom": 0.12}
     grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.05), wspace=0.12, **edges)
     right = grid[1].subgridspec(2, 1, hspace=0.28)
@@ -39,8 +37,7 @@ def draw_equilibrium(result: dict, path) -> Path:
             axis.errorbar(where, values[order], off, fmt=mark, **look)
         axis.set_xlim(-190.0, 190.0)
         axis.set_xticks(np.arange(-180, 181, 45))
-        axis.set_ylabel(label)
-        heading(axis, words)
+        heading(axis, words, up=label)
     low, high = pressures.get_ylim()
     pressures.set_ylim(0.0, 1.08 * high)
     low, high = angles.get_ylim()
@@ -94,7 +91,6 @@ def _footer(result):
 def draw_sweep(result: dict, path) -> Path:
     """Draws displacement, stiffness, greatest ball load and reference life over the swept number."""
     figure = Figure(figsize=(15.0, 9.0), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, left=0.07, right=0.975, top=0.87, bottom=0.11, wspace=0.2, hspace=0.34)
     scale, label = result["axis"]["scale"], result["axis"]["label"]
     values = scale * np.asarray(result["values"])
@@ -120,9 +116,7 @@ def draw_sweep(result: dict, path) -> Path:
     )
     for panel, (head, unit) in zip(panels, words, strict=True):
         frame(panel)
-        heading(panel, head)
-        panel.set_ylabel(unit)
-        panel.set_xlabel(label)
+        heading(panel, head, label, unit)
     for panel in panels[:2]:
         panel.legend(frameon=False, fontsize=11)
     return finish(figure, f"{result['scene']}: equilibria over {label}", _sweep_footer(result), path)
