@@ -247,6 +247,18 @@ def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():
 
         spin_until(executor, said, "the mark on /diagnostics")
         assert node.simulation.channels[-1].name == "outside_range"
+        kinds = {"outside_range": DiagnosticArray, "inner_ring/wrench": WrenchStamped, "contacts": Contacts}
+        topics = {f"/bearing/{name}": kind for name, kind in kinds.items()}
+        lists = {name: [] for name in topics}
+        for name, kind in topics.items():
+            watcher.create_subscription(kind, name, lists[name].append, 10)
+        spin_until(executor, lambda: all(watcher.count_publishers(name) for name in topics), "discovery")
+        assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
+        spin_until(executor, lambda: len(set(map(len, lists.values()))) == 1 and all(lists.values()), "messages")
+        marks, wrenches, contacts = lists.values()
+        assert [one.header.stamp for one in marks] == [one.header.stamp for one in wrenches]
+        assert "drive.change.offset" in marks[0].status[0].message
+        assert {one.law for one in contacts} == {f"{node.simulation.chosen.law} (outside_range)"}
 
 
 def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():

@@ -13,6 +13,8 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
+from bearing_twin.log.cdr import deserialise
+from bearing_twin.log.mcap_log import raw_messages, recover, write_log
 from bearing_twin.nodes.study_goal import Goal, study_of
 from bearing_twin.nodes.study_limits import Limits
 from bearing_twin.run.fidelity import choose
@@ -180,6 +182,45 @@ def test_command_and_log_say_the_same(tmp_path, capsys):
                  "--json"]) == DONE  # fmt: skip
     answer = json.loads(capsys.readouterr().out)
     assert set(answer["outside_range"]) <= set(answer["flags"])
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_every_message_of_it_is_marked(name, tmp_path):
+    """At each stamp of a wrench `outside_range` says why, `contacts` say it of their law, the log of every topic."""
+    run = simulate(load_scene(name, (*QUICK[name], ON)))
+    write_log(run, path := tmp_path / "run.mcap")
+    seen: dict[str, list] = {}
+    for topic, log_time, _, data in raw_messages(path):
+        assert topic.metadata["outside_range"] == "; ".join(run.scene.outside)
+        seen.setdefault(topic.name.rpartition("/")[2], []).append((log_time, topic.ros_type, data))
+    assert {stamp for stamp, _, _ in seen["wrench"]} == {stamp for stamp, _, _ in seen["outside_range"]}
+    for stamp, ros_type, data in seen["outside_range"]:
+        array = deserialise(ros_type, data)
+        assert 10**9 * array.header.stamp.sec + array.header.stamp.nanosec == stamp
+        assert tuple(one.message for one in array.status) == run.scene.outside
+        assert {one.level for one in array.status} == {1}
+    for _, ros_type, data in seen["contacts"]:
+        assert deserialise(ros_type, data).law == f"{run.choice.law} (outside_range)"
+    recover(path, saved := tmp_path / "saved.mcap")
+    assert all(topic.metadata["outside_range"] for topic, *_ in raw_messages(saved))
+    assert read_log(path).choice.outside == run.scene.outside
+
+
+def test_messages_within_the_range_are_not_marked(tmp_path):
+    run = simulate(load_scene("two_discs", ("solver.allow_invalid=on",)))
+    write_log(run, path := tmp_path / "run.mcap")
+    for topic, _, _, data in raw_messages(path):
+        assert "outside_range" not in topic.metadata
+        assert not topic.name.endswith("/outside_range")
+        if topic.name.endswith("/contacts"):
+            assert deserialise(topic.ros_type, data).law == run.choice.law
+
+
+def test_thin_discs_are_told_of_once():
+    thin = "disc.thickness=0.5"
+    for words, told in (((thin, "contact.normal=johnson", ON), 1), ((thin, "contact.normal=auto"), 1), ((), 0)):
+        report = ran("two_discs", *words)[0].report
+        assert sum("plane strain" in flag for flag in report.flags) == told
 
 
 @pytest.mark.parametrize(("word", "read"), [(True, "on"), (False, "off"), ("on", "on"), ("off", "off")])

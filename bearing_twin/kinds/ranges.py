@@ -16,6 +16,7 @@ from bearing_twin.kinds.doubt import LARGE
 from bearing_twin.units import with_unit
 
 ON = "on"  # of solver.allow_invalid
+OUTSIDE = "outside_range"  # the mark on all that such a run gives out: channel, topic, key
 FASTEST_CHANGE = 1000.0  # 1/s: balls preloaded by 10 um leave rolling by 9e-4 then (`tests/test_ranges.py`)
 SPOT_LAWS = ("hertz", "hertz_exact", "volumetric", "constant", "hertz_differential", "hertz_unprojected")
 

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Output, Topic
+from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.kinds.urdf import Solid, urdf
 from bearing_twin.sample import Sample, Wrench
 
 CONTACTS = "bearing_twin_msgs/msg/Contacts"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 FLOAT = "std_msgs/msg/Float64"
 MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -97,6 +99,16 @@ def pose_topic(name: str, link: str, text: str, prefix: str = "") -> Topic:
 def _pose(prefix: str, output: Output) -> dict:
     sample = output.sample
     return {"pose": {"position": sample[f"{prefix}position"], "orientation": sample[f"{prefix}orientation"]}}
+
+
+def outside_topic(sentences: tuple[str, ...]) -> Topic:
+    """`outside_range`: these sentences about models outside their range as warnings, with the stamp of each wrench.
+
+    Types such as WrenchStamped have no room for a mark; fields are the same at every output.
+    """
+    said = [{"level": 1, "name": OUTSIDE, "message": one, "hardware_id": "bearing_twin"} for one in sentences]
+    text = "only where a model runs outside its range: which, as warnings, at each stamp of the topics at this rate"
+    return Topic(OUTSIDE, DIAGNOSTICS, PUBLISH, lambda output: {"status": said}, text, together=True)
 
 
 def one_contact(body: str, by: str, **given) -> dict:

@@ -21,7 +21,8 @@ class Qos(NamedTuple):
 class LoggedTopic(NamedTuple):
     """One topic of a log: full name, type, hash of the type, publishers' quality of service, messages so far.
 
-    `kept` is how many of its messages a second are in the log; 0 = all.
+    `kept` is how many of its messages a second are in the log; 0 = all. `outside` says which models were outside their
+    range.
     """
 
     name: str
@@ -30,6 +31,7 @@ class LoggedTopic(NamedTuple):
     qos: tuple[Qos, ...]
     messages: int
     kept: float = 0.0
+    outside: str = ""
 
 
 class Span(NamedTuple):

@@ -68,7 +68,7 @@ class LogWriter(Told):
         run_record: bool = True,
         safety: Safety = Safety(),  # noqa: B008 - it cannot change
     ):
-        table = topics(scene)
+        table, outside = topics(scene), "; ".join(scene.outside) if scene.marked else ""
         self._log = RawLogWriter(path, run_record, safety)
         self._numbers = {}
         try:
@@ -76,7 +76,7 @@ class LogWriter(Told):
             for topic in table:
                 text, type_hash = cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
                 self._numbers[topic.name] = self._log.add_topic(
-                    topic.full_name, topic.ros_type, text, type_hash, (topic.qos,)
+                    topic.full_name, topic.ros_type, text, type_hash, (topic.qos,), outside=outside
                 )
         except BaseException:  # Ctrl-C before the first message
             self.__exit__(*sys.exc_info())

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import bearing_twin
 from bearing_twin.errors import LogError
+from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log.bag import LoggedTopic, Span, bag_information, qos_text
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_write import McapWriter
@@ -183,6 +184,8 @@ class Parts:
         metadata = {"offered_qos_profiles": qos_text(row.qos), "topic_type_hash": row.type_hash}
         if row.kept:
             metadata[KEPT_KEY] = f"{row.kept:g}"
+        if row.outside:
+            metadata[OUTSIDE] = row.outside
         return self._writer.register(row.name, row.ros_type, described.definition, metadata)
 
     def _due(self, log_time: int) -> bool:

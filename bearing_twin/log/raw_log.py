@@ -81,15 +81,19 @@ class RawLogWriter(Told):
         type_hash: str,
         qos: tuple[Qos, ...],
         kept: float | None = None,
+        outside: str = "",
     ) -> int:
         """Describes a topic (full name, type, `ros2msg` text with dependencies, RIHS01 hash) and returns its number.
 
-        `kept` is how many of its messages a second are logged, 0 = all; None = as the log does.
+        `kept` is how many of its messages a second are logged, 0 = all; None = as the log does. `outside` stands beside
+        all of them: which models were outside their range.
         """
         seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
         rate = (0.0 if seldom else self._safety.kept_rate) if kept is None else kept
         with self._unbroken, self._lock:
-            number = self._log.register(LoggedTopic(name, ros_type, type_hash, tuple(qos), 0, rate), definition)
+            number = self._log.register(
+                LoggedTopic(name, ros_type, type_hash, tuple(qos), 0, rate, outside), definition
+            )
             if rate and kept is None:
                 self._thinned[number] = Thinning(ros_type, rate)
             self._stale = True

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from mcap.records import Metadata
 
 from bearing_twin.errors import LogError
+from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, Topic
@@ -59,7 +60,7 @@ def recover(path, out) -> Recovered:
                 numbers[key] = log.add_topic(
                     item.topic.name, item.topic.ros_type, item.topic.definition,
                     item.topic.metadata.get("topic_type_hash", ""), (Qos(),),
-                    float(item.topic.metadata.get(KEPT_KEY, 0.0)),
+                    float(item.topic.metadata.get(KEPT_KEY, 0.0)), item.topic.metadata.get(OUTSIDE, ""),
                 )  # fmt: skip
             log.write(numbers[key], item.log_time, item.publish_time, item.data)
             messages += 1

@@ -15,6 +15,8 @@ import numpy as np
 from bearing_twin import __version__
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output, Topic
+from bearing_twin.kinds.ranges import OUTSIDE
+from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.bundles import Bundle, Bundler, Separate
@@ -61,6 +63,7 @@ def topics(scene) -> tuple[Channelled, ...]:
     kind = KINDS[scene.kind]
     rows = [
         Topic("scene", cdr.STRING, ONCE, None, "the resolved scene, the chosen model and versions, as JSON"),
+        *((outside_topic(scene.outside),) if scene.marked else ()),
         *kind.topics(scene.parameters),
         *(
             Topic(f"records/{table.name}", cdr.SAMPLE_BLOCK, SAMPLES, None, table.meaning, kind.frame)
@@ -280,7 +283,8 @@ class MessageStream:
         return form.one(topic, stamp_ns, (data,))
 
     def _output(self, sample: Sample) -> Output:
-        return Output(self._scene.parameters, self._choice.law, sample, self._frame_prefix)
+        law = f"{self._choice.law} ({OUTSIDE})" if self._scene.marked else self._choice.law
+        return Output(self._scene.parameters, law, sample, self._frame_prefix)
 
 
 def _whole(parts: list[np.ndarray]) -> np.ndarray:

@@ -54,6 +54,12 @@ the wrenches of all bodies together are zero. Gravity, supports and the drive ar
 **Outputs.** `samples` holds every solver output without loss, `records/...` what happened between outputs, and `scene`
 the scene as JSON: a recording of the three can be reported on, and verified where it began with the run.
 
+**Outside its range.** Of a run that `solver.allow_invalid` lets go on outside a model's range, everything is marked:
+`samples` have the channel `outside_range`, and `law` in `contacts` ends with ` (outside_range)`. Where a type has no
+room for a mark, as wrenches and poses, the topic `outside_range` (`diagnostic_msgs/DiagnosticArray`, warnings) says
+with the same stamp which model it is; only such runs have it. In their logs the metadata of every topic have the key
+`outside_range`, too.
+
 **Commands.** A command acts at most 20 ms of simulated time ahead of what is published: what was computed further ahead
 is computed again; stamps are not looked at. It interrupts the computation under way, which begins again from where it
 had begun, so that it is carried out within some milliseconds. A flood of commands may cost a fifth of the time of

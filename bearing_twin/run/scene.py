@@ -13,7 +13,7 @@ import yaml
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.ranges import allowed, left_by
+from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, not_here
 from bearing_twin.parameters import (
     describe,
@@ -33,7 +33,7 @@ from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, shortened
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
 MOST_LOGGED = 360_000  # commas in one, enough for a table of `tables.MOST_ROWS`: a second to read
-MARK = Channel("outside_range", "1", (), "1: a model asked for is outside its range; see solver.allow_invalid")
+MARK = Channel(OUTSIDE, "1", (), "1: a model asked for is outside its range; see solver.allow_invalid")
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
 
 

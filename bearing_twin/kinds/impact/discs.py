@@ -117,7 +117,7 @@ def _flags(parameters, peak_force, duration):
         width_doubt(half_width, disc.radius),
         wave_doubt(duration, wave_transit(2.0 * disc.radius, disc.material.young_modulus, disc.material.density)),
     )
-    if disc.thickness < disc.radius:
+    if disc.thickness < disc.radius and parameters.contact.normal == "auto":  # else its range says so
         flags.append(
             f"a thickness of {disc.thickness:g} m is below the radius of {disc.radius:g} m: both assume plane strain"
         )
