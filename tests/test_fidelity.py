@@ -1,6 +1,7 @@
 """What is chosen for bearings: from measured rows, with margins, and a reason that names them."""
 
 import math
+import re
 
 import pytest
 from doc_tables import MEASURED_TABLES, ROOT
@@ -46,6 +47,14 @@ def test_the_cheapest_row_that_keeps_what_is_wanted_is_taken_and_told(tolerance)
     assert max(found[0].load_error, found[0].friction_error) <= tolerance
     rungs = ladders()[found[0].motion, choice.stepper]
     assert choice.setting <= min(30.0 * tolerance, max(rung.setting for rung in rungs))
+
+
+@pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_start", "bearing_6203_loose", "bearing_6203_sudden"])
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-5])
+def test_a_runner_up_is_said_to_cost_more_or_as_much(scene, tolerance):
+    reason = choose(load_scene(scene, [f"wanted.tolerance={tolerance}"])).reason
+    told = re.search(r"next came \w+ at ([0-9.e+-]+) times its cost", reason)
+    assert reason.endswith("cost as much") if told is None else float(told[1]) > 1.0, reason
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])

@@ -16,7 +16,15 @@ from bearing_twin.kinds.bearing.adequacy import (
     still_error,
 )
 from bearing_twin.kinds.bearing.drive import TORQUE
-from bearing_twin.kinds.bearing.measured import Prediction, dimension_costs, error_of, of_asked, predictions, unmeasured
+from bearing_twin.kinds.bearing.measured import (
+    SPREAD,
+    Prediction,
+    dimension_costs,
+    error_of,
+    of_asked,
+    predictions,
+    unmeasured,
+)
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
@@ -112,7 +120,10 @@ def _stepper(parameters, warnings: list[str]) -> tuple[str, Prediction | None, s
         f"{wanted.tolerance:g} where the motion was most like this one ({first.motion}): off by {worst:.2g}"
     )
     if others:
-        why += f"; next came {others[0].stepper} at {_times(others[0].cost, first.cost)} its cost"
+        next_one, cost = others[0].stepper, others[0].cost
+        equal = abs(cost - first.cost) <= SPREAD * min(cost, first.cost)
+        told = f"{next_one} cost as much" if equal else f"next came {next_one} at {_times(cost, first.cost)} its cost"
+        why += f"; {told}"
     return first.stepper, first, why
 
 
