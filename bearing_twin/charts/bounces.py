@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.pictures.worth import finish
 from bearing_twin.reference import bounce
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate

@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 
 from bearing_twin.charts.paper1_bearing import draw_moving, draw_still
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.pictures.style import BALL_COLOURS, SIZE, finish, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, SIZE, frame, heading
+from bearing_twin.pictures.worth import finish
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 

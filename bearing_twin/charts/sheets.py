@@ -13,7 +13,8 @@ from matplotlib.ticker import LogLocator, NullLocator
 from bearing_twin.charts.table import write_rows
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
-from bearing_twin.pictures.style import STYLE, finish, frame, heading, scaled
+from bearing_twin.pictures.style import STYLE, frame, heading, scaled
+from bearing_twin.pictures.worth import finish
 from bearing_twin.units import inverse, labelled
 
 WIDTH, ROW, MARGINS = 16.0, 4.6, 1.75  # inches: of a sheet, of a row of panels, of title and footer together

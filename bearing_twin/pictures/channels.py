@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.pictures.style import BALL_COLOURS, finish, frame, heading, scaled
+from bearing_twin.pictures.style import BALL_COLOURS, frame, heading, scaled
 from bearing_twin.pictures.values import ChannelValues, footer, scaled_time
+from bearing_twin.pictures.worth import finish
 from bearing_twin.sample import Block
 from bearing_twin.units import with_unit
 

@@ -7,8 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.pictures.style import SIZE, finish
+from bearing_twin.pictures.style import SIZE
 from bearing_twin.pictures.values import ChannelValues, footer
+from bearing_twin.pictures.worth import finish
 from bearing_twin.sample import Block
 
 

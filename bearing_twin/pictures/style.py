@@ -89,20 +89,6 @@ def save_chart(figure, title: str, path, size: int = 16) -> Path:
     return save(figure, path, dpi=100)
 
 
-def finish(figure, title: str, footer: str, png_path, size: int = 20, worth=()) -> Path:
-    """Writes title and footer on a picture of a run and saves it; raises BearingTwinError where that is impossible.
-
-    Below it stands what its figures are `worth`, where rows of `worth.Worth` are given.
-    """
-    figure.text(0.06, 0.955, title, fontsize=size, weight="bold", color=STYLE["ink"], va="center")
-    if worth:
-        from bearing_twin.pictures.worth import draw_worth
-
-        draw_worth(figure, worth)
-    figure.text(0.06, 0.22 / figure.get_size_inches()[1], footer, fontsize=10.5, color=STYLE["soft"], va="center")
-    return save(figure, png_path, metadata={"Software": f"bearing_twin {__version__}"})
-
-
 def save(figure, path, **options) -> Path:
     """Writes a figure as a PNG, whole or not at all; raises BearingTwinError where that is impossible."""
     drawn = io.BytesIO()

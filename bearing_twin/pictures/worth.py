@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin import __version__
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save
 
 LEAST, MOST, DOUBTFUL = 1e-14, 10.0, 0.1  # errors over their figure: the edges, and where a figure is doubtful
 ROW, FOOT, MARGIN = 0.26, 0.95, 1.45  # inches: of a row, below the panel, of all but the rows
@@ -54,3 +56,12 @@ def draw_worth(figure, rows: Sequence[Worth]) -> None:
 
 def _drawn(error: float) -> float:
     return min(max(error, LEAST), MOST)
+
+
+def finish(figure, title: str, footer: str, png_path, size: int = 20, worth: Sequence[Worth] = ()) -> Path:
+    """Writes title, footer and what figures are `worth` on a picture of a run, and saves it; raises as `style.save`."""
+    figure.text(0.06, 0.955, title, fontsize=size, weight="bold", color=STYLE["ink"], va="center")
+    if worth:
+        draw_worth(figure, worth)
+    figure.text(0.06, 0.22 / figure.get_size_inches()[1], footer, fontsize=10.5, color=STYLE["soft"], va="center")
+    return save(figure, png_path, metadata={"Software": f"bearing_twin {__version__}"})

@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.errors import StatisticError, StudyError
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, finish, frame, heading, key_above, scaled
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, key_above, scaled
+from bearing_twin.pictures.worth import finish
 from bearing_twin.units import inverse, labelled
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.interpolation import through

@@ -24,11 +24,11 @@ from bearing_twin.pictures.style import (
     SIZE,
     STYLE,
     ball_line,
-    finish,
     frame,
     heading,
     scaled,
 )
+from bearing_twin.pictures.worth import finish
 from bearing_twin.sample import Block, Sample
 
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero

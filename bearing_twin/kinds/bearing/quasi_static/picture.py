@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, finish, frame, heading
+from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, frame, heading
+from bearing_twin.pictures.worth import finish
 
 AXES = ("x", "y", "z")
 
