@@ -5,9 +5,10 @@ import re
 import signal
 import sys
 
+import numba
 import pytest
 from numba.core.registry import cpu_target
-from test_compiled import cache, edited, files, numba_is_ready, started  # noqa: F401 - fixtures
+from test_compiled import cache, edited, files, numba_is_ready, started, warm  # noqa: F401 - fixtures
 
 from bearing_twin import code_cache, code_linking, source_state
 
@@ -28,12 +29,27 @@ SOURCES = {
 UPPER, LONG, SHORT = ("upper.upper", 3.0), ("long.long", 3.0), ("short.short", 3.0)
 
 
+def made(root):
+    (root / "tiny").mkdir(parents=True)
+    for name, text in SOURCES.items():
+        (root / "tiny" / f"{name}.py").write_text(text)
+    return root
+
+
 @pytest.fixture
 def root(tmp_path):
-    (tmp_path / "checkout" / "tiny").mkdir(parents=True)
-    for name, text in SOURCES.items():
-        (tmp_path / "checkout" / "tiny" / f"{name}.py").write_text(text)
-    return tmp_path / "checkout"
+    return made(tmp_path / "checkout")
+
+
+@pytest.fixture(scope="module")
+def compiled_once(tmp_path_factory):
+    """A cache in which UPPER is, with all that it takes."""
+    folder = tmp_path_factory.mktemp("once")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+        patch.setattr(numba.config, "CACHE_DIR", "")
+        assert started(made(folder / "checkout"), [UPPER]) == ([TRUTH], ["half", "long", "short", "upper"], "")
+    return folder / "cache" / "bearing_twin"
 
 
 def long(x):
@@ -62,8 +78,7 @@ def content_of(root, path):
             source_state._imported.pop(name, None)
 
 
-def test_a_long_kernel_is_called_and_a_short_one_is_put_into_its_callers(root, cache):  # noqa: F811
-    assert started(root, [UPPER])[0] == [TRUTH]
+def test_a_long_kernel_is_called_and_a_short_one_is_put_into_its_callers(root, cache, warm):  # noqa: F811
     upper, short, long_one = (content_of(root, file_of(cache, name)) for name in ("upper", "short", "long"))
     assert [one[2][1] for one in (upper, short, long_one)] == [False, False, True]
     assert [one.function for one in upper[3]] == ["long"]
@@ -83,28 +98,24 @@ def test_a_kernel_that_was_called_by_name_may_become_a_short_one(root, cache):  
     assert started(root, [UPPER]) == ([TRUTH], [], "")
 
 
-def test_a_start_joins_what_was_kept(root):
-    assert started(root, [UPPER]) == ([TRUTH], ["half", "long", "short", "upper"], "")
+def test_a_start_joins_what_was_kept(root, warm):  # noqa: F811
     assert started(root, [UPPER]) == ([TRUTH], [], "")
 
 
-def test_a_called_kernel_that_is_lost_is_compiled_again_and_no_other(root, cache):  # noqa: F811
-    started(root, [UPPER])
+def test_a_called_kernel_that_is_lost_is_compiled_again_and_no_other(root, cache, warm):  # noqa: F811
     file_of(cache, "long").unlink()
     assert started(root, [UPPER]) == ([TRUTH], ["long"], "")
     assert started(root, [UPPER]) == ([TRUTH], [], "")
 
 
-def test_an_edit_of_a_called_kernel_is_seen(root):
-    started(root, [UPPER])
+def test_an_edit_of_a_called_kernel_is_seen(root, warm):  # noqa: F811
     edited(root, "long", "    return x", "    return x + 4.0")
     assert started(root, [UPPER])[0] == [pytest.approx(TRUTH + 0.5 * 4.0 + 4.0, rel=1e-15)]
 
 
-def test_python_calls_what_kernels_called_first(root):
+def test_python_calls_what_kernels_called_first(root, warm):  # noqa: F811
     """Its way in is made when it is wanted, once, before or after the kernel that needs none."""
     values = [TRUTH, pytest.approx(long(3.0), rel=1e-15)]
-    assert started(root, [UPPER]) == (values[:1], ["half", "long", "short", "upper"], "")
     assert started(root, [UPPER, LONG]) == (values, ["long"], "")
     assert started(root, [UPPER, LONG]) == (values, [], "")
     assert started(root, [LONG, UPPER]) == (values[::-1], [], "")
@@ -130,8 +141,7 @@ def test_what_python_calls_of_inlined_functions_is_kept(root):
     assert started(root, [UPPER, half])[1] == ["half", "upper"], "its compiled form is in its caller, where half is"
 
 
-def test_a_kernel_that_is_not_what_it_was_is_not_called(root, cache, monkeypatch):  # noqa: F811
-    started(root, [UPPER])
+def test_a_kernel_that_is_not_what_it_was_is_not_called(root, cache, warm, monkeypatch):  # noqa: F811
     path = file_of(cache, "upper")
     key, form, own, needed, constants = content_of(root, path)
     code_cache._write(
@@ -155,9 +165,8 @@ def test_names_of_kernels_say_what_they_are_compiled_from():
     assert symbols[0] == symbols[2] != symbols[1]
 
 
-def test_a_signal_while_code_is_loaded_leaves_no_wrong_code(root):
+def test_a_signal_while_code_is_loaded_leaves_no_wrong_code(root, warm):  # noqa: F811
     """LLVM asks Python for the code and drops what a handler raises there; it compiled other code, which crashed."""
-    started(root, [UPPER])
 
     def signalled():
         engine = cpu_target.target_context.codegen()._engine._ee

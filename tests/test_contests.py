@@ -15,6 +15,7 @@ from bearing_twin.charts import (
     bearing_outputs,
     body_limits,
     contest,
+    limits,
     model_limits,
     model_maps,
     newcomers,
@@ -85,6 +86,13 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
     assert (good.status, good.error) == (DONE, 0.2)
 
 
+@pytest.fixture
+def from_near(monkeypatch):
+    """Limits are looked for from where one would be too far from its prediction, not from a third of this."""
+    monkeypatch.setattr(limits, "FROM", 1.6)
+
+
+@pytest.mark.usefixtures("from_near")
 @pytest.mark.parametrize("method", stability.FIXED)
 @pytest.mark.parametrize("name", stability.AXES)
 def test_predicted_limits_are_those_found_and_refusal_follows_them(method, name):
@@ -95,6 +103,7 @@ def test_predicted_limits_are_those_found_and_refusal_follows_them(method, name)
         assert found.refused == pytest.approx(found.predicted, rel=0.05)
 
 
+@pytest.mark.usefixtures("from_near")
 @pytest.mark.parametrize("name", model_limits.LIMITED)
 def test_limits_of_spheres_and_discs_are_those_predicted(name):
     """At both ends of two decades; refusal lets nothing pass that fails."""
@@ -145,18 +154,18 @@ def test_maps_are_drawn_told_and_read_again(tmp_path, monkeypatch):
     monkeypatch.setattr(stability, "TOLERANCES", (1e-1, 1e-5))
     wanted = here("regularisation", "tolerance", "impact_damping")
     measured = stability.measure(wanted, every=8, steps=(1e-6, 1e-5, 5e-5))
-    rows, limits = measured
+    rows, found = measured
     assert {row.status for row in rows} == {DONE, FAILED}
     mine = {row.setting: row.error for row in rows if (row.problem, row.method) == ("tolerance", "rodas3")}
     looser, tighter = mine[1e-1], mine[1e-5]
     assert tighter < looser
-    stability_picture.of_steps(rows, limits, tmp_path / "s.png")
+    stability_picture.of_steps(rows, found, tmp_path / "s.png")
     stability_picture.of_tolerances(rows, tmp_path / "t.png")
-    stability_picture.of_limits(limits, tmp_path / "l.png")
-    stability_picture.write_limits(limits, tmp_path / "s.csv")
+    stability_picture.of_limits(found, tmp_path / "l.png")
+    stability_picture.write_limits(found, tmp_path / "s.csv")
     write_table(rows, tmp_path / "s_cells.csv")
     again = stability_picture.read(tmp_path, "s")
-    assert again == stability_picture.reading(rows, limits)
+    assert again == stability_picture.reading(rows, found)
     assert "within 20 % at 2 of 2 places" in again[0]
 
 

@@ -58,14 +58,16 @@ def test_a_row_beside_the_others_tells_what_it_found(tmp_path, monkeypatch):
 
 
 def test_what_a_row_beside_the_others_did_not_tell_counts_as_not_survived(tmp_path, monkeypatch):
+    """Python ends with 2 where there is no such program, at once."""
     monkeypatch.setattr(torture, "SAID", tmp_path)
-    one = torture.Beside(LOGS[0]._replace(name="no such row"), 0.05)
+    monkeypatch.setattr(torture, "__file__", str(tmp_path / "nothing.py"))
+    one = torture.Beside(LOGS[0], 0.05)
     outcome = one.outcome()
     assert not outcome.survived
     assert "exit code 2" in outcome.found.figures
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment)])
 def test_a_signal_ends_the_torture_and_all_that_it_started(number):
     words = [sys.executable, torture.__file__, "--only", "kill"]
     process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, start_new_session=True)

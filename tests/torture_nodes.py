@@ -60,7 +60,7 @@ def spun(executor, done, seconds: float) -> bool:
     """Spins until `done()`; False where it does not come in time."""
     end = time.monotonic() + seconds
     while not done():
-        executor.spin_once(timeout_sec=0.005)
+        executor.spin_once(timeout_sec=0.05)
         if time.monotonic() > end:
             return False
     return True
@@ -142,7 +142,7 @@ def hostile(share: float, folder: Path) -> Found:
 
 def goals(share: float, folder: Path) -> Found:
     """A thousand goals at once, twice: each is answered, or counted by the node; then of a client as by default."""
-    many = part_of(1000, share, 30)
+    many = part_of(1000, share, 16)
     with asking(folder, log_folder="") as (executor, client, node):
         heard, took, told = _burst(executor, client, many)
         answered = [one.result() for one in heard if one.done()]
