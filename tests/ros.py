@@ -1,6 +1,8 @@
 """ROS for tests: a context and a domain of its own for each test, one executor, and waiting with a limit."""
 
 import os
+import subprocess
+import sys
 import time
 from contextlib import contextmanager
 
@@ -39,8 +41,8 @@ __all__ = [
     "PATIENCE", "ActionClient", "ActionServer", "BearingState",
     "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
     "ParameterMessage", "ParameterValue", "PoseStamped", "Qos", "RunStudy", "SetBool", "SetParameters", "Step",
-    "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call", "deserialize_message", "heard",
-    "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
+    "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call", "deserialize_message", "executable",
+    "heard", "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
     "spin_until_heard", "started",
 ]  # fmt: skip
 
@@ -68,6 +70,20 @@ def ros_executor(threads=1):
                 node.destroy_node()
             executor.shutdown()
             rclpy.try_shutdown(context=context)
+
+
+@contextmanager
+def executable(executor, name, *words, **environment):
+    """An executable of the package as a process in the executor's domain, its `stderr` a pipe; killed at the end."""
+    command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, "--ros-args", *words]
+    here = os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())} | environment
+    process = subprocess.Popen(command, env=here, stderr=subprocess.PIPE, text=True)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
 
 
 def started(executor, node_class, **parameters):

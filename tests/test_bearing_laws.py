@@ -10,7 +10,7 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.forces.layout import MOTION, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.run.fidelity import choose
@@ -88,18 +88,21 @@ def test_a_number_for_no_law_and_a_law_without_its_number_are_refused():
 
 @pytest.mark.parametrize("friction", FRICTIONS)
 def test_lanes_rub_as_single_contacts_do(friction):
-    """Forces and torques of all lanes by each friction model against one contact at a time."""
+    """Newton and Euler with the loads that are published: all lanes at once against one contact at a time."""
     moving = motion(*TURNED_REST, "gravity=[0.0, 0.0, 0.0]", f"contact.friction={friction}")
     bearing, state = moving.bearing, moving.state
     state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
     rates = np.zeros_like(state)
     bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, rates)
     for k, (inner, outer) in enumerate(raceway_contacts(moving)):
+        force = np.add(inner.force, outer.force) / bearing.ball_mass
         torque = np.add(inner.torque, outer.torque) / bearing.ball_inertia
-        frame = np.array([0.0, 0.0, rates[k, 1]])
-        assert rates[k, 6:9] == pytest.approx(torque - np.cross(frame, state[k, 6:9]), rel=1e-9, abs=1e-3)
+        velocity, spin = state[k, VELOCITY:SPIN], state[k, SPIN:MOTION]
+        frame = np.array([0.0, 0.0, rates[k, ORBIT_ANGLE]])
+        assert rates[k, VELOCITY:SPIN] == pytest.approx(force - np.cross(frame, velocity), rel=1e-9, abs=1e-6)
+        assert rates[k, SPIN:MOTION] == pytest.approx(torque - np.cross(frame, spin), rel=1e-9, abs=1e-3)
+        assert rates[k, MOTION] == pytest.approx(inner.drive_power, rel=1e-9, abs=1e-12)
         assert rates[k, MOTION + 1] == pytest.approx(inner.dissipation + outer.dissipation, rel=1e-9)
-        assert (inner.drilling != 0.0) == FRICTIONS[friction].over_spot
 
 
 def test_a_rough_friction_model_is_warned_of():

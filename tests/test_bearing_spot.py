@@ -10,7 +10,6 @@ from bearings import (
     flat,
     in_ball_frame,
     motion,
-    raceway_contacts,
     run,
     stored_energy,
     with_spot,
@@ -34,11 +33,9 @@ from bearing_twin.contact.ellipse import (
 from bearing_twin.kinds.bearing.forces import spot as bearing_spot
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
 from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
-from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.forces.spot import add_spots, over_spots
 from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, answers_near, sum_slopes
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.numerics.rotation import add
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.reference.fit_hertz import fit
 from bearing_twin.run.scene import load_scene
@@ -111,25 +108,6 @@ def test_far_below_the_smoothing_speed_friction_is_that_at_a_point_and_drilling_
         squares = details["semi_major"] ** 2 + details["semi_minor"] ** 2
         expected = -0.08 * sample["normal_load"] * sample["spin_rate"] * squares / 5e3
         assert sample["drilling_torque"] == pytest.approx(expected, rel=0.1)  # the viscous part of the load, in a and b
-
-
-def test_the_rates_of_all_lanes_are_the_forces_of_single_contacts():
-    """Newton and Euler with the loads that are published: vector quadrature against one contact at a time."""
-    moving = motion(SPOT, *TURNED_REST, "gravity=[0.0, 0.0, 0.0]")
-    bearing, state = moving.bearing, moving.state
-    state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
-    rates = np.zeros_like(state)
-    bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, rates)
-    for k, (inner, outer) in enumerate(raceway_contacts(moving)):
-        force = np.array(add(inner.force, outer.force)) / bearing.ball_mass
-        torque = np.array(add(inner.torque, outer.torque)) / bearing.ball_inertia
-        turning = rates[k, ORBIT_ANGLE]
-        velocity, spin = state[k, VELOCITY:SPIN], state[k, SPIN:MOTION]
-        frame = np.array([0.0, 0.0, turning])
-        assert rates[k, VELOCITY:SPIN] == pytest.approx(force - np.cross(frame, velocity), rel=1e-9, abs=1e-6)
-        assert rates[k, SPIN:MOTION] == pytest.approx(torque - np.cross(frame, spin), rel=1e-9, abs=1e-3)
-        assert rates[k, MOTION] == pytest.approx(inner.drive_power, rel=1e-9, abs=1e-12)
-        assert rates[k, MOTION + 1] == pytest.approx(inner.dissipation + outer.dissipation, rel=1e-9)
 
 
 @pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_loose"])

@@ -20,6 +20,7 @@ from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import Block, Channel
 
 PNG = b"\x89PNG\r\n\x1a\n"
+QUICK = (640, 400)  # pixels of a picture of 1600 x 1000 that is drawn quickly
 PITCH, BALL = 28.5e-3, 6.746e-3
 
 
@@ -76,10 +77,10 @@ def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
     assert str(tmp_path).encode() not in path.read_bytes()
 
 
+@pytest.mark.usefixtures("quick_pictures")
 @pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (9, 300), (32, 300), (200, 2)])
 def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
-    path = drawn(tmp_path / "run.png", made_up_block(balls, outputs))
-    assert size_of(path) == (1600, 1000)
+    assert size_of(drawn(tmp_path / "run.png", made_up_block(balls, outputs))) == QUICK
 
 
 def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
@@ -88,10 +89,11 @@ def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
     assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_balls_without_any_load_are_drawn(tmp_path):
     block = made_up_block(4, 10, mean=0.0, swing=0.0)
     block.values["normal_load"][:] = 0.0
-    assert size_of(drawn(tmp_path / "run.png", block)) == (1600, 1000)
+    assert size_of(drawn(tmp_path / "run.png", block)) == QUICK
 
 
 def test_the_same_run_gives_the_same_picture(tmp_path):
@@ -143,6 +145,7 @@ def test_the_latest_part_of_a_run_is_there_in_full():
     assert history.turns == pytest.approx(70.0 * 4.999 / (2.0 * np.pi))
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path, monkeypatch):
     """Paper 1, figures 3 and 4, drawn coarsely; the closed forms are in test_ellipsoid.py."""
     monkeypatch.setattr(bounces, "RATE", 500.0)
@@ -156,7 +159,7 @@ def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path, monkeypatch):
     later = [point for point in points if point.impact > 1]
     assert all(point.hertz_delay_s == pytest.approx(point.closed_form_s, rel=2e-3) for point in later)
     bounces.draw(points, tmp_path / "bounces.png")
-    assert size_of(tmp_path / "bounces.png") == (1600, 1000)
+    assert size_of(tmp_path / "bounces.png") == QUICK
     write_table(points, tmp_path / "bounces.csv")
     assert len((tmp_path / "bounces.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(points)
 

@@ -11,6 +11,7 @@ import threading
 import time
 import tracemalloc
 from concurrent.futures import Future
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -402,6 +403,18 @@ def test_a_cancel_waits_for_no_statistics_of_many_samples():
             assert {one: found[name][one] for one in shared} == {one: expected[name][one] for one in shared}
 
 
+EVERYTHING = {
+    **ENSEMBLE, "modality": "yes", "histories": ["normal_load"], "samples": 600,
+    "densities": {"contact_duration": [60e-6]},
+}  # fmt: skip
+
+
+@cache
+def run_of_everything():
+    """All statistics that a study can be asked for, uncancelled."""
+    return run(EVERYTHING)
+
+
 @pytest.mark.parametrize(
     ("work", "made"),
     [
@@ -415,9 +428,7 @@ def test_a_cancel_waits_for_no_statistics_of_many_samples():
 )
 def test_a_cancel_in_the_middle_of_the_statistics_keeps_those_that_are_made(work, made, monkeypatch):
     """It waited for the end of them all, seconds of processor time for 20 000 histories."""
-    study = {**ENSEMBLE, "modality": "yes", "histories": ["normal_load"], "samples": 600}
-    study["densities"] = {"contact_duration": [60e-6]}
-    whole, event = run(study), threading.Event()
+    whole, event = run_of_everything(), threading.Event()
     module, name = work.split(".")
     of = importlib.import_module(f"bearing_twin.uq.{module}")
     do = getattr(of, name)
@@ -427,7 +438,7 @@ def test_a_cancel_in_the_middle_of_the_statistics_keeps_those_that_are_made(work
         return do(*given, **named)
 
     monkeypatch.setattr(of, name, begun)
-    result = run(study, cancelled=event)
+    result = run(EVERYTHING, cancelled=event)
     assert np.array_equal(result.quantities, whole.quantities)
     found, expected = result.summary["quantities"], whole.summary["quantities"]
     same = [one for one in found if found[one]["mean"] == expected[one]["mean"] and found[one]["modality"]]

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from ros import heard, plain_node, ros_executor, spin_until
+from ros import executable, heard, plain_node, ros_executor, spin_until
 
 from bearing_twin.command.node_start import NODES
 from bearing_twin.log import cdr
@@ -161,20 +161,10 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:
         heard_here = heard(plain_node(executor), [("/bearing/samples", cdr.SAMPLE_BLOCK)])["/bearing/samples"]
-        node = subprocess.Popen(
-            [*ENTRY, "sim_node", "--ros-args", "-p", f"log:={path}", "-p", "full:=true"],
-            env=os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())},
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        try:
+        with executable(executor, "sim_node", "-p", f"log:={path}", "-p", "full:=true") as node:
             spin_until(executor, lambda: heard_here or node.poll() is not None, "outputs")
             node.send_signal(number)
             said = node.communicate(timeout=300)[1]
-        finally:
-            if node.poll() is None:
-                node.kill()
-                node.wait()
     assert node.returncode == 0, said
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(len(samples)))

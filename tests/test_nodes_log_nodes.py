@@ -1,9 +1,6 @@
 """recorder_node and replay_node on the wire: the bytes sent are in the log, and the bytes in the log are sent."""
 
-import os
 import signal
-import subprocess
-import sys
 import time
 
 import pytest
@@ -14,6 +11,7 @@ from ros import (
     Float64,
     SetBool,
     call,
+    executable,
     heard,
     message_class,
     padded,
@@ -232,23 +230,11 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics):
     with ros_executor() as executor:
         talker, seen = plain_node(executor), []
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        recorder = subprocess.Popen(
-            [
-                *(sys.executable, "-m", "bearing_twin.nodes.entry", "recorder_node", "--ros-args"),
-                *("-p", f"log:={tmp_path / 'log.mcap'}", "-p", f"topics:={topics}"),
-            ],
-            env=os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())},
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        try:
+        words = ("-p", f"log:={tmp_path / 'log.mcap'}", "-p", f"topics:={topics}")
+        with executable(executor, "recorder_node", *words) as recorder:
             spin_until(executor, lambda: seen, "diagnostics")
             recorder.send_signal(signal.SIGINT)
             _, said = recorder.communicate(timeout=300)
-        finally:
-            if recorder.poll() is None:
-                recorder.kill()
-                recorder.wait()
     assert "no topic matches so far" in seen[0].message
     assert recorder.returncode == 2
     assert "nothing was recorded" in said.splitlines()[-1]
@@ -260,33 +246,19 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics):
 )
 def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number):
     path = tmp_path / "recording.mcap"
-    with ros_executor() as executor:
-        domain = executor.context.get_domain_id()
-        parameters = ("-p", f"log:={path}", "-p", "full:=true")
-        recorder = subprocess.Popen(
-            [sys.executable, "-m", "bearing_twin.nodes.entry", "recorder_node", "--ros-args", *parameters],
-            env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        try:
-            talker, seen = plain_node(executor), []
-            talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-            samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
-            spin_until(executor, samples.get_subscription_count, "discovery")
-            blocks = [data for topic, data in messages() if topic.name == "samples"]
-            for data in blocks:
-                samples.publish(data)
-            came = ("messages", str(len(blocks)))
-            spin_until(
-                executor, lambda: any(came == (pair.key, pair.value) for one in seen for pair in one.values), "all"
-            )
-            recorder.send_signal(number)
-            _, said = recorder.communicate(timeout=300)
-        finally:
-            if recorder.poll() is None:
-                recorder.kill()
-                recorder.wait()
+    words = ("-p", f"log:={path}", "-p", "full:=true")
+    with ros_executor() as executor, executable(executor, "recorder_node", *words) as recorder:
+        talker, seen = plain_node(executor), []
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        spin_until(executor, samples.get_subscription_count, "discovery")
+        blocks = [data for topic, data in messages() if topic.name == "samples"]
+        for data in blocks:
+            samples.publish(data)
+        came = ("messages", str(len(blocks)))
+        spin_until(executor, lambda: any(came == (pair.key, pair.value) for one in seen for pair in one.values), "all")
+        recorder.send_signal(number)
+        _, said = recorder.communicate(timeout=300)
     assert recorder.returncode == 0, said
     stored = read_log(path)  # raises for a log without its index
     assert bits(stored) == bits(BLOCK)

@@ -4,8 +4,6 @@ import json
 import math
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -20,6 +18,7 @@ from ros import (
     Qos,
     RunStudy,
     String,
+    executable,
     plain_node,
     qos_profile,
     rclpy,
@@ -263,17 +262,8 @@ SIGNALS = signal.SIGINT, *(pytest.param(one, marks=pytest.mark.environment) for 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_path, number):
     with ros_executor() as executor:
-        domain = executor.context.get_domain_id()
-        node = subprocess.Popen(
-            [
-                *(sys.executable, "-m", "bearing_twin.nodes.entry", "uq_node", "--ros-args"),
-                *("-p", f"log_folder:={tmp_path}", "-p", "workers:=1"),
-            ],
-            env=os.environ | {"ROS_DOMAIN_ID": str(domain), "BEARING_TWIN_TEST": str(tmp_path)},
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        try:
+        words = ("-p", f"log_folder:={tmp_path}", "-p", "workers:=1")
+        with executable(executor, "uq_node", *words, BEARING_TWIN_TEST=str(tmp_path)) as node:
             client, feedback = client_of(executor), []
             short_runs = LONG | {"overrides": ["run.duration=0.01", "workers=1"], "samples": 10_000}
             assert sent(executor, client, feedback, **short_runs).accepted
@@ -282,10 +272,6 @@ def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_pat
             assert len(with_mark(f"BEARING_TWIN_TEST={tmp_path}")) >= 2
             node.send_signal(number)
             said = node.communicate(timeout=PATIENCE)[1]
-        finally:
-            if node.poll() is None:
-                node.kill()
-                node.wait()
     assert node.returncode == (0 if number != signal.SIGKILL else -signal.SIGKILL), said
     assert "Traceback" not in said
     wait_until_gone(f"BEARING_TWIN_TEST={tmp_path}")  # workers end with a node that is killed, too

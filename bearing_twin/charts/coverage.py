@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
@@ -135,7 +134,7 @@ def draw(points: list[Point], path: Path) -> None:
             )
         rows.append(row)
     text = f"{SEEDS} seeds a point, {CLOSER * SEEDS} where these fell short; "
-    text += f"crosses: marked unsafe by most of them; bearing_twin {__version__}"
+    text += "crosses: marked unsafe by most of them"
     draw_sheet(Sheet("How often 95 % intervals hold the truth", rows, text, []), path)
 
 

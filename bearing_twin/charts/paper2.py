@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 
-from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Line, Panel, Row, Sheet, Sheets
 from bearing_twin.kinds.beam.derived import resolve
 from bearing_twin.kinds.beam.motion import Watch, throw_scene
@@ -29,7 +28,7 @@ TOUCH = 1.2e-4  # s of the forces: the first contact
 CELLS = 800  # of the beam under a rigid contact
 DAMPING = 0.005  # of every mode: without damping nothing dies down
 PERIODS = 8  # of the first mode after the last contact
-FOOTER = f"steel sphere, radius 10 mm, on a steel beam of 10 x 10 x 153.5 mm; bearing_twin {__version__}"
+FOOTER = "steel sphere, radius 10 mm, on a steel beam of 10 x 10 x 153.5 mm"
 
 
 @functools.lru_cache(maxsize=16)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin import __version__
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
 from bearing_twin.charts.contest_picture import found_again
@@ -188,9 +187,9 @@ def draw(points: list[SamplerRow], path: Path) -> None:
                 _panel(mine, "std", "realisations", "The deviation"),
             ]
         )
-    seeds = f"median and middle half of {MANY} seeds, {SEEDS} beyond {CHEAP} realisations; dotted: {WANTED:g}"
-    made = f"bearing_twin {__version__}, numpy {np.__version__}, {time.strftime('%Y-%m-%d')}"
-    draw_sheet(Sheet("How fast mean and deviation of a contact time are known", rows, f"{seeds}; {made}", []), path)
+    text = f"median and middle half of {MANY} seeds, {SEEDS} beyond {CHEAP} realisations; dotted: {WANTED:g}; "
+    text += f"numpy {np.__version__}, {time.strftime('%Y-%m-%d')}"
+    draw_sheet(Sheet("How fast mean and deviation of a contact time are known", rows, text, []), path)
 
 
 def of_problem(points: list[SamplerRow], problem: str) -> list[SamplerRow]:

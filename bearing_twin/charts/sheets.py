@@ -10,6 +10,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from bearing_twin import __version__
 from bearing_twin.charts.table import write_rows
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
@@ -103,7 +104,7 @@ class Panel:
 
 @dataclass
 class Sheet:
-    """One picture: rows of panels, and the sentences that read it."""
+    """One picture: rows of panels, the footer, which the version ends, and the sentences that read it."""
 
     title: str
     rows: list[list[Panel]]
@@ -170,7 +171,7 @@ def draw(sheet: Sheet, path: Path) -> Path:
         inner = outer[place].subgridspec(1, len(row), wspace=0.12 + 0.06 * len(row))
         for column, panel in enumerate(row):
             _draw_panel(figure, figure.add_subplot(inner[column]), panel)
-    return finish(figure, sheet.title, sheet.footer, path, size=17)
+    return finish(figure, sheet.title, f"{sheet.footer}; bearing_twin {__version__}", path, size=17)
 
 
 def rows_of(sheet: Sheet) -> Iterator[tuple]:

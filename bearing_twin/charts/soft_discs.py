@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin import __version__
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import judged, limited
 from bearing_twin.charts.contest_picture import found_again
@@ -149,7 +148,7 @@ def draw(rows: list[DiscRow], path: Path) -> None:
             cross = {**colour(place), "marker": "x", "markersize": 12, "linestyle": ""}
             parts.append(Line(f"{line}, no result", lost, [1.0] * len(lost), cross, False))
         panels.append(Panel(problem, PROBLEMS[problem], SECONDS, ERROR, parts))
-    text = f"mean problem of paper 3, section 5.2, against {', '.join(REFERENCE)}; bearing_twin {__version__}"
+    text = f"mean problem of paper 3, section 5.2, against {', '.join(REFERENCE)}"
     lines = [panels[first : first + 2] for first in range(0, len(panels), 2)]
     draw_sheet(Sheet("A soft disc on a wall: error against seconds", lines, text, []), path)
 

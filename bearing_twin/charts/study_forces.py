@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Band, Line, Map, Panel, Sheet
 from bearing_twin.charts.study_samples import colour, known
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
@@ -50,7 +49,7 @@ def forces(update) -> Sheet:
         "same, and mean - deviation would pull, which no contact does.",
         _change_of_sign(found),
     ]
-    text = f"{len(result.status)} random samples, seed {study.settings.seed}; bearing_twin {__version__}"
+    text = f"{len(result.status)} random samples, seed {study.settings.seed}"
     return Sheet("Two steel spheres at 20 m/s, deviation of alpha 4e-5: the force over time", rows, text, reading)
 
 

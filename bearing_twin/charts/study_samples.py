@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin import __version__
 from bearing_twin.charts.sheets import Axis, Bars, Line
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.uq.change_of_variable import Derived
@@ -80,4 +79,4 @@ def footer(one: Known, seeds: int = 1) -> str:
     """What a sheet was made with: one study, or the same with other seeds beside it."""
     settings = one.study.settings
     others = f", and seeds 1 to {seeds}" if seeds > 1 else ""
-    return f"{settings.samples} random samples, seed {settings.seed}{others}; bearing_twin {__version__}"
+    return f"{settings.samples} random samples, seed {settings.seed}{others}"

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
@@ -25,7 +24,7 @@ from bearing_twin.charts.table import DONE, Row
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save, stamp
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
 from bearing_twin.run.doubt import MUCH
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run, simulate
@@ -182,7 +181,7 @@ def _look(number: int, case: str) -> dict:
 
 def draw(points: list[ToleranceRow], path: Path) -> None:
     """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs."""
-    FigureCanvasAgg(figure := Figure(figsize=(15, 8.4), layout="constrained"))
+    figure = Figure(figsize=(15, 8.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
     for number, case in enumerate(names):
@@ -225,9 +224,7 @@ def draw(points: list[ToleranceRow], path: Path) -> None:
         heading(axis, title)
         frame(axis)
     figure.legend(loc="outside right upper", fontsize=12, frameon=False)
-    figure.suptitle("A tolerance and what it is worth", fontsize=16, color=STYLE["ink"])
-    stamp(figure)
-    save(figure, path, dpi=100)
+    save_chart(figure, "A tolerance and what it is worth", path)
 
 
 def _share(number: int, total: int) -> str:

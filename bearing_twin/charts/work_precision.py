@@ -7,8 +7,6 @@ which all settings miss goes on, finer and finer, until one is good or too slow.
 """
 
 import math
-import platform
-import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +14,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin import __version__
 from bearing_twin.charts.bearing_cells import Case, bearing_row, command_of, errors, overrides_of, truth
 from bearing_twin.charts.chart import Chart, unsure
 from bearing_twin.charts.contest import judged
@@ -27,7 +24,7 @@ from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.stepping.integrate import SCIPY
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run
 from bearing_twin.sample import joined
@@ -191,18 +188,7 @@ def draw(rows: list[Row], path: Path) -> None:
     axes[-1][0].set_xlabel("greatest error of a normal load, over the greatest load")
     axes[-1][1].set_xlabel("greatest error of friction, over mu N of its contact or ball")
     axes[-1][2].set_xlabel("the greater of both errors, by the public call")
-    figure.suptitle(
-        f"Steppers: accuracy against cost, one core (dotted: real time, {WANTED:g}; {RINGED})",
-        fontsize=16,
-        color=STYLE["ink"],
-    )
-    figure.supxlabel(
-        f"bearing_twin {__version__}, numpy {np.__version__}, Python {platform.python_version()}, "
-        f"{platform.machine()}, {time.strftime('%Y-%m-%d')}",
-        fontsize=9,
-        color=STYLE["soft"],
-    )
-    save(figure, path, dpi=100)
+    save_chart(figure, f"Steppers: accuracy against cost, one core (dotted: real time, {WANTED:g}; {RINGED})", path)
 
 
 def shares_of_steps(rows: list[Row], stepper: str) -> dict[str, tuple[float, float]]:

@@ -133,7 +133,7 @@ class BeamMotion(ImpactMotion):
 
     def __init__(self, parameters: SphereOnBeamScene, choice: Choice):
         self.stop = SIGNALLED
-        super().__init__(lambda *scene: solve(*scene, self.stop), parameters, choice.law, choice.stepper)
+        super().__init__(lambda *scene: solve(*scene, self.stop), parameters, choice)
 
 
 class Watch:

@@ -8,20 +8,7 @@ import numpy as np
 from bearing_twin.kinds.contract import MARKERS, Output, Topic
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.row import ELLIPSOID_ON_PLANE
-from bearing_twin.kinds.markers import (
-    BLUE,
-    CUBE,
-    ELLIPSE_SCALE,
-    GLASS,
-    GREEN,
-    LINE_LIST,
-    RED,
-    SPHERE,
-    STEEL,
-    TEXT,
-    marker,
-    outlines,
-)
+from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, LINE_LIST, SPHERE, STEEL, contact_markers, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
 from bearing_twin.kinds.urdf import Solid, box, sphere
 from bearing_twin.numerics.rotation import rotation_matrix
@@ -83,23 +70,13 @@ def marker_fields(output: Output) -> dict:
     longest, centre, point = float(axes.max()), sample["position"], sample["contact_point"]
     reach = 1.05 * axes * np.array(rotation_matrix(tuple(map(float, sample["orientation"]))))
     pins = np.stack([centre - reach.T, centre + reach.T], axis=1)
-    major = sample["major_axis"]
-    across = np.cross((0.0, 0.0, 1.0), major)
-    sides = outlines(
-        point[None],
-        ELLIPSE_SCALE * float(sample["semi_major"]) * major[None],
-        ELLIPSE_SCALE * float(sample["semi_minor"]) * across[None],
-    )
-    loaded = float(sample["normal_load"]) > 0.0
     ground = (float(point[0]), float(point[1]), -0.01 * longest)
-    text = f"{float(sample['normal_load']):.4g} N, ellipse x {ELLIPSE_SCALE:g}"
     size, thin = tuple(2.0 * axes), 0.02 * longest
     return {
         "markers": [
             marker("body", 0, SPHERE, size, STEEL, centre, sample["orientation"]),
             marker("pins", 0, LINE_LIST, (2.0 * thin, 0.0, 0.0), BLUE, points=pins),
             marker("plane", 0, CUBE, (8.0 * longest, 8.0 * longest, thin), GLASS, ground),
-            marker("contact_ellipses", 0, LINE_LIST, (thin, 0.0, 0.0), RED, points=sides if loaded else None),
-            marker("load", 0, TEXT, (0.0, 0.0, 0.3 * longest), GREEN, (*ground[:2], -0.5 * longest), text=text),
+            *contact_markers(sample, (0.0, 0.0, 1.0), longest, (*ground[:2], -0.5 * longest)),
         ]
     }

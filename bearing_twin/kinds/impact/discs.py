@@ -11,6 +11,7 @@ elasticity), and where the half-width of the contact is no longer small against 
 """
 
 import math
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -23,7 +24,7 @@ from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
 from bearing_twin.kinds.impact.collision import ContactPeriod, Spring
 from bearing_twin.kinds.impact.derived import disc_law, disc_mass, meeting_speed
-from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures
+from bearing_twin.kinds.impact.figures import PairFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
@@ -43,23 +44,7 @@ def solve(parameters: TwoDiscsScene, law: str = "johnson", stepper: str = "close
 
 def motion(parameters: TwoDiscsScene, choice: Choice) -> ImpactMotion:
     """The impact as a run."""
-    return ImpactMotion(solve, parameters, choice.law, choice.stepper)
-
-
-class DiscFigures(ImpactFigures):
-    """The figures of two discs."""
-
-    def __init__(self, parameters: TwoDiscsScene, choice: Choice):
-        super().__init__(parameters, choice, parameters.motion.speed)
-
-    def flags(self) -> list[str]:
-        """What in this impact lies outside the theory of line contact."""
-        if not len(self.contacts):
-            return []
-        return _flags(self.parameters, self.peak_force, float(self.contacts[:, DURATION].min())) + super().flags()
-
-
-figures = DiscFigures
+    return ImpactMotion(solve, parameters, choice)
 
 
 def closed_form() -> ClosedForm:
@@ -122,3 +107,6 @@ def _flags(parameters, peak_force, duration):
             f"a thickness of {disc.thickness:g} m is below the radius of {disc.radius:g} m: both assume plane strain"
         )
     return flags
+
+
+figures = partial(PairFigures, _flags)

@@ -132,6 +132,24 @@ class ImpactFigures:
         return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
 
 
+class PairFigures(ImpactFigures):
+    """The figures of two bodies on a line.
+
+    `doubts(parameters, peak force, contact time)` says what in an impact lies outside the theory.
+    """
+
+    def __init__(self, doubts, parameters, choice):
+        super().__init__(parameters, choice, parameters.motion.speed)
+        self._doubts = doubts
+
+    def flags(self) -> list[str]:
+        """What in this impact lies outside the theory, and whether the outputs hold it all."""
+        if not len(self.contacts):
+            return []
+        duration = float(self.contacts[:, DURATION].min())
+        return self._doubts(self.parameters, self.peak_force, duration) + super().flags()
+
+
 def meanings() -> dict[str, str]:
     """What each key of the figures is."""
     return MEANINGS

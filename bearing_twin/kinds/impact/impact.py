@@ -61,8 +61,8 @@ class ImpactMotion:
     A record whose time lies beyond the last output of the scene's run is given with that output.
     """
 
-    def __init__(self, solve, parameters, law: str, stepper: str):
-        self._solve = lambda: solve(parameters, law, stepper)
+    def __init__(self, solve, parameters, choice):
+        self._solve = lambda: solve(parameters, choice.law, choice.stepper)
         self._start = None
         self.reset()
 

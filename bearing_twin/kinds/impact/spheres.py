@@ -12,6 +12,7 @@ Breaks: at speeds where the peak pressure exceeds yield or waves cannot cross th
 """
 
 import math
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -32,7 +33,7 @@ from bearing_twin.kinds.impact.derived import (
     sphere_mass,
     sphere_pair,
 )
-from bearing_twin.kinds.impact.figures import DURATION, ImpactFigures
+from bearing_twin.kinds.impact.figures import PairFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
 from bearing_twin.kinds.impact.parameters import TwoSpheresScene
@@ -63,23 +64,7 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
 
 def motion(parameters: TwoSpheresScene, choice: Choice) -> ImpactMotion:
     """The impact as a run."""
-    return ImpactMotion(solve, parameters, choice.law, choice.stepper)
-
-
-class SphereFigures(ImpactFigures):
-    """The figures of two spheres."""
-
-    def __init__(self, parameters: TwoSpheresScene, choice: Choice):
-        super().__init__(parameters, choice, parameters.motion.speed)
-
-    def flags(self) -> list[str]:
-        """What in this impact lies outside Hertz's theory."""
-        if not len(self.contacts):
-            return []
-        return _flags(self.parameters, self.peak_force, float(self.contacts[:, DURATION].min())) + super().flags()
-
-
-figures = SphereFigures
+    return ImpactMotion(solve, parameters, choice)
 
 
 def closed_form() -> ClosedForm:
@@ -143,3 +128,6 @@ def _flags(parameters, peak_force, duration):
         width_doubt(half_width, smaller, body="smaller radius"),
         wave_doubt(duration, max(transits)),
     )
+
+
+figures = partial(PairFigures, _flags)

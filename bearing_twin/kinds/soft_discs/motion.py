@@ -143,4 +143,4 @@ def figures_of(found: Solved, speed: float) -> dict[str, float]:
 
 def motion(parameters: SoftDiscsScene, choice: Choice) -> ImpactMotion:
     """The impact as a run."""
-    return ImpactMotion(solved_impact, parameters, choice.law, choice.stepper)
+    return ImpactMotion(solved_impact, parameters, choice)

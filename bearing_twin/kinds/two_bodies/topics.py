@@ -3,20 +3,7 @@
 import numpy as np
 
 from bearing_twin.kinds.contract import MARKERS, Output, Topic
-from bearing_twin.kinds.markers import (
-    BLUE,
-    CUBE,
-    ELLIPSE_SCALE,
-    GLASS,
-    GREEN,
-    LINE_LIST,
-    RED,
-    SPHERE,
-    STEEL,
-    TEXT,
-    marker,
-    outlines,
-)
+from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, LINE_LIST, SPHERE, STEEL, contact_markers, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
 from bearing_twin.kinds.two_bodies.parameters import Shaped, TwoBodiesScene
 from bearing_twin.kinds.two_bodies.row import TWO_BODIES
@@ -95,23 +82,12 @@ def marker_fields(output: Output) -> dict:
     sample, parameters = output.sample, output.parameters
     free = [one for one in (parameters.first, parameters.second) if one.shape != "plane"]
     longest = min(max(*one.semi_axes, one.radius) for one in free)
-    centre, point, major = sample["position"], sample["contact_point"], sample["major_axis"]
-    sides = outlines(
-        point[None],
-        ELLIPSE_SCALE * float(sample["semi_major"]) * major[None],
-        ELLIPSE_SCALE * float(sample["semi_minor"]) * np.cross(sample["normal"], major)[None],
-    )
-    load = float(sample["normal_load"])
-    text = f"{load:.4g} N, ellipse x {ELLIPSE_SCALE:g}"
-    arm = np.stack([centre, point])
+    centre, point = sample["position"], sample["contact_point"]
     return {
         "markers": [
             _body_marker(FIRST, parameters.first, sample, "", longest),
             _body_marker(SECOND, parameters.second, sample, "second_", longest),
-            marker("arm", 0, LINE_LIST, (0.02 * longest, 0.0, 0.0), BLUE, points=arm),
-            marker(
-                "contact_ellipses", 0, LINE_LIST, (0.02 * longest, 0.0, 0.0), RED, points=sides if load > 0.0 else None
-            ),
-            marker("load", 0, TEXT, (0.0, 0.0, 0.3 * longest), GREEN, centre, text=text),
+            marker("arm", 0, LINE_LIST, (0.02 * longest, 0.0, 0.0), BLUE, points=np.stack([centre, point])),
+            *contact_markers(sample, sample["normal"], longest, centre),
         ]
     }
