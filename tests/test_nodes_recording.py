@@ -14,6 +14,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Safety
@@ -22,7 +23,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
-from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
+from bearing_twin.nodes.recording import Recording, Sequences, default_topics
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
 from bearing_twin.nodes.retelling import Retelling
 from bearing_twin.run.scene import Scene

@@ -13,8 +13,9 @@ from rich.table import Table
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.blocks import sample_range
 from bearing_twin.nodes.messages import message_class, qos_profile
-from bearing_twin.nodes.recording import DEPTH, Sequences, sample_range
+from bearing_twin.nodes.recording import DEPTH, Sequences
 from bearing_twin.run.scene import Scene
 
 RATE_WINDOW = 100  # messages
