@@ -107,6 +107,18 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     assert told["uncounted"] == "/four /one /three"
 
 
+def test_outputs_and_restarts_are_those_of_samples_alone(tmp_path):
+    """A node that is reset begins its records anew, too; they hold rows of their own, which are no outputs."""
+    recording = Recording(tmp_path / "out.mcap", ["*"])
+    for topic in (SAMPLES, "/bearing/records/companion"):
+        recording.add(topic, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+        for number, first in enumerate((0, 50, 0), start=1):
+            recording.receive(topic, 1000, 900, sample_block(first, 50), number)
+    status = recording.status()
+    recording.close()
+    assert (status["samples_received"], status["samples_lost"], status["restarts"]) == (150, 0, 1)
+
+
 @pytest.mark.parametrize("room", [None, 3])
 def test_many_messages_at_once_are_recorded_as_one_by_one(tmp_path, monkeypatch, room):
     """Also while the disk is full: the same are kept and the same are dropped."""

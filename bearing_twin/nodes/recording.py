@@ -159,6 +159,7 @@ class Recording(Told):
         are dropped while the disk is full.
         """
         streams = self.sequences.values()
+        outputs = [stream for topic, stream in self.sequences.items() if "/records/" not in topic]
         with self._lock:
             uncounted = self._uncounted | {topic for topic, sent in self._sent.items() if sent.restarts}
             counted = [sent for topic, sent in self._sent.items() if topic not in uncounted]
@@ -170,9 +171,9 @@ class Recording(Told):
             "messages_dropped": self._log.dropped,
             "uncounted": " ".join(sorted(uncounted)),
             "bytes": self._log.bytes,
-            "samples_received": sum(stream.received for stream in streams),
+            "samples_received": sum(stream.received for stream in outputs),
             "samples_lost": sum(stream.lost for stream in streams),
-            "restarts": sum(stream.restarts for stream in streams),
+            "restarts": sum(stream.restarts for stream in outputs),
             "clock_jumped_s": 1e-9 * self.clock_jumped_ns,
         }
 
