@@ -81,6 +81,9 @@ class Shelf(NamedTuple):
         if not near and (hint := did_you_mean(text, also)):
             where = "`bearing_twin bearing --list` has the catalogue"
             raise self.error(f"there is no bearing or {self.noun} {echo(text)}; {hint}{where}")
+        for other in (SCENES, STUDIES):
+            if text in other.names():
+                raise self.error(f"{echo(text)} is a {other.noun}, not a {self.noun}; {USED[other.noun]}")
         hint = unknown(text, self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
@@ -135,6 +138,10 @@ class Shelf(NamedTuple):
 
 SCENES = Shelf("scene", "scenes", SceneError)
 STUDIES = Shelf("study", "studies", StudyError)
+USED = {
+    "scene": "`bearing_twin simulate` runs it, and a study names it by its key `scene`",
+    "study": "`bearing_twin study` runs it",
+}
 BEARINGS = Shelf("bearing table", "bearings", SceneError)
 
 

@@ -316,3 +316,11 @@ def test_load_arrows_push_the_balls_and_rings_are_as_large_as_their_raceways():
     for ring, side in enumerate((-1.0, 1.0)):
         raceway = geometry.pitch_diameter + side * (geometry.ball_diameter + 0.5 * geometry.radial_clearance)
         assert [marker["rings", ring].scale.x, marker["rings", ring].scale.y] == pytest.approx([raceway] * 2)
+
+
+def test_the_message_of_a_bearing_tells_its_energies_as_the_channels_do():
+    told = cdr.schema_text(cdr.STATE)
+    found = {channel.name: channel for channel in made_up_scene().channels}
+    for name in ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated"):
+        line = next(line for line in told.splitlines() if line.startswith(f"float64 {name} "))
+        assert line.partition("# ")[2] == f"[{found[name].unit}] {found[name].meaning}"

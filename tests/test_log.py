@@ -30,10 +30,12 @@ from bearing_twin.log.mcap_log import LogWriter, content_digest, raw_messages, r
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter
 from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.run.verification import verify
 from bearing_twin.sample import Block, joined
+from bearing_twin.view.logs import document_of_log
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 230)
@@ -612,3 +614,38 @@ def test_records_that_come_out_of_order_are_put_in_theirs(tmp_path):
     for mine, theirs in zip(found, wanted, strict=True):
         assert mine.keys() == theirs.keys()
         assert all(np.array_equal(mine[name], theirs[name], equal_nan=True) for name in theirs)
+
+
+def test_of_a_recording_of_several_runs_the_last_is_reported_on(tmp_path, capsys):
+    """As of a node that was reset after 1000 N were commanded, to the 400 N of its scene."""
+    path, scene = tmp_path / "reset.mcap", load_scene("bearing_6203_rig_400N", ["run.duration=0.06"])
+    before, run = simulate(load_scene("bearing_6203_rig_1000N", ["run.duration=0.1"])), simulate(scene)
+    numbers = {}
+    with RawLogWriter(path) as log:
+        for one in (before, run):
+            messages = MessageStream(one.scene, choice=one.choice)
+            made = [message for block in one.blocks() for message in messages.messages(block)]
+            for topic, stamp, data in (*made, *messages.flush()):
+                if topic.full_name not in numbers:
+                    described = topic.ros_type, cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
+                    numbers[topic.full_name] = log.add_topic(topic.full_name, *described, (Qos(),))
+                log.write(numbers[topic.full_name], stamp, stamp, data)
+    stream = read_log(path, allow_gaps=True, last_run=True)
+    found, missing = report_of(stream)
+    assert (found.samples, missing, stream.restart, stream.seconds) == (61, 0, (0, 100, 2), pytest.approx(0.061))
+    assert (found.figures, found.errors["errors_by_source"]) == (
+        run.report.figures,
+        run.report.errors["errors_by_source"],
+    )
+    assert bits(stream) == bits(joined(list(simulate(scene).blocks())))
+    with pytest.raises(LogError, match=r"starts again: output 0 follows 100.* read the last with last_run=True"):
+        list(read_log(path))
+    assert main(["report", str(path)]) == DONE
+    assert (
+        "holds 2 runs, as the node was reset or started again: figures are those of the last" in capsys.readouterr().err
+    )
+    assert main(["verify", str(path)]) == BAD_INPUT
+    assert "the run in this log starts again: output 0 follows 100" in capsys.readouterr().err
+    assert document_of_log(path)["notes"] == [
+        "The log holds 2 runs, as the node was reset or started again: figures are those of the last."
+    ]

@@ -14,6 +14,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Safety
@@ -22,7 +23,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
-from bearing_twin.nodes.recording import Recording, Sequences, default_topics, sample_range
+from bearing_twin.nodes.recording import Recording, Sequences, default_topics
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
 from bearing_twin.nodes.retelling import Retelling
 from bearing_twin.run.scene import Scene
@@ -104,6 +105,18 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     with McapReader(tmp_path / "out.mcap") as reader:
         [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
     assert told["uncounted"] == "/four /one /three"
+
+
+def test_outputs_and_restarts_are_those_of_samples_alone(tmp_path):
+    """A node that is reset begins its records anew, too; they hold rows of their own, which are no outputs."""
+    recording = Recording(tmp_path / "out.mcap", ["*"])
+    for topic in (SAMPLES, "/bearing/records/companion"):
+        recording.add(topic, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+        for number, first in enumerate((0, 50, 0), start=1):
+            recording.receive(topic, 1000, 900, sample_block(first, 50), number)
+    status = recording.status()
+    recording.close()
+    assert (status["samples_received"], status["samples_lost"], status["restarts"]) == (150, 0, 1)
 
 
 @pytest.mark.parametrize("room", [None, 3])

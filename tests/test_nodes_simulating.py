@@ -10,9 +10,9 @@ from made_up_run import a_choice, bits, cut, made_up_block, made_up_scene
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.contract import PUBLISH
+from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.nodes.recording import sample_range
 from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
 from bearing_twin.run.scene import load_scene
 

@@ -9,11 +9,13 @@ import threading
 import pytest
 from ros import plain_node, ros_executor, spin_until, started
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.nodes import watch_node
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.nodes.watch_node import WatchNode
+from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode, cut_short
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
 
 SCENE = {"scene": "bearing_6203", "overrides": ["run.output_rate=200.0", "run.publish_rate=10.0"]}
 
@@ -127,3 +129,15 @@ def test_a_node_that_says_and_sends_nothing_gets_an_answer_too(monkeypatch):
             status, text = asked(executor, node, "POST", "/command", command)
             assert status == 409
             assert words in text
+
+
+def test_a_refusal_is_told_whole_and_what_is_longer_ends_with_an_ellipsis():
+    """As of a load and a moment that no ball carries, whose sentence ends with the greatest that are carried."""
+    scene = load_scene("bearing_6203_rig_400N", ["rings.inner.free=all"])
+    simulation = Simulation(scene)
+    with pytest.raises(SceneError) as refused:
+        simulation.set_load((-12345.6, -98765.4, 12345.6), (123.4, -567.8))
+    said = f"command/load refused: {refused.value}"
+    assert len(said) > LONGEST_STATUS
+    assert cut_short(said, LONGEST_REFUSAL) == said
+    assert cut_short(f"two\nlines {'x' * 700}", 20) == "two lines xxxxxxxx …"

@@ -12,12 +12,13 @@ import pytest
 import yaml
 
 from bearing_twin.contact.materials import MATERIALS
-from bearing_twin.errors import SceneError
+from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds.sections import RunSettings, resolved_run
 from bearing_twin.parameters import describe
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import KINDS, load_scene, parse_scene, read_logged, scene_names
 from bearing_twin.shelf import GREATEST_FILE
+from bearing_twin.uq.study_file import load_study
 
 
 def refusal(function, *arguments):
@@ -335,3 +336,15 @@ def test_outputs_are_a_whole_multiple_of_a_publish_rate_that_stands_alone(publis
     """About ten in a millisecond are chosen; a rate far above that is taken once."""
     run = resolved_run(RunSettings(duration=1e-3, publish_rate=publish_rate), outputs=10)
     assert (run.output_rate, run.publish_rate) == (output_rate, publish_rate)
+
+
+@pytest.mark.parametrize(
+    ("read", "name", "words"),
+    [
+        (load_scene, "spheres_alpha_4e-5", "is a study, not a scene; `bearing_twin study` runs it"),
+        (load_study, "bearing_6203", "is a scene, not a study; `bearing_twin simulate` runs it"),
+    ],
+)
+def test_a_study_is_no_scene_and_is_told_as_one(read, name, words):
+    with pytest.raises((SceneError, StudyError), match=words):
+        read(name)

@@ -358,3 +358,11 @@ def test_a_film_without_its_library_says_what_to_install_before_a_run(tmp_path, 
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(BearingTwinError, match=r"pip install '\.\[view\]'"), film.browser_page():
         pass
+
+
+def test_two_soft_discs_are_told_of_each_other_and_not_of_a_wall():
+    run = simulate(load_scene("soft_discs_unequal", ["mesh.divisions=12", "run.duration=1e-3"]))
+    panels = {one["title"]: one for one in document_of_run(run).document["view"]["panels"]}
+    assert not any("wall" in title for title in panels)
+    lines = panels["Velocity of the centre of mass, away from the other disc"]["lines"]
+    assert [(one["series"], one["label"]) for one in lines] == [("velocity", "disc"), ("other_velocity", "other disc")]

@@ -183,8 +183,10 @@ def _verify(arguments) -> Outcome:
     if is_study(arguments.log):
         raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
-        log = read_log(arguments.log, allow_gaps=True, topic=arguments.topic)
-        verification = verify(log, update, _before_the_log, arguments.before)
+        log = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
+        if log.restart:
+            raise LogError(f"the run in this log {log.restart}; verify the log of one run")
+        verification = verify(log, lambda time: update(time / log.seconds), _before_the_log, arguments.before)
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
     off = {name: size for name, size in verification.deviations.items() if size}
@@ -214,18 +216,18 @@ def _report(arguments) -> Outcome:
     from bearing_twin.run.report_of import report_of
 
     picture = picture_path(arguments.plot) if arguments.plot else None
-    stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic)
+    stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
-    duration = stream.scene.parameters.run.duration if stream.scene else math.inf
     watched = _Watched(stream, bool(picture))
-    report, missing = report_of(stream, with_progress(watched.blocks(), duration, f"reading {arguments.log}"))
+    report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
     if stream.kept_rate:
         result["kept_outputs_hz"] = stream.kept_rate
     if picture:
         result["plot"] = watched.write(picture, report)
-    doubts = [f"{missing} outputs are missing from the log"] if missing else []
+    doubts = [stream.restart.told()] if stream.restart else []
+    doubts += [f"{missing} outputs are missing from the log"] if missing else []
     lost = {"messages_lost": "were lost on the way to the recorder", "messages_dropped": "were dropped on a full disk"}
     doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
     if stream.kept_rate:

@@ -1,6 +1,8 @@
 """SampleBlock messages back as blocks of solver outputs, checked: what a log or a peer says may be wrong."""
 
 import itertools
+import struct
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,6 +11,34 @@ from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.sample import Block, Channel
 
 GROWTH = 8  # columns grow by one part in so many
+
+
+class Restart(NamedTuple):
+    """Where a recorded run begins again: output `found` follows `before`, the last of `runs` in the log."""
+
+    found: int
+    before: int
+    runs: int
+
+    def told(self) -> str:
+        """What to know of figures of the last run alone."""
+        return f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of the last"
+
+    def __str__(self) -> str:
+        return f"starts again: output {self.found} follows {self.before}, as it was reset while it was recorded"
+
+
+def sample_range(data: bytes) -> tuple[int, int]:
+    """`first_sequence` and `count` of a SampleBlock in CDR, without decoding the rest; raises LogError."""
+    try:
+        order = "<" if data[1] & 1 else ">"
+        frame_bytes = struct.unpack_from(order + "I", data, 12)[0]
+        position = -(-(12 + frame_bytes) // 8) * 8  # counted behind the four-byte CDR header
+        return struct.unpack_from(order + "QI", data, 4 + position)
+    except (struct.error, IndexError) as error:
+        raise LogError(
+            f"a SampleBlock of {len(data)} bytes cannot be read: update publisher and recorder alike"
+        ) from error
 
 
 def check_block(place, message) -> None:

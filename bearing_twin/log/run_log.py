@@ -11,7 +11,7 @@ import numpy as np
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
-from bearing_twin.log.blocks import block_of, channels_of, check_block
+from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, sample_range
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
@@ -24,13 +24,14 @@ from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
 
 
-def read_log(path, allow_gaps: bool = False, topic: str | None = None) -> "LogStream":
+def read_log(path, allow_gaps: bool = False, topic: str | None = None, last_run: bool = False) -> "LogStream":
     """The samples of a log (.mcap file or bag folder), as the run gave them out.
 
     Raises LogError if it is no log, is damaged (then also how much `recover` saves) or holds no `samples`; with several
-    such topics `topic` chooses one. While iterating, outputs that are missing raise LogError unless `allow_gaps`.
+    such topics `topic` chooses one. While iterating, outputs that are missing or begin again raise LogError unless
+    `allow_gaps`. With `last_run` the recording of a node that was reset or started again is read from there on.
     """
-    return LogStream(path, allow_gaps, topic)
+    return LogStream(path, allow_gaps, topic, last_run)
 
 
 class LogStream:
@@ -40,10 +41,11 @@ class LogStream:
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
     its texts. `missing` counts outputs that were found missing so far (with `allow_gaps`). `kept_rate` [1/s] is how
     many outputs a second of simulated time were logged, 0 = all; what then lies between is not missing.
-    `frame` is what the samples are stamped with.
+    `frame` is what the samples are stamped with. With `last_run`, `restart` is where the run that is read begins in a
+    recording of several, None of one, and `end` the number behind its last output.
     """
 
-    def __init__(self, path, allow_gaps: bool, topic: str | None):
+    def __init__(self, path, allow_gaps: bool, topic: str | None, last_run: bool = False):
         self.path = Path(path)
         self.missing = 0
         self.metadata: dict[str, dict[str, str]] = {}
@@ -68,6 +70,11 @@ class LogStream:
         self.kept_rate: float = kept[self._topic]
         self._namespace = self._topic.rpartition("/")[0]
         self._tables = {name for name in found if name.startswith(f"{self._namespace}/records/")}
+        self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
+        self.restart: Restart | None = None
+        self.end, self._skipped = 0, 0
+        if last_run and self.report is None:  # else one run, which told of itself when it was over
+            self.restart, self._skipped, self.end = self._last_run()
         described = self.metadata.get(SCENE_RECORD, {})
         if not described.get("scene") and f"{self._namespace}/scene" in texts:
             described = self._described()
@@ -79,10 +86,16 @@ class LogStream:
         self.choice = _known(_choice(described), self.scene)
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
-        self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
         self.frame: str = "" if first is None else first.header.frame_id
+
+    @property
+    def seconds(self) -> float:
+        """How long the run is [s]: up to its last output where that is known, else its scene's; infinite without."""
+        if self.scene is None:
+            return math.inf
+        return 1e-9 * self.end * self.scene.output_period_ns or self.scene.parameters.run.duration
 
     @property
     def losses(self) -> dict[str, int | str]:
@@ -122,7 +135,7 @@ class LogStream:
         for message in self._sample_blocks():
             if message.channel_name != names or message.channel_width.tolist() != widths:
                 raise LogError(f"{self.path} changes its channels at output {message.first_sequence}; record it again")
-            if expected is not None and message.first_sequence != expected and not self.kept_rate:
+            if expected is not None and message.first_sequence != expected:
                 self._gap(expected, message.first_sequence)
             expected = message.first_sequence + message.count
             block = block_of(self.channels, message)
@@ -151,32 +164,51 @@ class LogStream:
         return {name: rows[np.argsort(rows[:, 0], kind="stable")] for name, rows in joined.items()}
 
     def _described(self) -> dict[str, str]:
-        """What the topic `scene` of a recording says, as texts; empty where it says nothing usable."""
+        """What the topic `scene` of a recording says, as texts; empty where it says nothing usable.
+
+        Where the last run alone is read, it is what was said last: a node that is started again may play another scene.
+        """
+        found: dict[str, str] = {}
         try:
-            for file in self._files:
-                with McapReader(file) as reader:
-                    for item in reader.content():
-                        if isinstance(item, LoggedMessage) and item.topic.name == f"{self._namespace}/scene":
-                            said = parsed_json(cdr.deserialise(cdr.STRING, item.data).data)
-                            return {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
-        except (DamagedLog, ValueError, AttributeError) as error:
+            for _, data in self._raw({f"{self._namespace}/scene"}):
+                said = parsed_json(cdr.deserialise(cdr.STRING, data).data)
+                found = {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
+                if not self.restart:
+                    break
+        except (ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
-        return {}
+        return found
 
     def _gap(self, expected: int, found: int) -> None:
+        if self.kept_rate and found > expected:
+            return
         lost = max(found - expected, 0)
         self.missing += lost
         if self._allow_gaps:
             return
         if found < expected:
+            restart = Restart(found, expected - 1, 2)
             raise LogError(
-                f"the run in {self.path} starts again: output {found} follows {expected - 1} (it was reset while "
-                "recorded); read it with allow_gaps=True"
+                f"the run in {self.path} {restart}; read the last with last_run=True, or all with allow_gaps=True"
             )
         raise LogError(
             f"{lost} outputs are missing in {self.path}, from sequence {expected} to {found - 1}: they were lost while "
             "recording; read the rest with allow_gaps=True"
         )
+
+    def _last_run(self) -> tuple[Restart | None, int, int]:
+        """Where the last run begins, messages of samples and records before it, and the number behind its last output.
+
+        What is recorded behind the last samples of a run belongs to the next one.
+        """
+        restart, skipped, before, expected = None, 0, 0, 0
+        for read, (name, data) in enumerate(self._raw({self._topic, *self._tables}), start=1):
+            if name == self._topic:
+                first, count = sample_range(data)
+                if first < expected:
+                    restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2), before
+                before, expected = read, first + count
+        return restart, skipped, expected
 
     def _sample_blocks(self):
         """The SampleBlock messages of the samples, checked."""
@@ -184,14 +216,20 @@ class LogStream:
 
     def _messages_of(self, names: set[str]):
         """(topic, SampleBlock) of these topics, checked."""
+        for place, (name, data) in enumerate(self._raw({self._topic, *self._tables})):
+            if place >= self._skipped and name in names:
+                message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+                check_block(self.path, message)
+                yield name, message
+
+    def _raw(self, names: set[str]) -> Iterator[tuple[str, bytes]]:
+        """(topic, bytes) of every message on these topics, in the order of the log."""
         try:
             for file in self._files:
                 with McapReader(file) as reader:
                     for item in reader.content():
                         if isinstance(item, LoggedMessage) and item.topic.name in names:
-                            message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
-                            check_block(self.path, message)
-                            yield item.topic.name, message
+                            yield item.topic.name, item.data
         except DamagedLog as error:
             raise advice(self.path, error) from error
 

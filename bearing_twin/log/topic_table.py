@@ -49,7 +49,9 @@ ros2 launch bearing_twin replay.launch.py log:=a.mcap namespace:=/b frame_prefix
 ```
 
 **Loads add up.** In `contacts`, the forces and torques on a body, taken about the origin of its frame, are its wrench;
-the wrenches of all bodies together are zero. Gravity, supports and the drive are not in them.
+the wrenches of all bodies together are zero. Gravity, supports and the drive are not in them. A cage is no body here:
+what its pockets do to the balls is in no wrench, but in the channel `pocket_force` of `samples`; what it does to a ring
+whose land guides it is in that ring's wrench, in no contact, and the force of the land in `cage/state` is against it.
 
 **Outputs.** `samples` holds every solver output without loss, `records/...` what happened between outputs, and `scene`
 the scene as JSON: a recording of the three can be reported on, and verified where it began with the run.

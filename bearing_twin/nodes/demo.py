@@ -269,6 +269,7 @@ def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, 
     picture = plot(log, folder / "ball_loads.png")
     page = write_page(document_of_log(recording), folder / "view.html")
     output.print(result_table(f"{scene.name}: {duration:g} s, {expected} solver outputs", live, max(lost.values())))
+    output.print("loads are the greatest of all outputs, angles and ellipses of messages on contacts", soft_wrap=True)
     output.print(f"samples lost: {', '.join(f'{count} {where}' for where, count in lost.items())}", soft_wrap=True)
     output.print(f"messages: {live.messages} live, {replayed.messages} replayed", soft_wrap=True)
     output.print(f"log:     {recording.resolve()}", soft_wrap=True)

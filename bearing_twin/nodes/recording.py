@@ -1,17 +1,16 @@
 """What recorder_node thinks, without ROS: which topics to log, how they are described, and what was lost on the way."""
 
 import os
-import struct
 import threading
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from itertools import repeat
 from pathlib import Path
 
-from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.parts import Safety, Told
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 
@@ -160,6 +159,7 @@ class Recording(Told):
         are dropped while the disk is full.
         """
         streams = self.sequences.values()
+        outputs = [stream for topic, stream in self.sequences.items() if "/records/" not in topic]
         with self._lock:
             uncounted = self._uncounted | {topic for topic, sent in self._sent.items() if sent.restarts}
             counted = [sent for topic, sent in self._sent.items() if topic not in uncounted]
@@ -171,9 +171,9 @@ class Recording(Told):
             "messages_dropped": self._log.dropped,
             "uncounted": " ".join(sorted(uncounted)),
             "bytes": self._log.bytes,
-            "samples_received": sum(stream.received for stream in streams),
+            "samples_received": sum(stream.received for stream in outputs),
             "samples_lost": sum(stream.lost for stream in streams),
-            "restarts": sum(stream.restarts for stream in streams),
+            "restarts": sum(stream.restarts for stream in outputs),
             "clock_jumped_s": 1e-9 * self.clock_jumped_ns,
         }
 
@@ -200,19 +200,6 @@ def default_topics(namespace: str = "/") -> list[str]:
     """
     own = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
     return [*(f"{one}/*" for one in own), *FRAMES]
-
-
-def sample_range(data: bytes) -> tuple[int, int]:
-    """`first_sequence` and `count` of a SampleBlock in CDR, without decoding the rest; raises LogError."""
-    try:
-        order = "<" if data[1] & 1 else ">"
-        frame_bytes = struct.unpack_from(order + "I", data, 12)[0]
-        position = -(-(12 + frame_bytes) // 8) * 8  # counted behind the four-byte CDR header
-        return struct.unpack_from(order + "QI", data, 4 + position)
-    except (struct.error, IndexError) as error:
-        raise LogError(
-            f"a SampleBlock of {len(data)} bytes cannot be read: update publisher and recorder alike"
-        ) from error
 
 
 def definition_prefixes() -> list[Path]:

@@ -47,10 +47,16 @@ ASKED_FOR = 20.0  # s after a page was asked for in which it, and its viewer, ma
 ANSWER = 5.0  # s for a service to answer
 COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
-LONGEST_STATUS = 200  # characters
+LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters: what is refused says why, and what could be had
 MOVING = ("running", "running as fast as possible", "playing")  # what a node says that has a pace
 SAMPLES = "/samples"
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
+
+
+def cut_short(text: str, longest: int) -> str:
+    """The text on one line, of at most so many characters, with an ellipsis where the rest is left out."""
+    line = " ".join(text.split())
+    return line if len(line) <= longest else f"{line[: longest - 2]} …"
 
 
 class WatchNode(Node):
@@ -164,11 +170,11 @@ class WatchNode(Node):
                 told = {pair.key: pair.value for pair in status.values}
                 pace, wanted = told.get("real_time_factor", ""), told.get("wanted_real_time_factor", "")
                 at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
-                self.feed.send("status", " ".join(f"{status.message}{at}".split())[:LONGEST_STATUS])
+                self.feed.send("status", cut_short(f"{status.message}{at}", LONGEST_STATUS))
                 refused, before = told.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
-                    self.feed.send("refused", " ".join(told.get("last_refusal", "").split())[:LONGEST_STATUS])
+                    self.feed.send("refused", cut_short(told.get("last_refusal", ""), LONGEST_REFUSAL))
                 if _NUMBER.fullmatch(wanted):
                     self.feed.send("pace", wanted)
 

@@ -13,8 +13,9 @@ from rich.table import Table
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
+from bearing_twin.log.blocks import sample_range
 from bearing_twin.nodes.messages import message_class, qos_profile
-from bearing_twin.nodes.recording import DEPTH, Sequences, sample_range
+from bearing_twin.nodes.recording import DEPTH, Sequences
 from bearing_twin.run.scene import Scene
 
 RATE_WINDOW = 100  # messages
@@ -115,7 +116,7 @@ class Watcher(Node):
 
 def ball_table(watch: Watch) -> Table:
     """The wrench of each ball as it was last received, and the rate it comes at."""
-    table = Table(title=f"t = {watch.time_ns * 1e-9:.2f} s, wrench on each ball in bearing_link", padding=0)
+    table = Table(title=f"t = {watch.time_ns * 1e-9:.2f} s, net wrench on each ball in bearing_link", padding=0)
     forces, torques = ("Fx", "Fy", "Fz", "|F|"), ("Tx", "Ty", "Tz")
     for heading in ("ball", *(f"{one}\n[N]" for one in forces), *(f"{one}\n[N mm]" for one in torques), "rate\n[Hz]"):
         table.add_column(escape(heading), justify="right", no_wrap=True)
@@ -132,6 +133,6 @@ def _signed(value: float, decimals: int) -> str:
 
 
 def load_line(watch: Watch) -> str:
-    """The same in one line: time, the size of each ball's force and the mean rate."""
+    """The same in one line: time, the size of each ball's force, both raceways together, and the mean rate."""
     sizes = " ".join(f"{size:7.3f}" for size in np.linalg.norm(watch.force, axis=1))
-    return f"t = {watch.time_ns * 1e-9:5.2f} s  |F| on balls [N]: {sizes}  at {watch.rate().mean():5.1f} Hz"
+    return f"t = {watch.time_ns * 1e-9:5.2f} s  net |F| on balls [N]: {sizes}  at {watch.rate().mean():5.1f} Hz"

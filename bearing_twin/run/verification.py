@@ -58,7 +58,7 @@ def verify(
     not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared, and so are
     those outputs alone that a log holds which is thinned, begins late, or was read with `allow_gaps`: the others are
     simulated without comparing. `before` is asked, with the seconds simulated so, for who is told the share of that;
-    `progress` is told the share of all. A log that wants more than `longest` [s] (None: LONGEST_BEFORE)
+    `progress` is told the time [s] it has come to. A log that wants more than `longest` [s] (None: LONGEST_BEFORE)
     simulated without comparing, before it or between two blocks, raises LogError: a log may say it begins after years.
     """
     if log.scene is None:
@@ -70,7 +70,6 @@ def verify(
     if not set(names) <= {channel.name for channel in simulation.channels}:
         raise LogError("this log was written by another version: its channels differ; simulate the scene again")
     deviations, samples, missing = dict.fromkeys(names, 0.0), 0, 0
-    duration = log.scene.parameters.run.duration
     for block in log.blocks():
         if block.first_sequence <= simulation.sequence:
             raise LogError(
@@ -97,7 +96,7 @@ def verify(
             deviations[name] = max(deviations.get(name, 0.0), difference)
         samples += len(block)
         if progress:
-            progress(min(1.0, 1e-9 * block.time_ns[-1] / duration))
+            progress(1e-9 * block.time_ns[-1])
     return Verification(samples, deviations, missing)
 
 

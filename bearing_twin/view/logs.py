@@ -43,7 +43,7 @@ def _of_damaged(path, damage: DamagedLog, topic: str | None) -> dict[str, Any]:
 
 
 def _document(path, notes: tuple[str, ...], topic: str | None, original: Path | None = None) -> dict[str, Any]:
-    stream = read_log(path, allow_gaps=True, topic=topic)
+    stream = read_log(path, allow_gaps=True, topic=topic, last_run=True)
     if STUDY_RECORD in stream.metadata:
         return document_of_study(read_study(path))
     left_out = _left_out(path, stream)
@@ -51,6 +51,8 @@ def _document(path, notes: tuple[str, ...], topic: str | None, original: Path | 
         *notes,
         *([f"Left out, because no kind of scene has such topics: {', '.join(left_out)}."] if left_out else []),
     )
+    if stream.restart:
+        notes = (*notes, f"{stream.restart.told()}.".capitalize())
     if stream.kept_rate:
         notes = (*notes, f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
     viewed = document_of_run(stream, notes)

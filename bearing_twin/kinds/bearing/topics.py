@@ -28,7 +28,7 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
     """The topics of a bearing with these balls."""
     balls = parameters.geometry.balls
     texts = {f"ball_{k}": f"on ball {k}, by raceways and neighbours, about its centre" for k in range(balls)}
-    texts |= dict.fromkeys(RINGS, "on the ring, by the balls, about its centre")
+    texts |= dict.fromkeys(RINGS, "on the ring, by the balls and a cage on its land, about its centre")
     return (
         *body_topics(FRAME, wrenches, origins, texts, solids, together=True),
         contacts_topic(

@@ -10,7 +10,7 @@ from bearing_twin.sample import Channel
 
 TAKEN = (
     *("normal_load", "position", "velocity", "penetration", "least_stretch", "kinetic_energy", "elastic_energy"),
-    *("contact_energy", "shape", "other_shape"),
+    *("contact_energy", "shape", "other_velocity", "other_shape"),
 )
 HALVES = {  # signs of x and y of the halves drawn of a disc, by what it meets; the mesh is of one half
     "wall": ((1.0, 1.0), (-1.0, 1.0)),
@@ -42,13 +42,15 @@ def view(facts, channels) -> View:
     tall = {"wall": radius, "disc": 2.0 * radius, "other_disc": radius + parameters.other.radius}[parameters.against]
     shared = tuple(one.name for one in densities)
     middle = {"wall": radius, "disc": 0.0, "other_disc": radius - parameters.other.radius}[parameters.against]
+    facing = "the wall" if parameters.against == "wall" else "the other disc"
+    velocities = (("velocity", "disc"), ("other_velocity", "other disc"))[: len(bodies)]
     wall = Solid("wall", "wall", {"slab": {"width": 4.0 * radius, "height": 0.06 * radius}}, DARK)
     return View(
         series=(*taken, *densities),
         rows=rows,
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
-            curves("Velocity of the centre of mass, away from the wall", "m/s", ("velocity", "velocity")),
+            curves(f"Velocity of the centre of mass, away from {facing}", "m/s", *velocities),
             curves(
                 "Energy",
                 "J",
@@ -57,7 +59,7 @@ def view(facts, channels) -> View:
                 ("contact_energy", "in the penalty"),
             ),
             curves("Least principal stretch", "1", ("least_stretch", "least stretch")),
-            curves("Depth of the rim in the wall", "m", ("penetration", "depth")),
+            curves(f"Depth of the rim in {facing}", "m", ("penetration", "depth")),
         ),
         solids=(wall,) if parameters.against == "wall" else (),
         marks=tuple(
