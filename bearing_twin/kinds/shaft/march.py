@@ -73,12 +73,12 @@ def write_outputs(rotor, course, shown, clock, kept, times, rows):
 
 
 @kernel
-def advance(rotor, course, method, work, moved, shown, clock, kept, counts, times, until, least, furthest, rows, stop):
+def advance(rotor, course, method, work, moved, shown, clock, kept, counts, times, until, bounds, furthest, rows, stop):
     """Steps until one reaches `until` [s], and writes the outputs at `times` [s] to `rows`; returns a status.
 
     `course` (parts, 4) holds from when on [s] the shaft turns how: angle, speed, acceleration. `moved` is (balls,
-    moment) of the motion, `shown` as of `write_outputs`. No step is shorter than `least` [s] or ends beyond `furthest`
-    (5,); `stop` (1,) is looked at before each.
+    moment) of the motion, `shown` as of `write_outputs`. Steps are within `bounds` (2,) [s] and end within
+    `furthest` (5,); `stop` (1,) is looked at before each.
     """
     while True:
         status = write_outputs(rotor, course, shown, clock, kept, times, rows)
@@ -91,11 +91,11 @@ def advance(rotor, course, method, work, moved, shown, clock, kept, counts, time
             phase += 1
             clock[PHASE] = phase
         ends = course[phase + 1, 0] if phase + 1 < len(course) else math.inf
-        wanted = clock[STEP]
+        wanted = min(clock[STEP], bounds[1])
         reaches = time + (1.0 + NEAR) * wanted >= ends
         system = (rotor, _drive_of(course, phase), course[phase, 0], moved[0], moved[1])
         step, following, rejections = longest_step(
-            _one_step, system, method, kept[END], ends - time if reaches else wanted, least, time, work
+            _one_step, system, method, kept[END], ends - time if reaches else wanted, bounds[0], time, work
         )
         counts[REJECTIONS] += rejections
         counts[EVALUATIONS] += EVALUATED * (rejections + (step > 0.0))

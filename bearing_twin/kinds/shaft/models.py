@@ -51,7 +51,7 @@ def choose(parameters: ShaftScene) -> Choice:
     if slow:
         warnings.append(
             f"motion at {' and '.join(slow)} Hz is near that of balls by themselves, which are taken to be in balance "
-            "at once; kind: bearing with model.dimension: free moves them, on one bearing"
+            "at once; a scene of the kind bearing moves them, on one ring with mass"
         )
     if error > parameters.wanted.tolerance:
         warnings.append(f"the law {law} is {100.0 * error:.2g} % off exact Hertz here; contact.normal: hertz is not")

@@ -46,7 +46,7 @@ class Mounted:
     offset: float = quantity(
         0.0,
         "m",
-        "of the outer ring along +z; from the middle, with geometry.contact_angle from where the balls just touch",
+        "of the outer ring along +z; from the middle, of an angular contact bearing from where the balls just touch",
     )
     ball_angle: float = quantity(0.0, "rad", "azimuth of ball 0 from +x when the run starts")
     geometry: Geometry = section(Geometry)
