@@ -1,7 +1,8 @@
-"""Tables of numbers over time, from a scene or from a CSV file."""
+"""Tables of numbers, most of them over time, from a scene or from a CSV file."""
 
 import csv
 import dataclasses
+import functools
 import os
 import stat
 
@@ -12,16 +13,17 @@ GREATEST_FILE = 16_000_000  # bytes
 MOST_ROWS = 50_000  # under a second to read
 
 
-def table(columns, help):
-    """Rows of numbers over time, one each of `columns` (name, unit), the first of them s, increasing; () where none.
+def table(columns, help, over_time=True):
+    """Rows of numbers, one each of `columns` (name, unit); () where none. `over_time`: the first are s, increasing.
 
     Given as a list of rows, or as the name of a CSV file of rows, whose first may hold names: it is read at once, and
     its rows stand in the scene from then on.
     """
-    return dataclasses.field(default=(), metadata={"columns": tuple(columns), "help": help, "read": read_table})
+    read = functools.partial(read_table, over_time=over_time)
+    return dataclasses.field(default=(), metadata={"columns": tuple(columns), "help": help, "read": read})
 
 
-def read_table(given, columns) -> tuple[tuple, str]:
+def read_table(given, columns, over_time=True) -> tuple[tuple, str]:
     """(rows, "") of a `table`, or ((), the tail of a sentence about the first row that is wrong)."""
     words = ", ".join(f"{name} [{unit}]" for name, unit in columns)
     legal = f"must be rows of {words}, or the name of a CSV file of them"
@@ -46,7 +48,7 @@ def read_table(given, columns) -> tuple[tuple, str]:
         if wrong:
             return (), "[{}]: {} = {!r} {}".format(number, *wrong[0])
         values = tuple(float(one[0]) for one in found)
-        if rows and values[0] <= rows[-1][0]:
+        if over_time and rows and values[0] <= rows[-1][0]:
             return (), f"[{number}]: time must grow from row to row; {values[0]:g} s follows {rows[-1][0]:g} s"
         rows.append(values)
     return tuple(rows), ""

@@ -16,6 +16,7 @@ from bearing_twin.run.scene import load_scene
 PREFIX = "left/"
 SCENES = {
     "bearing": "bearing_6203",
+    "shaft": "shaft_two_6203",
     "two_spheres": "two_spheres",
     "two_discs": "two_discs",
     "sphere_on_beam": "sphere_on_beam",

@@ -45,8 +45,8 @@ SHORTER = {  # s: until something has happened
     "two_bodies_superellipsoid": 0.05,
 }
 ONE_EACH = (
-    "bearing_6203_start", "ellipsoid_rocking", "two_spheres", "two_discs", "sphere_on_beam_drop_50mm",
-    "soft_discs_mean",
+    "bearing_6203_start", "shaft_angular_pair", "ellipsoid_rocking", "two_spheres", "two_discs",
+    "sphere_on_beam_drop_50mm", "soft_discs_mean",
 )  # fmt: skip
 IMPACTS = {"two_spheres": "impact.spheres", "two_discs": "impact.discs", "sphere_on_beam_drop_50mm": "beam.motion"}
 OF_THE_RUN, OF_THE_LOG = {"compile_s"}, {"missing_outputs"}
@@ -256,7 +256,7 @@ def with_energy(block: Block, kind: str, share: float) -> Block:
     """The same outputs and records, but `share` of the scale of energy made (+) or lost (-) by nobody."""
     values, records = dict(block.values), {name: rows.copy() for name, rows in block.records.items()}
     grows = np.linspace(0.0, 1.0, len(block))
-    if kind == "bearing":
+    if kind in ("bearing", "shaft"):
         values["kinetic_energy"] = values["kinetic_energy"] + share * grows * values["gross_work"][-1]
     elif kind == "ellipsoid_on_plane":
         stored = sum(values[name] for name in ("kinetic_energy", "potential_energy", "elastic_energy"))

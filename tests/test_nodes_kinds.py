@@ -34,6 +34,7 @@ from bearing_twin.run.verification import verify
 # A scene a kind, short, and a pace at which a wire can follow.
 PLAYED = {
     "bearing": ("bearing_6203", ("run.duration=0.1",), 1.0),
+    "shaft": ("shaft_two_6203", ("run.duration=0.05", "solver.companion=off"), 1.0),
     "two_spheres": ("two_spheres", ("run.output_rate=5e6", "run.publish_rate=1e6"), 2e-4),
     "two_discs": ("two_discs", ("run.output_rate=40e3", "run.publish_rate=4e3"), 1e-2),
     "sphere_on_beam": ("sphere_on_beam", ("run.output_rate=500e3", "run.publish_rate=50e3"), 1e-2),

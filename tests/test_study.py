@@ -22,6 +22,7 @@ GAMMA = {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5}
 QUICK_SCENES = {
     "bearing_6203": ["run.duration=0.01"],
     "ellipsoid_tumbling": [],
+    "shaft_two_6203": ["run.duration=0.01", "run.output_rate=1000", "solver.companion=off"],
     "soft_discs_mean": ["mesh.divisions=8", "mesh.order=2"],
     "sphere_on_beam": [],
     "two_bodies_groove": ["run.duration=0.02"],

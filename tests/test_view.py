@@ -36,6 +36,7 @@ from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happ
 
 SHORT = {  # a short run of each kind
     "bearing": ("bearing_6203_loose", "run.duration=0.02"),
+    "shaft": ("shaft_angular_pair", "run.duration=0.01"),
     "two_spheres": ("two_spheres",),
     "two_discs": ("two_discs",),
     "sphere_on_beam": ("sphere_on_beam", "run.duration=5e-4"),

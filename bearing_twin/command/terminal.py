@@ -56,7 +56,7 @@ def show_result(result: Mapping) -> None:
     for key, rows in events.items():
         _show_events(named(key)[0], [dict(_flat(row)) for row in rows])
     for length, lists in columns.items():
-        header, cells = ["ball"], [[str(row) for row in range(length)]]
+        header, cells = ["mode" if "natural_frequencies_hz" in lists else "ball"], [[str(row) for row in range(length)]]
         for key, values in lists.items():
             words, unit, factor = _readable(key, sizes[key])
             header.append(f"{words}\n{unit or '-'}")

@@ -10,12 +10,13 @@ from bearing_twin.kinds.bearing.row import BEARING
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.ellipsoid.row import ELLIPSOID_ON_PLANE
 from bearing_twin.kinds.impact.row import TWO_DISCS, TWO_SPHERES
+from bearing_twin.kinds.shaft.row import SHAFT
 from bearing_twin.kinds.soft_discs.row import SOFT_DISCS
 from bearing_twin.kinds.two_bodies.row import TWO_BODIES
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
-    for kind in (BEARING, TWO_SPHERES, TWO_DISCS, SPHERE_ON_BEAM, ELLIPSOID_ON_PLANE, TWO_BODIES, SOFT_DISCS)
+    for kind in (BEARING, SHAFT, TWO_SPHERES, TWO_DISCS, SPHERE_ON_BEAM, ELLIPSOID_ON_PLANE, TWO_BODIES, SOFT_DISCS)
 }
 
 

@@ -11,11 +11,17 @@ TORQUE_COLUMNS = (("time", "s"), ("torque", "N m"))
 
 
 @dataclass(frozen=True)
-class Change:
-    """One change of the drive while it runs, added to what it was."""
+class SpeedChange:
+    """One change of the drive's speed while it runs, added to what it was."""
 
     time: float = quantity(0.0, "s", "when the drive changes; 0 = never", at_least=0.0)
     speed: float = quantity(0.0, "rad/s", "added to the wanted speed, which is approached at drive.acceleration")
+
+
+@dataclass(frozen=True)
+class Change(SpeedChange):
+    """One change of the drive while it runs, added to what it was."""
+
     offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "added to the inner ring's offset, at once")
 
 

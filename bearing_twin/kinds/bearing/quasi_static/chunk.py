@@ -8,7 +8,8 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
-from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, first_ring, ring_in_balance
+from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
+from bearing_twin.kinds.bearing.quasi_static.ring_balance import first_ring, ring_in_balance
 from bearing_twin.numerics.rotation import quaternion_product, turned
 from bearing_twin.numerics.statuses import STOPPED
 
@@ -56,7 +57,8 @@ def new_instants(count: int, balls: int) -> Instants:
 
 
 @inlined
-def _at_speed(setting, speed):
+def at_speed(setting, speed):
+    """The numbers of the balance with the ring turning at `speed` [rad/s]."""
     return Setting(
         setting.inner,
         setting.outer,
@@ -88,7 +90,7 @@ def _row(contacts, t):
 
 
 @kernel
-def _place_balls(setting, gravity, azimuth, directions, weight):
+def place_balls(setting, gravity, azimuth, directions, weight):
     """Cosines and sines of evenly spaced balls, and the weights on them (radial, axial)."""
     balls = len(directions)
     for k in range(balls):
@@ -136,9 +138,9 @@ def equilibria(setting, gravity, course, state, longest, out, stop):
     for t in range(len(course.turn)):
         if stop[0] != 0:
             return STOPPED, t
-        here = _at_speed(setting, course.speed[t])
+        here = at_speed(setting, course.speed[t])
         state.cage[0] += state.cage[1] * course.turn[t]
-        _place_balls(here, gravity, state.cage[0], directions, weight)
+        place_balls(here, gravity, state.cage[0], directions, weight)
         status = _solve(here, directions, course, t, state, weight, longest, load, stiffness)
         if status != FOUND:
             return status, t

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 from bearing_twin.kinds.bearing.quasi_static.forces import LEVEL, orbit_and_roll, push_of, speeds_of
 
 
@@ -33,10 +34,18 @@ def empty_contacts(balls: int) -> Contacts:
     return Contacts(*(np.zeros((balls, 2)) for _ in range(6)), *(np.zeros(balls) for _ in range(4)))
 
 
+@inlined
+def curvatures_at(setting, raceway, side, n_r):
+    """Curvatures (small, large) of the gap [1/m] where the normal's radial part is `n_r`; `side` -1 inner, 1 outer."""
+    ball = 1.0 / setting.ball_radius
+    towards = side * n_r
+    bottom = raceway.locus_radius + raceway.groove_radius * towards
+    return 0.5 * (ball - 1.0 / raceway.groove_radius), 0.5 * (ball - towards / bottom)
+
+
 @kernel
 def write_contacts(setting, azimuths, q, place, out):
     """Fills `out` (`Contacts`) with the balls at their places, the ring at `q`."""
-    ball = 1.0 / setting.ball_radius
     for k in range(len(azimuths)):
         opening_r = setting.inner.locus_radius - setting.outer.locus_radius
         opening_r += q[0] * azimuths[k, 0] + q[1] * azimuths[k, 1]
@@ -51,13 +60,11 @@ def write_contacts(setting, azimuths, q, place, out):
         for side in range(2):
             push = inner if side == 0 else outer
             raceway = setting.inner if side == 0 else setting.outer
-            towards = -push.n_r if side == 0 else push.n_r
             out.approach[k, side] = push.approach
             out.load[k, side] = push.load
             out.angle[k, side] = math.atan2(push.n_z, push.n_r)
-            bottom = raceway.locus_radius + raceway.groove_radius * towards
-            out.curvature_small[k, side] = 0.5 * (ball - 1.0 / raceway.groove_radius)
-            out.curvature_large[k, side] = 0.5 * (ball - towards / bottom)
+            small, large = curvatures_at(setting, raceway, 2.0 * side - 1.0, push.n_r)
+            out.curvature_small[k, side], out.curvature_large[k, side] = small, large
         gamma = 2.0 * setting.ball_radius / setting.pitch_diameter
         if inner.load > 0.0 and inner.n_r >= LEVEL and outer.n_r >= LEVEL:
             out.orbit[k], out.pitch[k], out.roll[k] = orbit_and_roll(setting, inner, outer)
@@ -74,3 +81,17 @@ def shared(contacts, values):
         weight += contacts.load[k, 0]
         total += contacts.load[k, 0] * values[k]
     return total / weight if weight > 0.0 else values.mean()
+
+
+def contacts_at(setting, directions: np.ndarray, q: np.ndarray, place: np.ndarray) -> Contacts:
+    """The contacts of balls at these places, the ring at `q` (5,)."""
+    contacts = empty_contacts(len(directions))
+    write_contacts(setting, directions, q, place, contacts)
+    return contacts
+
+
+def limits_used(setting, load, approach, angle) -> tuple[np.ndarray, np.ndarray]:
+    """Squeeze and greatest contact angle of each ball, each over its limit, from arrays (..., 2) of both raceways."""
+    squeeze = np.where((load > 0.0).all(-1), approach.sum(-1), 0.0)
+    greatest = np.where(load > 0.0, np.abs(angle), 0.0).max(-1)
+    return squeeze / (GREATEST_SQUEEZE * 2.0 * setting.ball_radius), greatest / GREATEST_ANGLE

@@ -4,10 +4,12 @@ import numpy as np
 
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.outputs import Outputs, channels
-from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, BearingScene
+from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
-from bearing_twin.kinds.bearing.quasi_static.ring_balance import FOUND, PLACES
+from bearing_twin.kinds.bearing.quasi_static.contacts import limits_used
+from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
+from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of, setting_of, support_of, weighed_solver
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product
@@ -201,9 +203,7 @@ class QuasiStaticMotion:
     def _refuse_illegal(self, found, course) -> None:
         """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
         contacts = found.contacts
-        squeeze = np.where((contacts.load > 0.0).all(-1), contacts.approach.sum(-1), 0.0)
-        angle = np.where(contacts.load > 0.0, np.abs(contacts.angle), 0.0).max(-1)
-        bad = (squeeze > GREATEST_SQUEEZE * 2.0 * self.setting.ball_radius) | (angle > GREATEST_ANGLE)
+        bad = np.maximum(*limits_used(self.setting, contacts.load, contacts.approach, contacts.angle)) > 1.0
         if bad.any():
             row, ball = np.argwhere(bad)[0]
             seconds = self.elapsed + float(course.step[: row + 1].sum())

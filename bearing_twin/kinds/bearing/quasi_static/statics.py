@@ -7,18 +7,11 @@ import numpy as np
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
-from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_contacts, write_contacts
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, limits_used
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
-from bearing_twin.kinds.bearing.quasi_static.ring_balance import (
-    FOUND,
-    NOTHING_CARRIES,
-    PLACES,
-    SOFT,
-    first_ring,
-    ring_in_balance,
-    ring_loads,
-)
+from bearing_twin.kinds.bearing.quasi_static.newton import FOUND, NOTHING_CARRIES, SOFT
+from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, first_ring, ring_in_balance, ring_loads
 from bearing_twin.kinds.bearing.rings import (
     COORDINATES,
     FREE_RING,
@@ -123,6 +116,9 @@ def weights_of(parameters, setting: Setting, azimuths: np.ndarray) -> np.ndarray
 class Solver:
     """Equilibria of one bearing; what it found last is where it looks first."""
 
+    body = "the ring"
+    remedy = "load it, or hold it by a displacement or by less clearance"
+
     def __init__(self, setting: Setting, azimuths: np.ndarray, weights: np.ndarray | None = None):
         balls = len(azimuths)
         self.setting, self.azimuths = setting, azimuths
@@ -141,8 +137,11 @@ class Solver:
         self.place[:] = np.nan
         if not free.any():
             return self._held()
-        first_ring(self.setting, self.directions, free, wanted, self.scales, self.longest, self.q)
+        self._begin(free, wanted)
         return self._newton(free, wanted)
+
+    def _begin(self, free, wanted) -> None:
+        first_ring(self.setting, self.directions, free, wanted, self.scales, self.longest, self.q)
 
     def _held(self):
         ring_loads(self.setting, self.directions, self.q, self.place, self.weights, self.load, self.stiffness)
@@ -167,11 +166,9 @@ class Solver:
 
     def _legal(self) -> tuple[float, float]:
         """Greatest squeeze and greatest contact angle, each over its limit."""
-        contacts = empty_contacts(len(self.azimuths))
-        write_contacts(self.setting, self.directions, self.q, self.place, contacts)
-        squeeze = np.where((contacts.load > 0.0).all(axis=1), contacts.approach.sum(axis=1), 0.0).max()
-        angle = np.where(contacts.load > 0.0, np.abs(contacts.angle), 0.0).max()
-        return squeeze / (GREATEST_SQUEEZE * 2.0 * self.setting.ball_radius), angle / GREATEST_ANGLE
+        contacts = contacts_at(self.setting, self.directions, self.q, self.place)
+        squeeze, angle = limits_used(self.setting, contacts.load, contacts.approach, contacts.angle)
+        return float(squeeze.max()), float(angle.max())
 
     def _tried(self, support: Support, share: float) -> tuple[int, float, bool]:
         """(status, what is left, whether the answer is legal) with `share` of loads and held coordinates."""
@@ -180,23 +177,37 @@ class Solver:
             status, left = self._stepwise(support, share)
         return status, left, status == FOUND and max(self._legal()) <= 1.0
 
-    def solve(self, support: Support) -> Equilibrium:
-        """The equilibrium; raises SceneError with the greatest load, or with the support that is missing."""
+    def settle(self, support: Support) -> float:
+        """Puts `q`, `load` and `stiffness` where all is in balance; what is left of it [N].
+
+        Raises SceneError with the greatest load, or with the support that is missing.
+        """
         status, left, legal = self._tried(support, 1.0)
         if status == NOTHING_CARRIES:
-            raise SceneError(_nothing_carries(support))
+            raise SceneError(self._nothing_carries(support))
         if not legal:
             raise SceneError(self._refusal(support, status))
-        contacts = empty_contacts(len(self.azimuths))
-        write_contacts(self.setting, self.directions, self.q, self.place, contacts)
+        return left
+
+    def solve(self, support: Support) -> Equilibrium:
+        """The equilibrium; raises SceneError as `settle` does."""
+        left = self.settle(support)
+        contacts = contacts_at(self.setting, self.directions, self.q, self.place)
         arrays = self.q.copy(), self.load.copy(), self.stiffness.copy(), self.azimuths, self.place[:, :2].copy()
         return Equilibrium(*arrays, contacts, left)
 
+    @property
+    def speed(self) -> float:
+        """At which the inner ring turns [rad/s]."""
+        return self.setting.speed
+
+    def _at_rest(self) -> "Solver":
+        return Solver(self.setting._replace(speed=0.0), self.azimuths, self.weights)
+
     def _too_fast(self, support: Support) -> str:
         """That the speed alone is too much for a load that is carried at rest, "" where it is not."""
-        speed = self.setting.speed
-        still = Solver(self.setting._replace(speed=0.0), self.azimuths, self.weights)
-        if not (speed and still._tried(support, 1.0)[2]):
+        speed = self.speed
+        if not (speed and self._at_rest()._tried(support, 1.0)[2]):
             return ""
         return (
             f"{_what_acts(support)} is carried at rest, but not at {speed:g} rad/s, which throws the balls outwards; "
@@ -226,6 +237,10 @@ class Solver:
             share = 0.5 * (low + high) if low else high / COARSE
         return low, ratios
 
+    def _nothing_carries(self, support: Support) -> str:
+        free = ", ".join(name for name, one in zip(COORDINATES, support.free, strict=True) if one)
+        return f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
+
     def _refusal(self, support: Support, status: int) -> str:
         """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is."""
         if status != FOUND and (sentence := self._too_fast(support)):
@@ -233,9 +248,9 @@ class Solver:
         low, ratios = self._greatest(support)
         what = _what_acts(support)
         if low == 0.0:
-            otherwise = f"{what} finds no contact that carries it; hold the ring in this direction, or turn the load"
+            otherwise = f"{what} finds no contact that carries it; hold {self.body} in this direction, or turn the load"
             return self._too_fast(support) or otherwise
-        how = "pushes the ring through the balls: a contact bears no more than 2 % of the ball's diameter"
+        how = f"pushes {self.body} through the balls: a contact bears no more than 2 % of the ball's diameter"
         if ratios[1] > ratios[0]:
             how = f"tilts the contacts out of the grooves, beyond {math.degrees(GREATEST_ANGLE):.3g} degrees"
         return f"{what} {how}; the greatest in this direction is {_what_acts(support, low)}"
@@ -258,14 +273,6 @@ def _what_acts(support: Support, share: float = 1.0) -> str:
 
 def _vector(values, share) -> str:
     return "(" + ", ".join(f"{share * value:.4g}" for value in values) + ")"
-
-
-def _nothing_carries(support: Support) -> str:
-    free = ", ".join(name for name, one in zip(COORDINATES, support.free, strict=True) if one)
-    return (
-        f"no ball touches both rings, so that nothing holds the inner ring along {free}; load it, or hold it by a "
-        "displacement or by less clearance"
-    )
 
 
 def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> Solver:

@@ -1,0 +1,108 @@
+"""Numbers that follow from the keys of a shaft on two bearings; what is impossible among them."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+from bearing_twin.kinds.bearing import catalogue
+from bearing_twin.kinds.bearing.drive import Drive
+from bearing_twin.kinds.bearing.forces.equations import RingDrive
+from bearing_twin.kinds.bearing.parameters import BearingContact, BearingScene
+from bearing_twin.kinds.bearing.parameters import check as check_bearing
+from bearing_twin.kinds.bearing.rings import EVEN, QUASI_STATIC, Cage, Model
+from bearing_twin.kinds.sections import resolved_run
+from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
+
+SAME_PLACE = 1e-9  # m
+
+
+def bearing_scene(parameters: ShaftScene, side: str) -> BearingScene:
+    """One bearing as a scene of its own: equilibria in its own frame."""
+    mounted, drive = getattr(parameters, side), parameters.drive
+    x, y, z = parameters.gravity
+    contact = parameters.contact
+    words = {"normal": contact.normal, "stiffness": contact.stiffness, "relaxation_time": contact.relaxation_time}
+    return BearingScene(
+        **{name: getattr(mounted, name) for name in ("geometry", "fits", "temperatures", "ratings", "materials")},
+        model=Model(QUASI_STATIC),
+        contact=BearingContact(**words),
+        drive=Drive(speed=drive.speed),
+        cage=Cage(EVEN),
+        gravity=(x, y, mounted.facing * z),
+        wanted=dataclasses.replace(BearingScene().wanted, tolerance=parameters.wanted.tolerance),
+        run=parameters.run,
+    )
+
+
+def middle_of(mounted: Mounted) -> float:
+    """Where the inner ring of a bearing stands along its own axis [m] with the shaft's centre of mass at 0."""
+    geometry = mounted.geometry
+    between = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
+    return between * math.sin(geometry.contact_angle) - mounted.facing * mounted.offset
+
+
+def course_of(parameters: ShaftScene) -> list[tuple[float, RingDrive]]:
+    """From when on [s] the shaft turns how: `RingDrive`, whose angle is that at this time."""
+    drive, change = parameters.drive, parameters.drive.change
+    course = [(0.0, RingDrive(0.0, float(drive.speed), 0.0))]
+    if not (change.time and change.speed):
+        return course
+    angle, rising = drive.speed * change.time, math.copysign(drive.acceleration, change.speed)
+    lasts = abs(change.speed) / drive.acceleration
+    reached = angle + (drive.speed + 0.5 * change.speed) * lasts
+    course.append((change.time, RingDrive(angle, float(drive.speed), rising)))
+    course.append((change.time + lasts, RingDrive(reached, drive.speed + change.speed, 0.0)))
+    return course
+
+
+def speeds_of(parameters: ShaftScene) -> tuple[float, ...]:
+    """The speeds [rad/s] between which the shaft turns in its run: the scene's, and that at the end after a change."""
+    end, found = parameters.run.duration, [parameters.drive.speed]
+    for begin, drive in course_of(parameters)[1:]:
+        if begin < end:
+            lasts = min(end - begin, abs(parameters.drive.change.speed) / parameters.drive.acceleration)
+            found[1:] = [drive.speed + drive.acceleration * lasts]
+    return tuple(found)
+
+
+def check(parameters: ShaftScene) -> list[str]:
+    """What is impossible although each number alone is legal; one line a problem, naming keys, values and limits."""
+    problems, seen = [], []
+    for side in SIDES:
+        mounted = getattr(parameters, side)
+        if mounted.facing == 0:
+            problems.append(f"{side}.facing = 0 must be 1 or -1: a bearing has two faces")
+        for problem in check_bearing(bearing_scene(parameters, side)):
+            if problem not in seen:
+                own = problem.startswith(("geometry", "fits", "temperatures", "ratings", "materials"))
+                problems.append(f"{side}.{problem}" if own else problem)
+                seen += [] if own else [problem]
+    left, right = parameters.left.place, parameters.right.place
+    if right - left <= SAME_PLACE:
+        problems.append(
+            f"left.place = {left:g} m and right.place = {right:g} m leave no distance between the bearings, which "
+            "holds the shaft upright; the left one must stand at the smaller place"
+        )
+    across, polar = parameters.shaft.inertia
+    if polar > 2.0 * across:
+        problems.append(
+            f"shaft.inertia = [{across:g}, {polar:g}] kg m^2 belongs to no body: about the axis at most twice that "
+            "about a diameter"
+        )
+    return problems
+
+
+def resolve(parameters: ShaftScene) -> ShaftScene:
+    """The parameters of a checked scene."""
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run))
+
+
+def completed(scene: dict) -> tuple[dict, list[str]]:
+    """The plain data of a scene with the rows of the catalogue filled in for both bearings, and what is wrong."""
+    problems = []
+    for side in SIDES:
+        if isinstance(scene.get(side), Mapping):
+            filled, wrong = catalogue.completed(scene[side])
+            scene = {**scene, side: filled}
+            problems += [f"{side}.{problem}" for problem in wrong]
+    return scene, problems

@@ -1,0 +1,47 @@
+"""What the figures of a shaft on two bearings are worth: by a second, finer motion, and by what balance leaves out."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from bearing_twin.kinds.bearing.adequacy import still_error
+from bearing_twin.kinds.doubt import HERTZ_MENDS
+from bearing_twin.kinds.second_run import SecondRunDoubt
+from bearing_twin.kinds.shaft.figures import WATCH
+from bearing_twin.kinds.shaft.models import law_error, shares_of
+from bearing_twin.kinds.shaft.parameters import SIDES
+
+LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
+
+
+class ShaftDoubt(SecondRunDoubt):
+    """By a second motion; the law against exact Hertz; equilibria against balls that move."""
+
+    watch = WATCH
+
+    def _of_loads(self, figures: Mapping[str, Any], shares: Mapping[str, float]) -> dict[str, float]:
+        return {
+            f"{side}_{key}": power * shares[side] * abs(figures[f"{side}_{key}"])
+            for side in SIDES
+            for key, power in LOADS.items()
+        }
+
+    def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """At most what the coefficient of a contact is off by: as of rings that are held."""
+        return self._of_loads(figures, dict.fromkeys(SIDES, law_error(self.parameters, self.choice.law)))
+
+    def law_of(self, output: str) -> tuple[float, str]:
+        """At most what the coefficient of a contact is off by."""
+        return law_error(self.parameters, self.choice.law), HERTZ_MENDS
+
+    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """What was measured of equilibria against the motion of balls, by centrifugal load over contact load."""
+        shares = shares_of(self.parameters, self.choice.law)
+        return self._of_loads(figures, {side: still_error(share) for side, share in shares.items()})
+
+    def notes(self) -> dict[str, str]:
+        """What is not in the errors."""
+        return {
+            "balls": "skidding, friction, forces on the cages and the balls' own ringing, above about 1 kHz, are not "
+            "computed",
+            "structure": "shaft and housings are rigid",
+        }

@@ -1,0 +1,115 @@
+"""The motion of the shaft step by step, and what is given out between the ends of steps.
+
+A step that reaches beyond what is asked for is kept, with its interpolant, so that a run does not depend on how it is
+cut. Steps end where the drive changes. Outputs have balls of their own: looking at a motion does not touch it.
+"""
+
+import math
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.forces.equations import RingDrive
+from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.shaft.outputs import write_row
+from bearing_twin.kinds.shaft.rotor import BEARING_WORK, DISSIPATED, LOAD_WORK, STATE, jacobian, rates
+from bearing_twin.numerics.rosenbrock_step import rosenbrock_step
+from bearing_twin.numerics.runge_kutta import longest_step
+from bearing_twin.numerics.statuses import OK, STALLED, STOPPED, TOO_DEEP
+from bearing_twin.numerics.steppers import RODAS4, rosenbrock_dense
+
+STEPS, REJECTIONS, EVALUATIONS, COUNTS = 0, 1, 2, 3
+BEGAN, TIME, STEP, PHASE, CURSOR, GROSS, GROSS_BEFORE, CLOCK = range(8)
+"""Of the clock: begin and end [s] of the step kept, next step [s], part of the drive's course, outputs written, work of
+loads and bearings with each step's counted by its size [J], and that at the begin of the step kept."""
+
+START, END, THIRD, FOURTH, KEPT = range(5)  # rows of the step kept: states at its ends, and its interpolant
+NEAR = 1e-3  # of a step: no shorter one is left before the drive changes
+EVALUATED = len(RODAS4.alpha) + 2  # rates in a step
+
+
+@kernel
+def _one_step(system, method, state, step, time, work, out):
+    return rosenbrock_step(method, rates, jacobian, system, time, state, step, work)
+
+
+@kernel
+def _keep_step(method, work, kept):
+    """The ends of the step just taken, and its interpolant."""
+    for n in range(STATE):
+        kept[START, n], kept[END, n] = kept[END, n], work.after[n]
+        kept[THIRD, n] = kept[FOURTH, n] = 0.0
+        for j in range(len(method.alpha) - 1):
+            kept[THIRD, n] += method.dense[0, j] * work.stages[j, n]
+            kept[FOURTH, n] += method.dense[1, j] * work.stages[j, n]
+
+
+@inlined
+def _drive_of(course, phase):
+    """How the shaft turns in that part of its course."""
+    return RingDrive(course[phase, 1], course[phase, 2], course[phase, 3])
+
+
+@kernel
+def write_outputs(rotor, course, shown, clock, kept, times, rows):
+    """Writes the outputs at those of the `times` [s] that the step kept reaches; `shown` is what they are computed in.
+
+    That is (balls, moment, contacts, state) of their own. Returns TOO_DEEP at the first whose contacts leave their
+    limits, else OK.
+    """
+    phase = int(clock[PHASE])
+    balls, moment, contacts, state = shown
+    system = (rotor, _drive_of(course, phase), course[phase, 0], balls, moment)
+    while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= clock[TIME]:
+        cursor = int(clock[CURSOR])
+        lasts = clock[TIME] - clock[BEGAN]
+        share = (times[cursor] - clock[BEGAN]) / lasts if lasts > 0.0 else 1.0
+        for n in range(STATE):
+            state[n] = rosenbrock_dense(share, kept[START, n], kept[END, n], kept[THIRD, n], kept[FOURTH, n])
+        gross = clock[GROSS_BEFORE] + share * (clock[GROSS] - clock[GROSS_BEFORE])
+        if write_row(system, times[cursor], state, gross, contacts, rows[cursor]) > 1.0:
+            clock[TIME] = times[cursor]
+            return TOO_DEEP
+        clock[CURSOR] += 1.0
+    return OK
+
+
+@kernel
+def advance(rotor, course, method, work, moved, shown, clock, kept, counts, times, until, bounds, furthest, rows, stop):
+    """Steps until one reaches `until` [s], and writes the outputs at `times` [s] to `rows`; returns a status.
+
+    `course` (parts, 4) holds from when on [s] the shaft turns how: angle, speed, acceleration. `moved` is (balls,
+    moment) of the motion, `shown` as of `write_outputs`. Steps are within `bounds` (2,) [s] and end within
+    `furthest` (5,); `stop` (1,) is looked at before each.
+    """
+    while True:
+        status = write_outputs(rotor, course, shown, clock, kept, times, rows)
+        if status != OK or clock[TIME] >= until:
+            return status
+        if stop[0] != 0:
+            return STOPPED
+        time, phase = clock[TIME], int(clock[PHASE])
+        if phase + 1 < len(course) and time >= course[phase + 1, 0]:
+            phase += 1
+            clock[PHASE] = phase
+        ends = course[phase + 1, 0] if phase + 1 < len(course) else math.inf
+        wanted = min(clock[STEP], bounds[1])
+        reaches = time + (1.0 + NEAR) * wanted >= ends
+        system = (rotor, _drive_of(course, phase), course[phase, 0], moved[0], moved[1])
+        step, following, rejections = longest_step(
+            _one_step, system, method, kept[END], ends - time if reaches else wanted, bounds[0], time, work
+        )
+        counts[REJECTIONS] += rejections
+        counts[EVALUATIONS] += EVALUATED * (rejections + (step > 0.0))
+        if step < 0.0:
+            return STALLED
+        for n in range(COORDINATES):
+            if not abs(work.after[n]) <= furthest[n]:
+                clock[TIME] = time + step
+                return TOO_DEEP
+        counts[STEPS] += 1
+        _keep_step(method, work, kept)
+        arrived = reaches and rejections == 0
+        clock[BEGAN], clock[TIME] = time, ends if arrived else time + step
+        clock[STEP] = max(wanted, following) if arrived else following
+        clock[GROSS_BEFORE] = clock[GROSS]
+        for n in (LOAD_WORK, BEARING_WORK, DISSIPATED):
+            clock[GROSS] += abs(kept[END, n] - kept[START, n])

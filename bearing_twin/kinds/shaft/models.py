@@ -1,0 +1,64 @@
+"""Law and method of a shaft on two bearings, and what speaks against equilibria of its balls."""
+
+from bearing_twin.kinds.bearing import models as of_bearings
+from bearing_twin.kinds.bearing.adequacy import centrifugal_share, still_error
+from bearing_twin.kinds.bearing.start import too_narrow
+from bearing_twin.kinds.law_words import HERTZ_FOLLOWS
+from bearing_twin.kinds.shaft.derived import bearing_scene, speeds_of
+from bearing_twin.kinds.shaft.modes import modes_of
+from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
+from bearing_twin.kinds.shaft.statics import balance_of
+from bearing_twin.report import Choice
+
+METHOD = "rodas4"
+FAST = 1000.0  # Hz: balls that are in balance at every instant answer later motion at once
+
+
+def law_of(parameters: ShaftScene) -> str:
+    """The law asked for; hertz, or the same law exactly where a groove is too close for its rational form."""
+    asked = parameters.contact.normal
+    if asked not in ("auto", "hertz"):
+        return asked
+    return "hertz_exact" if any(too_narrow(getattr(parameters, side).geometry) for side in SIDES) else "hertz"
+
+
+def law_error(parameters: ShaftScene, law: str) -> float:
+    """Greatest relative load error of a law against exact Hertz at the nominal contacts of both bearings."""
+    return max(of_bearings.law_error(law, bearing_scene(parameters, side)) for side in SIDES)
+
+
+def shares_of(parameters: ShaftScene, law: str) -> dict[str, float]:
+    """The centrifugal load over that on the inner raceway by bearing, at the greatest speed, in balance there."""
+    speed = max(speeds_of(parameters), key=abs)
+    found = balance_of(parameters, law, float(speed))
+    return {side: centrifugal_share(one) for side, one in zip(SIDES, found.contacts, strict=True)}
+
+
+def choose(parameters: ShaftScene) -> Choice:
+    """Law and method; raises SceneError where the shaft is not in balance at one of its speeds."""
+    law = law_of(parameters)
+    warnings = []
+    for speed in speeds_of(parameters):
+        balance_of(parameters, law, float(speed))
+    error = law_error(parameters, law)
+    share = max(shares_of(parameters, law).values())
+    if still_error(share) > parameters.wanted.tolerance:
+        warnings.append(
+            f"the centrifugal load is {share:.2g} of a contact's, where balls in balance are off by up to "
+            f"{100.0 * still_error(share):.2g} % in load until the axes of their spin have settled"
+        )
+    slow = [f"{one:.4g}" for one in modes_of(parameters, law)[0].frequencies if one > FAST]
+    if slow:
+        warnings.append(
+            f"motion at {' and '.join(slow)} Hz is near that of balls by themselves, which are taken to be in balance "
+            "at once; a scene of the kind bearing moves them, on one ring with mass"
+        )
+    if error > parameters.wanted.tolerance:
+        warnings.append(f"the law {law} is {100.0 * error:.2g} % off exact Hertz here; contact.normal: hertz is not")
+    asked = HERTZ_FOLLOWS if law == "hertz" else f"{law}, as the scene asks or its grooves need"
+    reason = (
+        f"{asked}; balls in balance at every instant, in cages that go round as loaded balls roll; {METHOD} for the "
+        f"shaft, whose stiffness is exact; the centrifugal load is at most {share:.2g} of a contact's, where loads are "
+        f"within {100.0 * still_error(share):.2g} % of those of moving balls"
+    )
+    return Choice(law, METHOD, error, reason, tuple(warnings))

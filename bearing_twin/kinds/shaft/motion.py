@@ -1,0 +1,141 @@
+"""A shaft on two bearings as a run: made from the scene, moved on, and what was found."""
+
+import functools
+import math
+
+import numpy as np
+
+from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.second_run import WithSecondRun, is_watched
+from bearing_twin.kinds.shaft import march
+from bearing_twin.kinds.shaft.derived import course_of, speeds_of
+from bearing_twin.kinds.shaft.figures import WATCH, ShaftFigures, wanted_errors
+from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
+from bearing_twin.kinds.shaft.outputs import channels, contacts_of
+from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
+from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, new_balls, new_moment
+from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
+from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
+from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
+from bearing_twin.numerics.steppers import RODAS4
+from bearing_twin.report import Choice
+from bearing_twin.sample import Columns, layout_of
+from bearing_twin.stopping import SIGNALLED
+
+SETTING = 0.01  # tolerance of a step over that of a ball's load
+FINER, FINEST = 0.1, 1e-11  # tolerance of the second motion over the first one's, and the least there is
+SHORT = 300  # steps of the second motion in a short run
+FIRST, LEAST = 0.1, 1e-9  # of the stiffest mode's period over 2 pi: first step, least one
+FAILURES = {
+    NOT_FINITE: "the motion is not finite any more; lower speed and loads",
+    STALLED: "ever shorter steps are needed; loosen wanted.tolerance, or lower speed and loads",
+    TOO_DEEP: "a ball is squeezed too hard, or leaves the grooves; lower the loads, or keep away from a critical speed",
+}
+WORDS = {NOT_FINITE: "not finite", STALLED: "stalled", TOO_DEEP: "too deep"}
+TURN = 12  # steps a turn at least: with 8 the work of an unbalance is off by 1e-3
+POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
+
+
+def motion(parameters: ShaftScene, choice: Choice):
+    """The shaft in motion, with a finer motion of it beside unless the scene wants none."""
+    own = ShaftMotion(parameters, choice)
+    if not is_watched(parameters):
+        return own
+    finer = ShaftMotion(parameters, choice, FINER)
+    writer = functools.partial(ShaftFigures, parameters, choice)
+    return WithSecondRun((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters, SHORT)
+
+
+class ShaftMotion:
+    """The shaft in motion: `advance` integrates to the end of a chunk and returns its outputs."""
+
+    def __init__(self, parameters: ShaftScene, choice: Choice, share: float = 1.0):
+        self.parameters, self.stop = parameters, SIGNALLED
+        begin = balance_of(parameters, choice.law, float(parameters.drive.speed))
+        self.rotor = rotor_of(parameters, choice.law, begin.ratios)
+        self.course = np.array([(when, *drive) for when, drive in course_of(parameters)])
+        self._begin = np.zeros(STATE)
+        self._begin[:RATE] = begin.coordinates
+        matrices = matrices_of(self.rotor, begin.stiffness)
+        if parameters.shaft.start == SETTLED:
+            response = unbalance_response(self.rotor, matrices, parameters.drive.speed)
+            self._begin[:RATE] += response.real
+            self._begin[RATE:MOVING] = -parameters.drive.speed * response.imag
+        self._fastest = stiffest_mode(matrices)
+        squeeze = max(float(one.approach.sum(axis=1).max()) for one in begin.contacts)
+        setting = max(SETTING * share * parameters.wanted.tolerance, FINEST)
+        place = setting * squeeze / POWER  # [m], changes the greatest load by this share of it
+        lever = lever_of(self.rotor)
+        self._scales = place * np.array([1.0, 1.0, 1.0, 1.0 / lever, 1.0 / lever])
+        self._furthest = longest_of(self.rotor) / np.array([1.0, 1.0, 1.0, lever, lever])
+        fastest_turn = max(abs(one) for one in speeds_of(parameters))
+        longest = 2.0 * math.pi / (TURN * fastest_turn) if fastest_turn else math.inf
+        self._bounds = np.array([LEAST / self._fastest, longest])
+        self._layout = layout_of(channels(parameters))
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start."""
+        balls = [getattr(self.parameters, side).geometry.balls for side in SIDES]
+        scales = np.concatenate([self._scales, self._fastest * self._scales])
+        self._work = rosenbrock_work(STATE, MOVING, len(RODAS4.alpha), scales)
+        self._moved = tuple(map(new_balls, balls)), new_moment()
+        self._shown = tuple(map(new_balls, balls)), new_moment(), contacts_of(self.parameters), np.zeros(STATE)
+        self.clock, self.kept = np.zeros(march.CLOCK), np.zeros((march.KEPT, STATE))
+        self.clock[march.STEP] = FIRST / self._fastest
+        self.kept[march.START] = self.kept[march.END] = self._begin
+        self.counts, self._now_ns = np.zeros(march.COUNTS, np.int64), 0
+        self.keep()
+
+    def _arrays(self) -> list[np.ndarray]:
+        """All that a kernel changes and that the next step depends on."""
+        places = [own.place for balls in (self._moved[0], self._shown[0]) for own in balls]
+        return [self.clock, self.kept, self.counts, *places]
+
+    def keep(self) -> None:
+        """Keeps what `take_back` needs."""
+        self._before = [values.copy() for values in self._arrays()], self._now_ns
+
+    def take_back(self) -> None:
+        """Back to the last `keep`, as before the last `advance`."""
+        arrays, self._now_ns = self._before
+        for values, before in zip(self._arrays(), arrays, strict=True):
+            values[...] = before
+
+    def first_outputs(self) -> Columns:
+        """The outputs at the present instant, at the start of a run."""
+        rows = np.empty((1, self._layout.width))
+        self.clock[march.CURSOR] = 0.0
+        march.write_outputs(self.rotor, self.course, self._shown, self.clock, self.kept, np.zeros(1), rows)
+        return Columns(self._layout, rows)
+
+    def advance(self, times: np.ndarray, duration: float) -> Columns:
+        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
+        self.keep()
+        # Whole nanoseconds: sums of seconds would depend on how the run is cut.
+        due = 1e-9 * (self._now_ns + np.rint(1e9 * np.asarray(times, float)))
+        until = self._now_ns + round(1e9 * duration)
+        rows = np.empty((len(due), self._layout.width))
+        self.clock[march.CURSOR] = 0.0
+        status = march.advance(
+            self.rotor, self.course, RODAS4, self._work, self._moved, self._shown, self.clock, self.kept, self.counts,
+            due, 1e-9 * until, self._bounds, self._furthest, rows,
+            self.stop,
+        )  # fmt: skip
+        seconds = float(self.clock[march.TIME])
+        if status == STOPPED:
+            raise Stopped(f"the computation was stopped at {seconds:.9g} s")
+        if status != OK:
+            raise IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", WORDS[status], seconds, "shaft")
+        if not np.isfinite(self.kept).all():
+            raise IntegrationError(f"at {seconds:.9g} s {FAILURES[NOT_FINITE]}", WORDS[NOT_FINITE], seconds, "shaft")
+        self._now_ns = until
+        return Columns(self._layout, rows)
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """None: the outputs say all."""
+        return {}
+
+    def costs(self) -> dict[str, int]:
+        """Steps, rejected steps and evaluations of the rates."""
+        return dict(zip(("steps", "rejections", "evaluations"), self.counts.tolist(), strict=True))

@@ -1,0 +1,134 @@
+"""What one sample of a shaft on two bearings holds, computed from its state."""
+
+import functools
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_contacts, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
+from bearing_twin.kinds.shaft.rotor import (
+    BEARING_WORK,
+    CAGE_WORK,
+    DISSIPATED,
+    LOAD_WORK,
+    RATE,
+    shaft_loads,
+    turned_to,
+)
+from bearing_twin.sample import Channel
+
+BEARING, ABOUT, RACE = "bearing", "about", "race"  # axes: left, right; x, y; inner, outer
+HEAD, REST = 30, 8  # numbers before and after those of the balls
+
+
+def channels(parameters: ShaftScene) -> tuple[Channel, ...]:
+    """The channels of a scene; everything is in `shaft_link`, rows of bearings are left, right."""
+    return _channels(*(getattr(parameters, side).geometry.balls for side in SIDES))
+
+
+# The table knows the numbers of balls alone: to look one up by a scene would hash all of it.
+@functools.cache
+def _channels(*balls: int) -> tuple[Channel, ...]:
+    of_balls = (
+        row
+        for side, n in zip(SIDES, balls, strict=True)
+        for row in (
+            Channel(
+                f"{side}_normal_load", "N", (n, 2), f"of the {side} bearing's balls on its raceways", ("ball", RACE)
+            ),
+            Channel(
+                f"{side}_contact_angle",
+                "rad",
+                (n, 2),
+                f"of the {side} bearing's balls, > 0 where the shaft pushes the way the bearing faces",
+                ("ball", RACE),
+            ),
+        )
+    )
+    return (
+        Channel("position", "m", (3,), "of the shaft's centre of mass"),
+        Channel("tilt", "rad", (2,), "of the shaft about x and y", (ABOUT,)),
+        Channel("velocity", "m/s", (3,), "of the shaft's centre of mass"),
+        Channel("tilt_rate", "rad/s", (2,), "of the shaft about x and y, its spin left out", (ABOUT,)),
+        Channel("shaft_angle", "rad", (), "about +z, not wrapped"),
+        Channel("shaft_speed", "rad/s", (), "about +z"),
+        Channel("ring_offset", "m", (2, 3), "of each inner ring's centre from where it is as made", (BEARING, "axis")),
+        Channel("bearing_force", "N", (2, 3), "of each bearing on the shaft", (BEARING, "axis")),
+        Channel("bearing_moment", "N m", (2, 2), "of each on the shaft, about its ring's centre", (BEARING, ABOUT)),
+        Channel("orbit_angle", "rad", (2,), "azimuth of ball 0 of each bearing, not wrapped", (BEARING,)),
+        *of_balls,
+        Channel("kinetic_energy", "J", (), "of the shaft, its spin left out"),
+        Channel("potential_energy", "J", (), "of the shaft's weight"),
+        Channel("elastic_energy", "J", (), "stored in all contacts"),
+        Channel("load_work", "J", (), "of loads and unbalances on the shaft since the start, its weight left out"),
+        Channel("bearing_work", "J", (), "of the shaft on both bearings since the start, without what is dissipated"),
+        Channel("cage_work", "J", (), "of both cages on the balls that they lead round, since the start"),
+        Channel("dissipated", "J", (), "in viscous contacts since the start"),
+        Channel("gross_work", "J", (), "of loads and bearings, that of each step counted by its size"),
+    )
+
+
+def contacts_of(parameters: ShaftScene) -> tuple[Contacts, Contacts]:
+    """Room for the contacts of both bearings."""
+    return tuple(empty_contacts(getattr(parameters, side).geometry.balls) for side in SIDES)
+
+
+@inlined
+def _write_bearing(seat, own, at, b, row):
+    """Force and moment on the shaft by bearing b, in the shaft's axes."""
+    s = seat.facing
+    for i in range(3):
+        turn = s if i == 2 else 1.0
+        row[at + 6 + 3 * b + i] = -turn * own.load[i]
+    row[at + 12 + 2 * b], row[at + 13 + 2 * b] = -s * own.load[3], -s * own.load[4]
+
+
+@kernel
+def write_row(system, time, state, gross, contacts, row):
+    """Writes all channels of a state (STATE,) at `time` [s], side by side in their order.
+
+    Returns the greatest squeeze or contact angle of a ball over its limit.
+    """
+    rotor, drive, begin, balls, moment = system
+    angle, speed = turned_to(drive, begin, time)
+    for i in range(COORDINATES):
+        row[i], row[COORDINATES + i] = state[i], state[RATE + i]
+        moment.ahead[i] = state[i] + rotor.relaxation_time * state[RATE + i]
+    row[10], row[11] = angle, speed
+    kinetic = potential = elastic = 0.0
+    for i in range(COORDINATES):
+        kinetic += 0.5 * (rotor.mass if i < 3 else rotor.transverse) * state[RATE + i] ** 2
+        potential -= rotor.weight[i] * state[i]
+    shaft_loads(rotor, angle, speed, state[:COORDINATES], balls, moment.load, moment.stiffness)
+    for b in range(2):
+        seat, own, found = rotor.seats[b], balls[b], contacts[b]
+        write_contacts(seat.setting, own.directions, own.ring, own.place, found)
+        power = seat.setting.inner.law.power + 1.0
+        for k in range(len(own.place)):
+            for side in range(2):
+                elastic += found.load[k, side] * max(found.approach[k, side], 0.0) / power
+        row[12 + 3 * b], row[13 + 3 * b] = own.ring[0], own.ring[1]
+        row[14 + 3 * b] = seat.facing * (own.ring[2] - seat.middle)
+        row[28 + b] = seat.first + seat.ratio * angle
+    shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
+    at, worst = HEAD, 0.0
+    for b in range(2):
+        seat, own, found = rotor.seats[b], balls[b], contacts[b]
+        _write_bearing(seat, own, 12, b, row)
+        write_contacts(seat.setting, own.directions, own.ring, own.place, found)
+        n = len(own.place)
+        for k in range(n):
+            if found.load[k, 0] > 0.0 and found.load[k, 1] > 0.0:
+                squeeze = found.approach[k, 0] + found.approach[k, 1]
+                worst = max(worst, squeeze / (GREATEST_SQUEEZE * 2.0 * seat.setting.ball_radius))
+            for side in range(2):
+                loaded = found.load[k, side] > 0.0
+                row[at + 2 * k + side] = found.load[k, side]
+                row[at + 2 * (n + k) + side] = found.angle[k, side] if loaded else 0.0
+                worst = max(worst, abs(row[at + 2 * (n + k) + side]) / GREATEST_ANGLE)
+        at += 4 * n
+    row[at], row[at + 1], row[at + 2] = kinetic, potential, elastic
+    row[at + 3], row[at + 4] = state[LOAD_WORK], state[BEARING_WORK]
+    row[at + 5], row[at + 6], row[at + 7] = state[CAGE_WORK], state[DISSIPATED], gross
+    return worst

@@ -1,0 +1,106 @@
+"""A rigid shaft on two bearings: YAML keys, units, defaults and limits."""
+# ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
+
+from dataclasses import dataclass
+
+from bearing_twin import tables
+from bearing_twin.kinds.bearing.clearance import Fits, Temperatures
+from bearing_twin.kinds.bearing.drive import SpeedChange
+from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geometry, GivenRatings, Materials
+from bearing_twin.kinds.sections import PointElastic, RunSettings, Wanted, Watched, point_laws
+from bearing_twin.parameters import choice, quantity, section
+
+SIDES = ("left", "right")
+SETTLED, EQUILIBRIUM = "settled", "equilibrium"
+LOADS = (("place", "m"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
+UNBALANCES = (("place", "m"), ("mass times radius", "kg m"), ("angle", "rad"))
+
+
+@dataclass(frozen=True)
+class RigidShaft:
+    """The shaft and all that turns with it; places along z count from its centre of mass."""
+
+    mass: float = quantity(0.5, "kg", "of the shaft and what turns with it", above=0.0)
+    inertia: tuple[float, float] = quantity(
+        (1e-3, 2e-4), "kg m^2", "about a diameter through the centre of mass, and about the axis", above=0.0
+    )
+    loads: tuple = tables.table(LOADS, "constant loads: where, force and moment", over_time=False)
+    unbalances: tuple = tables.table(
+        UNBALANCES, "where, mass times its distance from the axis, its azimuth when the run starts", over_time=False
+    )
+    start: str = choice(
+        SETTLED,
+        (SETTLED, EQUILIBRIUM),
+        "equilibrium = at rest under the constant loads; settled = there, with the linear response to the unbalances",
+    )
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """One bearing, its inner ring on the shaft, its outer ring in a housing at rest."""
+
+    place: float = quantity(0.0, "m", "of the inner ring's centre along z, from the shaft's centre of mass")
+    facing: int = quantity(
+        1, "1", "1 or -1: the ring is loaded by a push of the shaft along +z, or turned round", at_least=-1, at_most=1
+    )
+    offset: float = quantity(
+        0.0,
+        "m",
+        "of the outer ring along +z; from the middle, of an angular contact bearing from where the balls just touch",
+    )
+    ball_angle: float = quantity(0.0, "rad", "azimuth of ball 0 from +x when the run starts")
+    geometry: Geometry = section(Geometry)
+    fits: Fits = section(Fits)
+    temperatures: Temperatures = section(Temperatures)
+    ratings: GivenRatings = section(GivenRatings)
+    materials: Materials = section(Materials)
+
+
+@dataclass(frozen=True)
+class ShaftContact(PointElastic):
+    """The laws of all contacts of balls and raceways."""
+
+    normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = hertz, exact where it reaches")
+    relaxation_time: float = quantity(
+        RELAXATION_TIME,
+        "s",
+        "viscous part: a bearing's load is that of where its ring would be so much later; "
+        "no source: 1 us damps a radial mode of 2 kHz by 0.7 % of critical",
+        at_least=0.0,
+        at_most=1e-4,
+    )
+
+
+@dataclass(frozen=True)
+class ShaftDrive:
+    """What turns the shaft about its axis."""
+
+    speed: float = quantity(183.26, "rad/s", "speed of the shaft about +z")
+    acceleration: float = quantity(2000.0, "rad/s^2", "rate at which a changed speed is approached", above=0.0)
+    change: SpeedChange = section(SpeedChange)
+
+
+@dataclass(frozen=True)
+class WantedOfShaft(Wanted):
+    """What is wanted of a shaft."""
+
+    tolerance: float = quantity(
+        1e-3, "1", "wanted error of every ball's load, over the greatest", at_least=1e-9, at_most=0.1
+    )
+
+
+@dataclass(frozen=True)
+class ShaftScene:
+    """A rigid shaft on two ball bearings whose balls are in balance at every instant."""
+
+    shaft: RigidShaft = section(RigidShaft)
+    left: Mounted = section(Mounted, default=Mounted(place=-0.05, facing=1, offset=-10e-6))
+    right: Mounted = section(Mounted, default=Mounted(place=0.05, facing=-1, offset=10e-6))
+    contact: ShaftContact = section(ShaftContact)
+    drive: ShaftDrive = section(ShaftDrive)
+    gravity: tuple[float, float, float] = quantity(
+        (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
+    )
+    solver: Watched = section(Watched)
+    wanted: WantedOfShaft = section(WantedOfShaft)
+    run: RunSettings = section(RunSettings, default=RunSettings(0.5, 2000.0, 100.0))

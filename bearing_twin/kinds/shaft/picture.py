@@ -1,0 +1,135 @@
+"""The picture of a shaft on two bearings: loads of all balls, orbits, motion, natural frequencies over speed."""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bearing_twin.kinds.shaft.modes import matrices_of, modes_at, modes_of
+from bearing_twin.kinds.shaft.parameters import SIDES
+from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
+from bearing_twin.pictures.run import RunPicture
+from bearing_twin.pictures.style import BALL_COLOURS, RACEWAY_COLOURS, STYLE, ball_line, frame, heading, scaled
+
+SPEEDS, BEYOND = 121, 1.25  # of the panel of natural frequencies: speeds, and times the greatest of what it shows
+LEAST = 0.5  # of the first mode's frequency: how fast the shaft turns at the panel's end, at least
+FORWARD, BACKWARD = 0.55, 0.45  # shares of whirl above and below which a mode is one way
+
+
+class ShaftPicture(RunPicture):
+    """The picture of one run, from all its outputs."""
+
+    def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
+        """Fills the figure with panels."""
+        grid = figure.add_gridspec(
+            2, 3, left=0.055, right=0.985, top=0.875, bottom=0.105, hspace=0.42, wspace=0.26, height_ratios=(1.0, 0.9)
+        )
+        parameters = self._facts.scene.parameters
+        for k, side in enumerate(SIDES):
+            _draw_loads(figure.add_subplot(grid[0, k], projection="polar"), values, side, k)
+        _draw_orbits(figure.add_subplot(grid[0, 2]), values)
+        _draw_motion(figure.add_subplot(grid[1, 0]), values)
+        _draw_forces(figure.add_subplot(grid[1, 1]), values)
+        _draw_frequencies(figure.add_subplot(grid[1, 2]), parameters, self._facts.law)
+
+
+def _draw_loads(axis, values, side, k):
+    """Loads on both raceways of each ball at the last output; the arrow is the shaft's push on the bearing."""
+    load, first = values[f"{side}_normal_load"][-1], values["orbit_angle"][-1, k]
+    azimuth = first + 2.0 * np.pi * np.arange(len(load)) / len(load)
+    width = 2.0 * np.pi / len(load)
+    for race, (name, colour, shift) in enumerate(zip(("inner", "outer"), RACEWAY_COLOURS, (-0.18, 0.18), strict=True)):
+        axis.bar(azimuth + shift * width, load[:, race], 0.34 * width, color=colour, label=f"{name} raceway")
+    greatest = float(load.max()) or 1.0
+    axis.set_ylim(0.0, 1.12 * greatest)
+    push = -values["bearing_force"][-1, k]
+    size = float(np.hypot(push[0], push[1]))
+    if size > 1e-3 * greatest:
+        direction = math.atan2(push[1], push[0])
+        look = {"arrowstyle": "-|>", "lw": 2.5, "color": STYLE["ink"], "mutation_scale": 18}
+        axis.annotate("", (direction, 0.75 * greatest), (direction, 0.0), arrowprops=look, zorder=5)
+    axis.set_facecolor(STYLE["panel"])
+    axis.grid(True, color="white", linewidth=1.2)
+    axis.spines["polar"].set_color(STYLE["edge"])
+    axis.tick_params(labelsize=10, labelcolor=STYLE["ink"])
+    words = f"{side.capitalize()}: ball loads at the end [N]"
+    heading(axis, words, pad=22)
+    axis.text(
+        -0.12, -0.17, f"pushed by {size:.4g} N across, {push[2]:.4g} N along", transform=axis.transAxes, fontsize=10.5,
+        color=STYLE["ink"],
+    )  # fmt: skip
+    if k == 0:
+        axis.legend(frameon=False, fontsize=10, loc="upper left", bbox_to_anchor=(0.92, 0.06))
+
+
+def _draw_orbits(axis, values):
+    """The ways of the rings' centres in the second half of the run, about their means."""
+    frame(axis)
+    offset = values["ring_offset"][len(values["time"]) // 2 :, :, :2]
+    offset = offset - offset.mean(axis=0)
+    factor, unit = scaled(offset, "m")
+    for k, side in enumerate(SIDES):
+        axis.plot(*(factor * offset[:, k]).T, color=BALL_COLOURS[k], linewidth=1.4, label=f"{side} bearing")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.legend(frameon=False, fontsize=10.5, loc="best")
+    heading(axis, "Orbits of both rings about their means", f"x [{unit}]", f"y [{unit}]")
+
+
+def _draw_motion(axis, values):
+    frame(axis)
+    factor, unit = scaled(values["position"], "m")
+    for k, name in enumerate("xyz"):
+        axis.plot(values["time"], factor * values["position"][:, k], lw=1.5, **ball_line(k), label=name)
+    axis.margins(x=0.0)
+    axis.legend(frameon=False, fontsize=10.5, loc="best", ncol=3)
+    heading(axis, "Displacement of the centre of mass", "time [s]", f"displacement [{unit}]")
+
+
+def _draw_forces(axis, values):
+    """Radial and axial force of each bearing."""
+    frame(axis)
+    force = values["bearing_force"]
+    for k, side in enumerate(SIDES):
+        across = np.hypot(force[:, k, 0], force[:, k, 1])
+        axis.plot(values["time"], across, lw=1.5, color=BALL_COLOURS[k], label=f"{side}, across")
+        along = np.abs(force[:, k, 2])
+        axis.plot(values["time"], along, lw=1.5, ls="--", color=BALL_COLOURS[k], label=f"{side}, along")
+    axis.margins(x=0.0)
+    axis.set_ylim(bottom=0.0)
+    axis.legend(frameon=False, fontsize=10.5, loc="best", ncol=2)
+    heading(axis, "Force of each bearing on the shaft", "time [s]", "force [N]")
+
+
+def _draw_frequencies(axis, parameters, law):
+    """Natural frequencies over speed, as stiff as in balance at the run's speed, and the line of one swing a turn."""
+    frame(axis)
+    found, critical = modes_of(parameters, law)
+    speed = parameters.drive.speed
+    matrices = matrices_of(rotor_of(parameters, law), balance_of(parameters, law, float(speed)).stiffness)
+    ends = [abs(speed), LEAST * 2.0 * math.pi * found.frequencies[0], *critical[:1]]
+    speeds = np.linspace(0.0, BEYOND * max(ends), SPEEDS)
+    rows = [modes_at(matrices, one) for one in speeds]
+    rpm = speeds * 30.0 / math.pi
+    for k in range(min(len(row.frequencies) for row in rows)):
+        shares = np.array([row.forward[k] for row in rows])
+        curve = np.array([row.frequencies[k] for row in rows])
+        for place, (words, which) in enumerate(_ways(shares)):
+            axis.plot(rpm, np.where(which, curve, np.nan), lw=2.0, color=BALL_COLOURS[place], label=words)
+    axis.plot(rpm, speeds / (2.0 * math.pi), "--", lw=1.5, color=STYLE["ink"], label="one swing a turn")
+    axis.axvline(abs(speed) * 30.0 / math.pi, color=STYLE["soft"], lw=1.2)
+    for one in critical:
+        if one <= speeds[-1]:
+            axis.plot(one * 30.0 / math.pi, one / (2.0 * math.pi), "o", ms=8, color=BALL_COLOURS[5])
+    axis.margins(x=0.0)
+    axis.locator_params(axis="x", nbins=6)
+    axis.set_ylim(0.0, BEYOND * max(row.frequencies[-1] for row in (rows[0], rows[-1])))
+    handles = dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
+    axis.legend(handles.values(), handles.keys(), frameon=False, fontsize=10, loc="upper left", ncol=2)
+    heading(axis, "Natural frequencies over speed; dots: critical", "speed of the shaft [rpm]", "frequency [Hz]")
+
+
+def _ways(shares):
+    """(words, which of the speeds) of a mode that whirls forward, backward, or neither."""
+    yield "forward", shares > FORWARD
+    yield "backward", shares < BACKWARD
+    yield "in a line or axial", (shares >= BACKWARD) & (shares <= FORWARD)

@@ -1,0 +1,263 @@
+"""The shaft's equations of motion: what its bearings and what else acts do to it, with the derivatives.
+
+    m x'' = F,   I_t theta_x'' + I_p w theta_y' = M_x,   I_t theta_y'' - I_p w theta_x' = M_y
+
+x (3,) is the centre of mass, theta_x and theta_y tilts to first order, w the speed about the axis; what changes w turns
+the shaft about its own axis. The inner ring of a bearing at the place a, facing s, stands in its own frame at
+(x + a theta_y, y - a theta_x, s z + middle, s theta_x, s theta_y); its loads come back through the transpose. A viscous
+contact makes a bearing's load that of where the ring would be a relaxation time T later: K (q + T q').
+
+The balls go round as prescribed, so that their cage does work. A bearing with its balls turned with the ring looks as
+before, so that its energy changes with the balls' azimuth by y F_x - x F_y + theta_y M_x - theta_x M_y.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.quasi_static.chunk import at_speed, place_balls
+from bearing_twin.kinds.bearing.quasi_static.forces import Setting
+from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
+
+RATE = COORDINATES  # where the rates stand in a state, behind the coordinates
+MOVING = 2 * COORDINATES
+LOAD_WORK, BEARING_WORK, DISSIPATED, CAGE_WORK, STATE = range(MOVING, MOVING + 5)
+"""Works since the start [J]: of loads and unbalances on the shaft, of the shaft on its bearings without what they
+dissipate, that, and of both cages."""
+
+
+class Seat(NamedTuple):
+    """One bearing on the shaft: its balance, place [m], side it faces, `middle` [m] along its own axis.
+
+    `first` [rad] is the azimuth of ball 0 at the start, `ratio` the orbit's speed over the shaft's, `gravity` (3,) in
+    the bearing's own frame.
+    """
+
+    setting: Setting
+    place: float
+    facing: float
+    middle: float
+    first: float
+    ratio: float
+    gravity: tuple
+
+
+class Rotor(NamedTuple):
+    """Everything the equations of motion need (SI): `weight` and `steady` loads (5,), `unbalances` (n, 3)."""
+
+    seats: tuple
+    mass: float
+    transverse: float
+    polar: float
+    relaxation_time: float
+    weight: np.ndarray
+    steady: np.ndarray
+    unbalances: np.ndarray
+
+
+class Balls(NamedTuple):
+    """The balls of one bearing at work: directions and weights (N, 2), balances (N, PLACES); its ring and loads.
+
+    `row` (5,) is room.
+    """
+
+    directions: np.ndarray
+    weight: np.ndarray
+    place: np.ndarray
+    ring: np.ndarray
+    load: np.ndarray
+    stiffness: np.ndarray
+    row: np.ndarray
+
+
+class Moment(NamedTuple):
+    """What the bearings do at one moment: `load` (5,) from outside that holds the shaft against them, `stiffness`.
+
+    `outer` (5,) are the loads on the shaft but its weight, `turning` (2,) its angle and speed. The rest is room.
+    """
+
+    load: np.ndarray
+    stiffness: np.ndarray
+    outer: np.ndarray
+    turning: np.ndarray
+    ahead: np.ndarray
+    work: np.ndarray
+
+
+def new_balls(count: int) -> Balls:
+    """Room for so many balls, whose balances begin from nothing."""
+    shapes = (count, 2), (count, 2), (count, PLACES), (5,), (5,), (5, 5), (5,)
+    balls = Balls(*(np.zeros(shape) for shape in shapes))
+    balls.place[:] = np.nan
+    return balls
+
+
+def new_moment() -> Moment:
+    """Room for one moment."""
+    return Moment(*(np.zeros(shape) for shape in ((5,), (5, 5), (5,), (2,), (5,), (5,))))
+
+
+@inlined
+def turned_to(drive, begin, time):
+    """(angle, speed) of a shaft that turns by `drive` since `begin` [s]."""
+    passed = time - begin
+    angle = drive.angle + (drive.speed + 0.5 * drive.acceleration * passed) * passed
+    return angle, drive.speed + drive.acceleration * passed
+
+
+@inlined
+def ring_at(seat, q, ring):
+    """The inner ring of a bearing in its own frame (5,), the shaft at `q` (5,)."""
+    ring[0], ring[1] = q[0] + seat.place * q[4], q[1] - seat.place * q[3]
+    ring[2] = seat.facing * q[2] + seat.middle
+    ring[3], ring[4] = seat.facing * q[3], seat.facing * q[4]
+
+
+@inlined
+def _add_loads(seat, load, total):
+    """Adds loads (5,) on a ring, in its own frame, to those on the shaft."""
+    total[0] += load[0]
+    total[1] += load[1]
+    total[2] += seat.facing * load[2]
+    total[3] += seat.facing * load[3] - seat.place * load[1]
+    total[4] += seat.facing * load[4] + seat.place * load[0]
+
+
+@inlined
+def _add_stiffness(seat, stiffness, total):
+    """Adds T^t K T, row by row: first the columns of the shaft's coordinates, then the rows of its loads."""
+    a, s = seat.place, seat.facing
+    for i in range(COORDINATES):
+        row = stiffness[i]
+        by = (row[0], row[1], s * row[2], s * row[3] - a * row[1], s * row[4] + a * row[0])
+        for j in range(COORDINATES):
+            if i < 2:
+                total[i, j] += by[j]
+                arm = a if i == 0 else -a
+                total[4 - i, j] += arm * by[j]
+            else:
+                total[i, j] += s * by[j]
+
+
+@kernel
+def shaft_loads(rotor, angle, speed, q, balls, load, stiffness):
+    """External load (5,) [N, N m] that holds the shaft at `q` against its bearings, and its derivative; its scale.
+
+    The shaft has turned by `angle` [rad] and turns at `speed`; `balls` (two `Balls`) are left as they are there.
+    """
+    load[:] = 0.0
+    stiffness[:] = 0.0
+    scale = 0.0
+    for b in range(2):
+        seat, own = rotor.seats[b], balls[b]
+        setting = at_speed(seat.setting, speed)
+        place_balls(setting, seat.gravity, seat.first + seat.ratio * angle, own.directions, own.weight)
+        ring_at(seat, q, own.ring)
+        scale += ring_loads(setting, own.directions, own.ring, own.place, own.weight, own.load, own.stiffness)
+        _add_loads(seat, own.load, load)
+        _add_stiffness(seat, own.stiffness, stiffness)
+    return scale
+
+
+@kernel
+def outer_loads(rotor, angle, speed, acceleration, out):
+    """Loads (5,) on the shaft but its weight: constant ones, and m e (w^2 + w' across) of each unbalance."""
+    for i in range(COORDINATES):
+        out[i] = rotor.steady[i]
+    for n in range(len(rotor.unbalances)):
+        place, size, azimuth = rotor.unbalances[n, 0], rotor.unbalances[n, 1], rotor.unbalances[n, 2]
+        cosine, sine = math.cos(angle + azimuth), math.sin(angle + azimuth)
+        x = size * (speed * speed * cosine + acceleration * sine)
+        y = size * (speed * speed * sine - acceleration * cosine)
+        out[0] += x
+        out[1] += y
+        out[3] -= place * y
+        out[4] += place * x
+
+
+@inlined
+def _cage_load(ring, load):
+    return ring[1] * load[0] - ring[0] * load[1] + ring[4] * load[3] - ring[3] * load[4]
+
+
+@kernel
+def rates(system, time, state, slopes):
+    """The slopes (STATE,) of a state at `time` [s]; `system` is (rotor, drive, begin of it, balls, moment)."""
+    rotor, drive, begin, balls, moment = system
+    angle, speed = turned_to(drive, begin, time)
+    moment.turning[0], moment.turning[1] = angle, speed
+    for i in range(COORDINATES):
+        moment.ahead[i] = state[i] + rotor.relaxation_time * state[RATE + i]
+    shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
+    outer_loads(rotor, angle, speed, drive.acceleration, moment.outer)
+    spin = rotor.polar * speed
+    outer = given = viscous = 0.0
+    for i in range(COORDINATES):
+        rate = state[RATE + i]
+        slopes[i] = rate
+        inertia = rotor.mass if i < 3 else rotor.transverse
+        force = moment.outer[i] + rotor.weight[i] - moment.load[i]
+        if i == 3:
+            force -= spin * state[RATE + 4]
+        elif i == 4:
+            force += spin * state[RATE + 3]
+        slopes[RATE + i] = force / inertia
+        outer += moment.outer[i] * rate
+        given += moment.load[i] * rate
+        for j in range(COORDINATES):
+            viscous += rotor.relaxation_time * rate * moment.stiffness[i, j] * state[RATE + j]
+    slopes[LOAD_WORK], slopes[BEARING_WORK], slopes[DISSIPATED] = outer, given - viscous, viscous
+    slopes[CAGE_WORK] = 0.0
+    for b in range(2):
+        orbit = rotor.seats[b].ratio * speed
+        slopes[CAGE_WORK] += orbit * _cage_load(balls[b].ring, balls[b].load)
+
+
+@kernel
+def jacobian(system, state, matrix):
+    """Derivatives (STATE, MOVING) of the slopes that `rates` has just given, exact but for K's own in what is lost."""
+    rotor, _, _, balls, moment = system
+    matrix[:] = 0.0
+    late, k = rotor.relaxation_time, moment.stiffness
+    for i in range(COORDINATES):
+        matrix[i, RATE + i] = 1.0
+        inertia = rotor.mass if i < 3 else rotor.transverse
+        for j in range(COORDINATES):
+            matrix[RATE + i, j] = -k[i, j] / inertia
+            matrix[RATE + i, RATE + j] = -late * k[i, j] / inertia
+        matrix[LOAD_WORK, RATE + i] = moment.outer[i]
+        by_place = lost = 0.0
+        for j in range(COORDINATES):
+            rate = state[RATE + j]
+            by_place += k[j, i] * rate
+            lost += late * (k[i, j] + k[j, i]) * rate
+        matrix[BEARING_WORK, i] = by_place
+        matrix[BEARING_WORK, RATE + i] = moment.load[i] + late * by_place - lost
+        matrix[DISSIPATED, RATE + i] = lost
+    spin = rotor.polar * moment.turning[1] / rotor.transverse
+    matrix[RATE + 3, RATE + 4] -= spin
+    matrix[RATE + 4, RATE + 3] += spin
+    for b in range(2):
+        orbit = rotor.seats[b].ratio * moment.turning[1]
+        _cage_row(rotor.seats[b], balls[b], moment.work)
+        for i in range(COORDINATES):
+            matrix[CAGE_WORK, i] += orbit * moment.work[i]
+            matrix[CAGE_WORK, RATE + i] += late * orbit * moment.work[i]
+
+
+@inlined
+def _cage_row(seat, own, out):
+    """Derivatives (5,) of a cage's load, as of `_cage_load`, by the shaft's coordinates."""
+    ring, load, row = own.ring, own.load, own.row
+    row[0], row[1], row[2], row[3], row[4] = -load[1], load[0], 0.0, -load[4], load[3]
+    for i in range(COORDINATES):
+        for j in range(COORDINATES):
+            if i == 0 or i == 3:
+                row[j] += own.stiffness[i, j] * ring[i + 1]
+            elif i == 1 or i == 4:
+                row[j] -= own.stiffness[i, j] * ring[i - 1]
+    out[:] = 0.0
+    _add_loads(seat, row, out)

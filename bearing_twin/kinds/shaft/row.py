@@ -1,0 +1,24 @@
+"""The row of a shaft on two bearings in the table of kinds."""
+
+from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.rows import parts_in
+from bearing_twin.kinds.shaft.parameters import ShaftScene
+
+HERE = "bearing_twin.kinds.shaft"
+
+SHAFT = Kind(
+    name="shaft",
+    help="a rigid shaft with mass and unbalance on two ball bearings whose balls are in balance at every instant",
+    home=HERE,
+    parameters=ShaftScene,
+    brief=True,
+    frame="shaft_link",
+    **parts_in(
+        HERE,
+        motion="motion:motion",
+        completed="derived:completed",
+        figures="figures:ShaftFigures",
+        doubt="doubt:ShaftDoubt",
+        picture="picture:ShaftPicture",
+    ),
+)

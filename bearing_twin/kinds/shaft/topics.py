@@ -1,0 +1,125 @@
+"""The topics of a shaft on two bearings: wrenches, pose, frames and markers, as fields of messages.
+
+They take many outputs at once, with one row an output in front of every array.
+"""
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.loads import ring_attitude
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, STEEL, marker
+from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
+from bearing_twin.kinds.shaft.row import SHAFT
+from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics
+from bearing_twin.kinds.urdf import Solid, cylinder
+from bearing_twin.sample import Sample, Wrench
+
+FRAME = SHAFT.frame
+BODY = "shaft"
+BEARINGS = tuple(f"{side}_bearing" for side in SIDES)
+WIDE, BEYOND = 2.0, 0.3  # width of a bearing in ball diameters, ends of the shaft in distances of the bearings
+ARROW = 0.5  # longest arrow, in distances of the bearings
+
+
+def topics(parameters: ShaftScene) -> tuple[Topic, ...]:
+    """The topics of a shaft."""
+    texts = {BODY: "on the shaft, by both bearings, about its centre of mass; weight and loads are not in it"}
+    texts |= {
+        name: f"on the shaft, by the {side} bearing, about the centre of its inner ring"
+        for side, name in zip(SIDES, BEARINGS, strict=True)
+    }
+    return (
+        *body_topics(FRAME, wrenches, origins, texts, solids, together=True),
+        Topic(
+            "shaft/pose", POSE, PUBLISH, pose, "centre of mass and attitude of the shaft, tilted and turned", FRAME,
+            together=True,
+        ),
+        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "shaft, bearings and their forces to look at", FRAME),
+    )  # fmt: skip
+
+
+def ring_centres(parameters: ShaftScene, sample: Sample) -> np.ndarray:
+    """Centres (..., 2, 3) [m] of the inner rings, left and right, from the middle of the shaft as made."""
+    places = np.array([[0.0, 0.0, getattr(parameters, side).place] for side in SIDES])
+    return sample["ring_offset"] + places
+
+
+def origins(parameters: ShaftScene, sample: Sample) -> dict[str, np.ndarray]:
+    """Where the frames of the bodies have their origins [m]: the centre of mass, and the centres of the inner rings."""
+    centres = ring_centres(parameters, sample)
+    return {BODY: sample["position"], **{name: centres[..., k, :] for k, name in enumerate(BEARINGS)}}
+
+
+def wrenches(parameters: ShaftScene, sample: Sample) -> list[Wrench]:
+    """The wrench of both bearings on the shaft about its centre of mass, then those of each about its ring's centre."""
+    force, moment = sample["bearing_force"], np.zeros(sample["bearing_force"].shape)
+    moment[..., :2] = sample["bearing_moment"]
+    arms = ring_centres(parameters, sample) - sample["position"][..., None, :]
+    # To first order, as the shaft's motion has it: along the axis the arms alone count.
+    arms[..., :2] = 0.0
+    whole = Wrench(
+        BODY, "bearings", "centre of mass", BODY, force.sum(axis=-2), (moment + np.cross(arms, force)).sum(axis=-2)
+    )
+    rows = [
+        Wrench(BODY, name, "ring centre", name, force[..., k, :], moment[..., k, :]) for k, name in enumerate(BEARINGS)
+    ]
+    return [whole, *rows]
+
+
+def ring_sizes(mounted: Mounted) -> tuple[float, float, float]:
+    """Radii [m] of the shaft in a bearing and of its outside, and its width, as they are drawn."""
+    ball, pitch = mounted.geometry.ball_diameter, mounted.geometry.pitch_diameter
+    return max(0.5 * pitch - 0.9 * ball, 0.1 * pitch), 0.5 * pitch + 0.9 * ball, WIDE * ball
+
+
+def sizes(parameters: ShaftScene) -> tuple[float, float, float]:
+    """Radius [m] of the shaft as it is drawn, and where it begins and ends along z."""
+    mounted = [getattr(parameters, side) for side in SIDES]
+    places = [one.place for one in mounted] + [row[0] for row in parameters.shaft.loads + parameters.shaft.unbalances]
+    beyond = BEYOND * (mounted[1].place - mounted[0].place)
+    return min(ring_sizes(one)[0] for one in mounted), min(places) - beyond, max(places) + beyond
+
+
+def solids(parameters: ShaftScene) -> dict[str, list[Solid]]:
+    """The bodies for `robot_description`."""
+    radius, low, high = sizes(parameters)
+    found = {BODY: [cylinder(radius, high - low, STEEL)._replace(center=(0.0, 0.0, 0.5 * (low + high)))]}
+    for side, name in zip(SIDES, BEARINGS, strict=True):
+        _, outside, wide = ring_sizes(getattr(parameters, side))
+        found[name] = [cylinder(outside, wide, GLASS)]
+    return found
+
+
+def pose(output: Output) -> dict:
+    """geometry_msgs/PoseStamped of the shaft."""
+    sample = output.sample
+    attitude = ring_attitude(sample["tilt"], sample["shaft_angle"])
+    return {"pose": {"position": sample["position"], "orientation": attitude}}
+
+
+def marker_fields(output: Output) -> dict:
+    """visualization_msgs/MarkerArray: the shaft with a line on it, both bearings, and their forces on the shaft."""
+    parameters, sample = output.parameters, output.sample
+    radius, low, high = sizes(parameters)
+    attitude = ring_attitude(sample["tilt"], sample["shaft_angle"])
+    tilted = ring_attitude(sample["tilt"], np.zeros(()))
+    position, centres = sample["position"], output.once(ring_centres)
+    along = np.array([sample["tilt"][1], -sample["tilt"][0], 1.0])
+    middle = position + 0.5 * (low + high) * along
+    force = sample["bearing_force"]
+    longest = ARROW * (centres[1, 2] - centres[0, 2]) / max(float(np.linalg.norm(force, axis=-1).max()), 1e-9)
+    arrows = np.stack([centres - longest * force, centres], axis=1)
+    rings = []
+    for k, side in enumerate(SIDES):
+        _, outside, wide = ring_sizes(getattr(parameters, side))
+        place = (0.0, 0.0, getattr(parameters, side).place)
+        rings.append(marker("bearings", k, CYLINDER, (2.0 * outside, 2.0 * outside, wide), GLASS, place))
+    line = [(1.02 * radius, 0.0, low), (1.02 * radius, 0.0, high)]
+    return {
+        "markers": [
+            marker("shaft", 0, CYLINDER, (2.0 * radius, 2.0 * radius, high - low), STEEL, middle, tilted),
+            marker("shaft", 1, LINE_LIST, (0.1 * radius, 0.0, 0.0), BLUE, position, attitude, points=line),
+            *rings,
+            marker("forces", 0, LINE_LIST, (0.1 * radius, 0.0, 0.0), RED, points=arrows),
+        ]
+    }

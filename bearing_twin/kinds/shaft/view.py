@@ -1,0 +1,129 @@
+"""The view of a shaft on two bearings: both in section, forces of the bearings, curves of motion and loads."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from bearing_twin.kinds.shaft.outputs import channels as channels_of
+from bearing_twin.kinds.shaft.parameters import SIDES
+from bearing_twin.kinds.shaft.topics import ARROW, ring_centres, ring_sizes, sizes
+from bearing_twin.kinds.views import (
+    DARK,
+    ORANGE,
+    STEEL,
+    Arrows,
+    Enlarged,
+    Line,
+    Look,
+    Panel,
+    Solid,
+    View,
+    curves,
+    picked,
+)
+from bearing_twin.sample import Channel
+
+REACH = 0.15  # of the shaft's radius: greatest drawn displacement
+TAKEN = (
+    *("position", "tilt", "bearing_force", "shaft_speed", *(f"{side}_normal_load" for side in SIDES)),
+    *("kinetic_energy", "elastic_energy", "load_work", "bearing_work", "dissipated"),
+)
+
+
+def view(facts, channels) -> View:
+    """z along the shaft; everything stands in `shaft_link`."""
+    parameters = facts.scene.parameters
+    radius, low, high = sizes(parameters)
+    distance = parameters.right.place - parameters.left.place
+    series = (
+        *picked(channels, TAKEN),
+        Channel("turn", "1", (2,), "cosine and sine of the shaft's angle"),
+        Channel("centres", "m", (2, 3), "of the inner rings"),
+    )
+    return View(
+        series=series,
+        rows=lambda sample: _rows(parameters, sample),
+        panels=_panels(parameters),
+        solids=(
+            Solid(
+                "shaft",
+                "shaft",
+                {"turned": {"strokes": _rod(radius, low, high)}},
+                STEEL,
+                deviation="position",
+                turn="turn",
+                tilt="tilt",
+                marked=True,
+            ),
+            *(
+                Solid(
+                    f"{side}_bearing",
+                    f"{side} bearing",
+                    {"turned": {"strokes": _housing(getattr(parameters, side))}},
+                    DARK,
+                    opacity=0.5,
+                )
+                for side in SIDES
+            ),
+        ),
+        marks=(
+            Arrows(
+                "forces", "force on the shaft", "N", "bearing_force", ARROW * distance, (ORANGE,), point="centres"
+            ),
+        ),
+        look=Look(0.6 * (high - low), (1.0, 0.35, 0.35), middle=(0.0, 0.0, 0.5 * (low + high))),
+        enlarged=Enlarged("displacement of the shaft", ("position",), REACH * radius),
+        words="The shaft is drawn as wide as its bearings' bores; its displacement is enlarged, and its tilt as much.",
+        axes=True,
+    )  # fmt: skip
+
+
+def _panels(parameters) -> tuple[Panel, ...]:
+    axes = tuple("xyz")
+    return (
+        Panel("Centre of mass", "m", tuple(Line("position", one, k, k) for k, one in enumerate(axes))),
+        curves("Tilt", "rad", ("tilt", "about x", 0), ("tilt", "about y", 1)),
+        *(
+            Panel(
+                f"Force of the {side} bearing on the shaft",
+                "N",
+                tuple(Line("bearing_force", one, 3 * b + k, k) for k, one in enumerate(axes)),
+            )
+            for b, side in enumerate(SIDES)
+        ),
+        *(_balls(parameters, side) for side in SIDES),
+        curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
+        curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
+        curves(
+            "Work since the start",
+            "J",
+            ("load_work", "of loads and unbalances"),
+            ("bearing_work", "on the bearings"),
+            ("dissipated", "lost to damping"),
+        ),
+    )
+
+
+def _balls(parameters, side: str) -> Panel:
+    """Loads on the inner raceway."""
+    [channel] = picked(channels_of(parameters), (f"{side}_normal_load",))
+    lines = tuple(Line(channel.name, f"ball {k}", 2 * k, k, k) for k in range(min(channel.shape[0], 32)))
+    return Panel(f"Load on each ball, {side} bearing, inner raceway", "N", lines)
+
+
+def _rows(parameters, sample) -> dict[str, np.ndarray]:
+    angle = sample["shaft_angle"]
+    turn = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return {name: sample[name] for name in TAKEN} | {"turn": turn, "centres": ring_centres(parameters, sample)}
+
+
+def _rod(radius: float, low: float, high: float) -> list[list[tuple[float, float]]]:
+    return [[(0.0, low), (radius, low)], [(radius, low), (radius, high)], [(radius, high), (0.0, high)]]
+
+
+def _housing(mounted) -> list[list[tuple[float, float]]]:
+    """The section (radius, z) of a ring around the shaft at its place."""
+    inner, outer, wide = ring_sizes(mounted)
+    low, high, inside = mounted.place - 0.5 * wide, mounted.place + 0.5 * wide, 0.5 * (inner + outer)
+    corners = [(inside, low), (outer, low), (outer, high), (inside, high), (inside, low)]
+    return [list(pair) for pair in pairwise(corners)]
