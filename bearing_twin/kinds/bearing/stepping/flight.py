@@ -19,8 +19,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
     get,
     put,
 )
+from bearing_twin.numerics.steppers import NOTHING
 
-NOTHING = 1e-12  # share of a chunk that is too short for a step
 LONGEST_FLIGHT = 5e-5  # s, of a step that begins in flight: a bounce takes about as long
 
 

@@ -46,12 +46,7 @@ from bearing_twin.kinds.bearing.stepping.lanes import rosenbrock_step
 from bearing_twin.kinds.bearing.stepping.pointing import note_error, point_out
 from bearing_twin.kinds.bearing.stepping.step_ends import dense_ends, dense_terms
 from bearing_twin.kinds.bearing.stepping.steps import (
-    JACOBIANS,
     LANDED,
-    LEAST_STEP,
-    RATES,
-    REJECTIONS,
-    STEPS,
     changes_contact,
     check_ball,
     give_out,
@@ -60,8 +55,8 @@ from bearing_twin.kinds.bearing.stepping.steps import (
 )
 from bearing_twin.kinds.bearing.stepping.walls import meet_walls, note_closing
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
-from bearing_twin.numerics.steppers import Rosenbrock, next_step
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, REJECTIONS, STALLED, STEPS, STOPPED
+from bearing_twin.numerics.steppers import LEAST_STEP, Rosenbrock, next_step
 
 RUNNING = IDLE = -1  # status of a ball that has not reached the chunk's end; number of the ball in a lane without one
 
@@ -207,7 +202,7 @@ def _judge(task, coupling, ball, count, dense, results, blocks):
         if ball[place] == IDLE:
             continue
         results.counts[JACOBIANS] += 1
-        results.counts[RATES] += len(task.method.alpha)
+        results.counts[EVALUATIONS] += len(task.method.alpha)
         if task.method.lands and get(lanes, ERROR, k) <= 1.0:
             put(lanes, SHARE, k, _lane_landing(task.bearing, task.method.dense, lanes, k, dense))
     _agree(coupling, SHARE, True, count, blocks)
