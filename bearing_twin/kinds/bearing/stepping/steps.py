@@ -30,6 +30,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_quaternion,
 )
 from bearing_twin.numerics.events import halved
+from bearing_twin.numerics.rosenbrock import interpolate
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import rosenbrock_dense
@@ -39,7 +40,6 @@ from bearing_twin.numerics.steppers import rosenbrock_dense
 TURNING_FROM, TURNING = TANGENTIAL_VELOCITY, SPIN + 3 - TANGENTIAL_VELOCITY
 HALFWAY, HALFWAY_DISTANCE, INSTANT_TURNED, INSTANT, INSTANT_ROWS = COLUMNS + np.cumsum((0, TURNING, 1, 4, 1))
 TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
-LANDED = 0.95  # share of a step: a contact that changes later in it is as good as at its end
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
 
 FAILURES = {
@@ -129,15 +129,6 @@ def new_dense_step():
         between=np.zeros(COLUMNS),
         lanes=new_lanes(INSTANT_ROWS),
     )
-
-
-@kernel
-def interpolate(dense, fraction, out):
-    """The state (COLUMNS,) at `fraction` of a dense step."""
-    for column in range(COLUMNS):
-        out[column] = rosenbrock_dense(
-            fraction, dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
-        )
 
 
 @inlined
