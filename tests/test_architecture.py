@@ -86,7 +86,7 @@ REQUIRED = (
     *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
 )
 
-ACCESSORS, GREATEST_PRODUCTS = "kinds/bearing/forces/layout.py", 20
+ACCESSORS, GREATEST_PRODUCTS = ("numerics/lanes.py", "kinds/bearing/forces/layout.py"), 20
 GREATEST_FILE, GREATEST_FUNCTION = 300, 60
 LONG_FILES = {  # path below bearing_twin/: why it is longer
     "kinds/bearing/forces/equations.py": "reads top to bottom like the paper's section",
@@ -285,11 +285,11 @@ def test_files_and_functions_are_short_or_have_a_reason():
 
 
 def test_rows_of_lanes_are_reached_by_name():
-    """Products with LANES outside the module of the accessors: literal offsets into the lanes."""
+    """Products with LANES outside the modules of accessors and rows: literal offsets into the lanes."""
     product = re.compile(r"\* LANES|LANES \*")
     texts = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in SOURCES}
     found = {name: len(product.findall(text)) for name, text in texts.items() if product.search(text)}
-    assert found.pop(ACCESSORS) > 0
+    assert all(found.pop(name) > 0 for name in ACCESSORS)
     assert sum(found.values()) <= GREATEST_PRODUCTS, found
 
 

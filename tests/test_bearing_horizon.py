@@ -21,8 +21,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
-from bearing_twin.kinds.bearing.stepping.steps import STEPS
 from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.numerics.statuses import STEPS
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate

@@ -29,8 +29,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.kinds.bearing.stepping.border import new_border
 from bearing_twin.kinds.bearing.stepping.step_ends import LEAST_FELT, weigh_light
-from bearing_twin.kinds.bearing.stepping.steps import REJECTIONS, STEPS
 from bearing_twin.kinds.bearing.watched import BEYOND, WatchedMotion
+from bearing_twin.numerics.statuses import REJECTIONS, STEPS
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

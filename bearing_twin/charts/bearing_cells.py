@@ -24,8 +24,8 @@ from bearing_twin.kinds.bearing.outputs import empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.stepping.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.stepping.integrate import REFERENCE_SHARE, SCIPY
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.stepping.steps import RATES, Results
-from bearing_twin.numerics.statuses import OK
+from bearing_twin.kinds.bearing.stepping.steps import Results
+from bearing_twin.numerics.statuses import EVALUATIONS, OK
 from bearing_twin.numerics.steppers import RungeKutta
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
@@ -221,7 +221,7 @@ def _by_euler(motion, case, setting):
     what = motion.bearing, motion.drive, near, case.times, float(case.times[-1]), setting, motion.scales
     if explicit_chunk(EULER, *what, state, motion.orientation, motion.steps, results) != OK:
         raise IntegrationError(f"not finite, or through a raceway, at {failure[0]:.3g} s")
-    return _given_out(motion, case, states), counts[RATES]
+    return _given_out(motion, case, states), counts[EVALUATIONS]
 
 
 NAIVE = {

@@ -1,8 +1,7 @@
 """Explicit Runge-Kutta steps, their control and what lies inside them, for any system whose state is a row of numbers.
 
 A kind hands over functions; they and these are compiled into the kind's own kernels, so that nothing is called through
-a pointer and the code is kept. The balls of a bearing, whose slopes come for all lanes at once, have the loop of
-`kinds/bearing/stepping/explicit.py` instead: the same methods, the same `next_step`.
+a pointer and the code is kept. Balls of a bearing, whose slopes come for all lanes at once, are stepped by `lockstep`.
 """
 
 import math

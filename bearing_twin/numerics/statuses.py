@@ -1,4 +1,4 @@
-"""How a stretch of an integration ended: one table, so that a number means the same in every kind.
+"""How a stretch of an integration ended, and what it cost: one table, so that a number means the same in every kind.
 
 OK: all of it is done; NOT_FINITE: a state is not a number any more; TOO_DEEP: bodies have run through each other;
 STALLED: an iteration or the step control makes no progress; FULL: the arrays handed over are full; SEPARATED: the
@@ -6,3 +6,6 @@ bodies have come apart; TIME_UP: the time asked for is over and they have not; S
 """
 
 OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED = range(8)
+
+STEPS, REJECTIONS, EVALUATIONS, JACOBIANS = range(4)
+"""What a stretch cost: steps made, steps made again, right-hand sides, linearisations."""

@@ -16,6 +16,8 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 
+LEAST_STEP = 1e-15  # seconds; a shorter step means that the equations cannot be followed, and is lost in the time
+NOTHING = 1e-12  # share of a stretch that is too short for a step
 MOST_STAGES = 6  # of a method whose coefficients the kernels read; a and c have one column fewer
 
 

@@ -26,8 +26,9 @@ from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk, Instants, check, integrated
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
-from bearing_twin.kinds.bearing.stepping.steps import JACOBIANS, RATES, REJECTIONS, STEPS, Results
+from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.kinds.contract import late
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
@@ -133,7 +134,7 @@ class BearingMotion:
         return {
             "ball_steps": int(self.counts[STEPS]),
             "ball_rejections": int(self.counts[REJECTIONS]),
-            "ball_rates": int(self.counts[RATES]),
+            "ball_rates": int(self.counts[EVALUATIONS]),
             "ball_jacobians": int(self.counts[JACOBIANS]),
         }
 

@@ -38,7 +38,7 @@ from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS
 from bearing_twin.kinds.bearing.snapshots import MOVING
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.stepping.steps import STEPS
+from bearing_twin.numerics.statuses import STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 
 SHORT = 0.02  # s: the first part of a run, those after it are twice as long each, so that little is done again

@@ -9,8 +9,7 @@ from bearing_twin.kinds.bearing.companion.windows import Window
 from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_alone, write_outputs
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk, integrated
 from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
-from bearing_twin.kinds.bearing.stepping.steps import STEPS
-from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.statuses import OK, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
 
 METHOD = "rodas4"  # of the companion, whatever the run's

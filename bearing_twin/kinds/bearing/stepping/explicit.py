@@ -7,6 +7,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.forces.carried import carry_on
+from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
@@ -32,24 +33,14 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.kinds.bearing.forces.pairs import Pairs, new_pairs
 from bearing_twin.kinds.bearing.forces.rates import block_rates
-from bearing_twin.kinds.bearing.stepping.steps import (
-    LEAST_STEP,
-    RATES,
-    REJECTIONS,
-    STEPS,
-    check_all,
-    lane_spin,
-    spin_in_frame,
-)
+from bearing_twin.kinds.bearing.stepping.steps import check_all, lane_spin, spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.lockstep import Pace, advance_together
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.runge_kutta import hermite
-from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
-from bearing_twin.numerics.steppers import next_step
+from bearing_twin.numerics.statuses import EVALUATIONS, OK
+from bearing_twin.numerics.steppers import RungeKutta
 
-# Orientations need fewer steps than the contacts do; a state that cannot be right is looked for now and then and at
-# every instant given out.
-TURN_EVERY, CHECK_EVERY = 8, 64
 # Rows of what turns the balls: state and rates where they were turned last, and now; their orientation.
 BEFORE, BEFORE_RATES, NOW, NOW_RATES, TURNED_TO, TURNING_ROWS = np.cumsum((0, *(COLUMNS,) * 4, 4))
 
@@ -154,11 +145,24 @@ def _turn_since(h, room):
     _note(room, BEFORE)
 
 
+class Run(NamedTuple):
+    """What steps are made of: the method, what moves by it, the errors a step may make, and room."""
+
+    method: RungeKutta
+    adaptive: bool
+    bearing: Bearing
+    drive: RingDrive
+    scales: np.ndarray
+    counts: np.ndarray
+    room: LaneRoom
+
+
 @inlined
-def _slopes(method, bearing, drive, time, h, first, room):
-    """The slopes from `first` on of a step from `room.y`; the last of all is that at its end."""
+def _one_step(run, time, h, begun):
+    """A step of all balls from `room.y`; the last slope of the one before is its first where it has `begun`."""
+    method, room = run.method, run.room
     stages = len(method.nodes)
-    for stage in range(first, stages + 1):
+    for stage in range(1 if begun else 0, stages + 1):
         moment = time + h
         if stage == stages:
             _combine(room.y, h, method.weights, stages, room.k, room.lanes)
@@ -166,73 +170,48 @@ def _slopes(method, bearing, drive, time, h, first, room):
             moment = time + method.nodes[stage] * h
             if stage > 0:
                 _combine(room.y, h, method.a[stage], stage, room.k, room.lanes)
-        block_rates(bearing, drive, room.pairs, moment, room.lanes)
+        block_rates(run.bearing, run.drive, room.pairs, moment, room.lanes)
         for block in range(len(room.lanes)):
             for i in range(STATE_SPAN):
                 room.k[stage, block, i] = get(room.lanes[block], LANE_RATES, i)
+    run.counts[EVALUATIONS] += stages * run.bearing.balls
+    # Without an estimate the error is 0: `check_all` finds what is not finite.
+    if run.adaptive:
+        return _greatest_error(method.error, h, run.bearing.balls, run.scales, room.k, room.errors)
+    return 0.0
 
 
 @inlined
-def _move_on(stages, room):
-    """Takes the end of a step as the start of the next."""
+def _move_on(run, fresh):
+    room, stages = run.room, len(run.method.nodes)
+    if fresh:
+        _note(room, BEFORE)
     for block in range(len(room.y)):
         for i in range(STATE_SPAN):
             room.y[block, i] = room.lanes[block, i]
             room.k[0, block, i] = room.k[stages, block, i]
+    for block in range(len(room.y)):
+        carry_on(run.bearing, room.y[block], AXIS_DISTANCE, room.lanes[block])
+
+
+@inlined
+def _turn(run, seconds, step, steps):
+    _turn_since(seconds, run.room)
+
+
+@inlined
+def _keep(run, state, orientation):
+    from_blocks(run.room.y, AXIS_DISTANCE, state)
+    from_blocks(run.room.turning, TURNED_TO, orientation)
 
 
 @lean_kernel
-def _advance(
-    method, adaptive, bearing, drive, times, duration, greatest_step, scales, state, orientation, steps, results, room
-):
+def _advance(run, pace, times, duration, state, orientation, results):
     """`explicit_chunk` in the room it has made."""
-    stages, balls, counts = len(method.nodes), bearing.balls, results.counts
-    time, wanted, first = 0.0, steps[0] if adaptive else greatest_step, 0
-    for instant in range(len(times) + 1):
-        goal = times[instant] if instant < len(times) else duration
-        turned_at, done = time, 0
-        while goal - time > 1e-12 * duration:
-            if results.stop[0] != 0:
-                return STOPPED
-            h = (goal - time) / max(1.0, math.ceil((goal - time) / wanted - 1e-9))
-            _slopes(method, bearing, drive, time, h, first, room)
-            first = 1
-            # Without an estimate the error is 0: `check_all` finds what is not finite.
-            error = _greatest_error(method.error, h, balls, scales, room.k, room.errors) if adaptive else 0.0
-            counts[RATES] += stages * balls
-            if not error <= 1.0:
-                counts[REJECTIONS] += balls
-                wanted = next_step(h, error, method.order)
-                if wanted < LEAST_STEP:
-                    results.failure[0], results.failure[1] = time, 0
-                    return STALLED
-                continue
-            counts[STEPS] += balls
-            if adaptive:
-                wanted = next_step(h, error, method.order)
-            time = goal if goal - time - h < 1e-12 * duration else time + h
-            if done == 0:
-                _note(room, BEFORE)
-            done += 1
-            _move_on(stages, room)
-            for block in range(len(room.y)):
-                carry_on(bearing, room.y[block], AXIS_DISTANCE, room.lanes[block])
-            if done % TURN_EVERY == 0 or time == goal:
-                _turn_since(time - turned_at, room)
-                turned_at = time
-            if done % CHECK_EVERY == 0 or time == goal:
-                from_blocks(room.y, AXIS_DISTANCE, state)
-                from_blocks(room.turning, TURNED_TO, orientation)
-                status = check_all(bearing, time, state, results.failure)
-                if status != OK:
-                    return status
-        if instant < len(times):
-            from_blocks(room.y, AXIS_DISTANCE, results.states[instant])
-            from_blocks(room.turning, TURNED_TO, results.orientations[instant])
-    for ball in range(len(steps)):
-        steps[ball] = wanted
-    from_blocks(room.lanes, CARRIED_INNER, results.carried)
-    return OK
+    return advance_together(
+        _one_step, _move_on, _turn, _keep, check_all,
+        run, pace, times, duration, run.bearing.balls, state, orientation, results,
+    )  # fmt: skip
 
 
 @kernel
@@ -247,7 +226,10 @@ def explicit_chunk(
     """
     adaptive, room = np.any(method.error != 0.0), _lane_room(state, orientation, near, len(method.nodes) + 1)
     into_blocks(results.carried, room.lanes, CARRIED_INNER)
-    return _advance(
-        method, adaptive, bearing, drive, times, duration, greatest_step, scales, state, orientation, steps, results,
-        room,
-    )  # fmt: skip
+    run = Run(method, adaptive, bearing, drive, scales, results.counts, room)
+    pace = Pace(steps[0] if adaptive else greatest_step, method.order if adaptive else 0, False)
+    status, wanted = _advance(run, pace, times, duration, state, orientation, results)
+    if status == OK:
+        steps[:] = wanted
+        from_blocks(room.lanes, CARRIED_INNER, results.carried)
+    return status

@@ -14,13 +14,10 @@ from bearing_twin.kinds.bearing.forces.layout import (
     ORBIT_ANGLE,
     START,
     STEP,
-    TIME,
-    WANTED,
     get,
-    put,
 )
+from bearing_twin.numerics.rosenbrock import cut_to_end
 
-NOTHING = 1e-12  # share of a chunk that is too short for a step
 LONGEST_FLIGHT = 5e-5  # s, of a step that begins in flight: a bounce takes about as long
 
 
@@ -41,8 +38,7 @@ def cut_steps(bearing, duration, alone, blocks):
     """
     for lanes in blocks:
         for k in range(LANES):
-            wanted, left = get(lanes, STEP, k), duration - get(lanes, TIME, k)
+            wanted = get(lanes, STEP, k)
             if alone and wanted > LONGEST_FLIGHT and _flying(bearing, lanes, k):
                 wanted = LONGEST_FLIGHT
-            put(lanes, WANTED, k, wanted)
-            put(lanes, STEP, k, left if wanted >= left - NOTHING * duration else wanted)
+            cut_to_end(wanted, duration, lanes, k)

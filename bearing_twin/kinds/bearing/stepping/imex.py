@@ -6,12 +6,13 @@ midpoint rule, (I - h/2 dF/dv) dv = h F. Second order; elastic contacts limit th
 not, but slip that ought to die within a step rings instead (its factor tends to -1).
 """
 
-import math
+from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.forces.carried import carry_on
+from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     CARRIED_INNER,
@@ -39,17 +40,16 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_quaternion,
     put_vector,
 )
-from bearing_twin.kinds.bearing.forces.pairs import add_pairs, new_pairs
+from bearing_twin.kinds.bearing.forces.pairs import Pairs, add_pairs, new_pairs
 from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
 from bearing_twin.kinds.bearing.forces.resistance import lane_change, lane_resistance, rates_and_resistance
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
-from bearing_twin.kinds.bearing.stepping.steps import JACOBIANS, RATES, STEPS, check_all, lane_spin
+from bearing_twin.kinds.bearing.stepping.steps import check_all, lane_spin
 from bearing_twin.numerics.block_solve import factorise_motion, solve_motion
 from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.lockstep import Pace, advance_together
 from bearing_twin.numerics.rotation import add, minus, scaled, turned
-from bearing_twin.numerics.statuses import OK, STOPPED
-
-TURN_EVERY, CHECK_EVERY = 8, 64  # steps: orientations need fewer than the contacts do
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK
 
 
 @inlined
@@ -88,7 +88,7 @@ def _gather_spin(lanes):
 
 
 @lean_kernel
-def _turn(h, steps, blocks):
+def _turn_since(h, steps, blocks):
     """Turns the balls over the equal steps since they were turned last, by the trapezoidal mean of their spin."""
     for block in range(len(blocks)):
         lanes = blocks[block]
@@ -110,13 +110,24 @@ def _begin_turning(lanes):
         put_vector(lanes, SPIN_SUM, k, (0.0, 0.0, 0.0))
 
 
+class Run(NamedTuple):
+    """What steps are made of: what moves, and the lanes it moves in."""
+
+    bearing: Bearing
+    drive: RingDrive
+    pairs: Pairs
+    counts: np.ndarray
+    blocks: np.ndarray
+
+
 @inlined
-def _step(bearing, drive, pairs, time, h, blocks):
-    """One step; what balls do to each other is taken explicitly."""
+def _one_step(run, time, h, begun):
+    """A step, which has no estimate of its error; what balls do to each other is taken explicitly."""
+    bearing, pairs, blocks = run.bearing, run.pairs, run.blocks
     for block in range(len(blocks)):
         lanes = blocks[block]
         _drift(0.5 * h, True, lanes)
-        put_ring_speed(drive, time + 0.5 * h, lanes)
+        put_ring_speed(run.drive, time + 0.5 * h, lanes)
         put_still_ring(bearing.ring, bearing, lanes)
         rates_and_resistance(bearing.spot, bearing.ring, bearing, lanes)
     if pairs.touching:
@@ -127,39 +138,36 @@ def _step(bearing, drive, pairs, time, h, blocks):
         _drift(0.5 * h, False, lanes)
         _gather_spin(lanes)
         carry_on(bearing, lanes, AXIS_DISTANCE, lanes)
+    run.counts[EVALUATIONS] += bearing.balls
+    run.counts[JACOBIANS] += bearing.balls
+    return 0.0
+
+
+@inlined
+def _move_on(run, fresh):
+    """Nothing: a step leaves its end where the next one starts."""
+
+
+@inlined
+def _turn(run, seconds, step, steps):
+    _turn_since(step, steps, run.blocks)
+
+
+@inlined
+def _keep(run, state, orientation):
+    from_blocks(run.blocks, AXIS_DISTANCE, state)
+    from_blocks(run.blocks, ORIENTATION, orientation)
 
 
 @lean_kernel
-def _advance(bearing, drive, times, duration, greatest_step, state, orientation, results, pairs, blocks):
+def _advance(run, pace, times, duration, state, orientation, results):
     """`imex_chunk` in the room it has made."""
-    balls, counts, time = bearing.balls, results.counts, 0.0
-    for block in range(len(blocks)):
-        _begin_turning(blocks[block])
-    for instant in range(len(times) + 1):
-        goal = times[instant] if instant < len(times) else duration
-        begin, span, turned_at = time, goal - time, 0
-        steps = math.ceil(span / greatest_step - 1e-9) if span > 0.0 else 0
-        for step in range(1, steps + 1):
-            if results.stop[0] != 0:
-                return STOPPED
-            _step(bearing, drive, pairs, time, span / steps, blocks)
-            time = begin + step * (span / steps)
-            counts[STEPS] += balls
-            counts[RATES] += balls
-            counts[JACOBIANS] += balls
-            if step % TURN_EVERY == 0 or step == steps:
-                _turn(span / steps, step - turned_at, blocks)
-                turned_at = step
-            if step % CHECK_EVERY == 0 or step == steps:
-                from_blocks(blocks, AXIS_DISTANCE, state)
-                from_blocks(blocks, ORIENTATION, orientation)
-                status = check_all(bearing, time, state, results.failure)
-                if status != OK:
-                    return status
-        if instant < len(times):
-            from_blocks(blocks, AXIS_DISTANCE, results.states[instant])
-            from_blocks(blocks, ORIENTATION, results.orientations[instant])
-    return OK
+    for block in range(len(run.blocks)):
+        _begin_turning(run.blocks[block])
+    return advance_together(
+        _one_step, _move_on, _turn, _keep, check_all,
+        run, pace, times, duration, run.bearing.balls, state, orientation, results,
+    )[0]  # fmt: skip
 
 
 @kernel
@@ -169,8 +177,8 @@ def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orie
     into_blocks(state, blocks, AXIS_DISTANCE)
     into_blocks(orientation, blocks, ORIENTATION)
     into_blocks(results.carried, blocks, CARRIED_INNER)
-    what = bearing, drive, times, duration, greatest_step
-    status = _advance(*what, state, orientation, results, pairs, blocks)
+    run, pace = Run(bearing, drive, pairs, results.counts, blocks), Pace(greatest_step, 0, True)
+    status = _advance(run, pace, times, duration, state, orientation, results)
     if status == OK:
         from_blocks(blocks, CARRIED_INNER, results.carried)
     return status

@@ -17,41 +17,31 @@ from bearing_twin.kinds.bearing.forces.carried import carry_ball
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
     CARRIED_INNER,
-    COLUMNS,
-    END,
-    ERROR,
     LANES,
     ORIENTATION,
     ROSENBROCK_ROWS,
     SHAFT_ROWS,
-    SHARE,
     START,
     STEP,
     TIME,
     TURNED,
-    WANTED,
     from_lane,
     get,
     get_quaternion,
     into_lane,
     new_blocks,
-    put,
     put_quaternion,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.stepping.border import bearing_at, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.stepping.border_step import border_at, border_inside, copy_state
-from bearing_twin.kinds.bearing.stepping.flight import NOTHING, cut_steps
+from bearing_twin.kinds.bearing.stepping.flight import cut_steps
 from bearing_twin.kinds.bearing.stepping.lanes import rosenbrock_step
 from bearing_twin.kinds.bearing.stepping.pointing import note_error, point_out
-from bearing_twin.kinds.bearing.stepping.step_ends import dense_ends, dense_terms
+from bearing_twin.kinds.bearing.stepping.step_ends import dense_ends
 from bearing_twin.kinds.bearing.stepping.steps import (
-    JACOBIANS,
-    LANDED,
-    LEAST_STEP,
-    RATES,
-    REJECTIONS,
-    STEPS,
+    DenseStep,
+    Results,
     changes_contact,
     check_ball,
     give_out,
@@ -60,10 +50,9 @@ from bearing_twin.kinds.bearing.stepping.steps import (
 )
 from bearing_twin.kinds.bearing.stepping.walls import meet_walls, note_closing
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.statuses import OK, STALLED, STOPPED
-from bearing_twin.numerics.steppers import Rosenbrock, next_step
-
-RUNNING = IDLE = -1  # status of a ball that has not reached the chunk's end; number of the ball in a lane without one
+from bearing_twin.numerics.rosenbrock import IDLE, advance_lanes, dense_terms, fill_lanes
+from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.steppers import NOTHING, Rosenbrock
 
 
 class ChunkTask(NamedTuple):
@@ -77,45 +66,85 @@ class ChunkTask(NamedTuple):
     scales: np.ndarray
 
 
+class Run(NamedTuple):
+    """What a chunk is integrated with: the task, the balls' states and orientations, results, and room."""
+
+    task: ChunkTask
+    state: np.ndarray
+    orientation: np.ndarray
+    results: Results
+    dense: DenseStep
+
+
 @lean_kernel
-def _next_ball(number, state, orientation, carried, steps, duration, lanes, k):
+def _next_ball(number, state, orientation, carried, lanes, k):
     """Puts a ball at the start of the chunk into a lane."""
     into_lane(state[number], lanes, START, k)
     into_lane(carried[number], lanes, CARRIED_INNER, k)
     into_lane(orientation[number], lanes, ORIENTATION, k)
-    put(lanes, TIME, k, 0.0)
-    put(lanes, STEP, k, min(steps[number], duration))
 
 
 @inlined
-def _accept(task, number, cursor, proposed, state, orientation, steps, results, lanes, k, dense):
-    """Moves a lane to the end of its step, giving out the instants in it; returns its status and its next instant.
+def _begin(run, number, lanes, k):
+    _next_ball(number, run.state, run.orientation, run.results.carried, lanes, k)
 
-    `proposed` is its next step [s].
-    """
-    times, time, step = task.times, get(lanes, TIME, k), get(lanes, STEP, k)
-    note_error(results.pointer, number, cursor, lanes, k)
-    moment = time + step
-    finished = moment >= task.duration * (1.0 - NOTHING)
-    until = math.inf if finished else moment  # at the end of the chunk no instant is lost to rounding
-    if cursor < len(times) and times[cursor] <= until:
+
+@inlined
+def _cut(run, coupling, blocks):
+    """Cuts the coming steps; returns the least to go on with [s]."""
+    task = run.task
+    cut_steps(task.bearing, task.duration, len(coupling) == 0, blocks)
+    return meet_walls(task.bearing.pockets, task.bearing, coupling, task.scales, blocks)
+
+
+@inlined
+def _one_step(run, coupling, blocks):
+    rosenbrock_step(run.task, coupling, blocks)
+    point_out(coupling, run.results.pointer, blocks)
+
+
+@inlined
+def _landing(run, lanes, k):
+    return _lane_landing(run.task.bearing, run.task.method.dense, lanes, k, run.dense)
+
+
+@lean_kernel
+def _lane_landing(bearing, weights, lanes, k, dense):
+    """Share of a lane's step after which a contact has just begun or ended; 1 where none does."""
+    dense_ends(lanes, k, dense)
+    if not changes_contact(bearing, dense.start, dense.end):
+        return 1.0
+    dense_terms(weights, lanes, k, dense)
+    return landing(bearing, dense)
+
+
+@inlined
+def _give_out(run, number, cursor, until, lanes, k):
+    """Notes what a ball's step errs by and gives out the instants in it; returns the next one."""
+    task, dense = run.task, run.dense
+    note_error(run.results.pointer, number, cursor, lanes, k)
+    if cursor < len(task.times) and task.times[cursor] <= until:
         dense_ends(lanes, k, dense)
         dense_terms(task.method.dense, lanes, k, dense)
-        cursor = give_out(times, cursor, until, time, step, number, dense, results)
-    for column in range(COLUMNS):
-        put(lanes, START + column, k, get(lanes, END + column, k))
+        time, step = get(lanes, TIME, k), get(lanes, STEP, k)
+        return give_out(task.times, cursor, until, time, step, number, dense, run.results)
+    return cursor
+
+
+@inlined
+def _accept(run, lanes, k):
     put_quaternion(lanes, ORIENTATION, k, get_quaternion(lanes, TURNED, k))
-    put(lanes, TIME, k, moment)
-    put(lanes, STEP, k, proposed)
-    carry_ball(task.bearing, lanes, START, lanes, k)
-    if not finished:
-        return RUNNING, cursor
-    # A step cut short by the end of the chunk: what it proposes counts only if it is longer.
-    steps[number] = max(get(lanes, WANTED, k), proposed)
-    from_lane(lanes, START, k, state[number])
-    from_lane(lanes, ORIENTATION, k, orientation[number])
+    carry_ball(run.task.bearing, lanes, START, lanes, k)
+
+
+@inlined
+def _end(run, coupling, number, lanes, k):
+    """Takes a ball out of its lane at the end of the chunk; returns whether its state can be right."""
+    task, results = run.task, run.results
+    from_lane(lanes, START, k, run.state[number])
+    from_lane(lanes, ORIENTATION, k, run.orientation[number])
     from_lane(lanes, CARRIED_INNER, k, results.carried[number])
-    return OK, 0
+    return _checked(_bearing_now(task.bearing.ring, coupling, task.bearing), number, run.state, task, results)
 
 
 @lean_kernel
@@ -129,7 +158,7 @@ def _checked(bearing, number, state, task, results):
 
 @lean_kernel
 def _accept_border(times, duration, cursor, numbers, lanes, borders):
-    """Moves ring and cage to the end of the step, giving out the instants in it, as `_accept` does for a ball."""
+    """Moves ring and cage to the end of the step, giving out the instants in it."""
     time, step = get(lanes, TIME, 0), get(lanes, STEP, 0)
     until = math.inf if time + step >= duration * (1.0 - NOTHING) else time + step
     while cursor < len(times) and times[cursor] <= until:
@@ -139,12 +168,12 @@ def _accept_border(times, duration, cursor, numbers, lanes, borders):
 
 
 @inlined
-def _accept_coupled(task, coupling, cursor, blocks, results):
+def _accept_all(run, coupling, cursor, blocks):
     """Moves ring and cage on where all balls will accept the step just made."""
-    if len(coupling) > 0:  # noqa: SIM102 - as in `lanes`
-        if get(blocks[0], ERROR, 0) <= 1.0 and get(blocks[0], SHARE, 0) >= LANDED:
-            _accept_border(task.times, task.duration, cursor, coupling.border.numbers, blocks[0], results.border)
-            note_closing(task.bearing.pockets, coupling, blocks)
+    task = run.task
+    if len(coupling) > 0:
+        _accept_border(task.times, task.duration, cursor, coupling.border.numbers, blocks[0], run.results.border)
+        note_closing(task.bearing.pockets, coupling, blocks)
 
 
 @lean_kernel
@@ -173,46 +202,6 @@ def _end_border(coupling, results):
         border_at(coupling.border.numbers, at.BEGIN, results.last_border)
 
 
-@lean_kernel
-def _lane_landing(bearing, weights, lanes, k, dense):
-    """Share of a lane's step after which a contact has just begun or ended; 1 where none does."""
-    dense_ends(lanes, k, dense)
-    if not changes_contact(bearing, dense.start, dense.end):
-        return 1.0
-    dense_terms(weights, lanes, k, dense)
-    return landing(bearing, dense)
-
-
-@lean_kernel
-def _agree(coupling, row, least, balls, blocks):
-    """Gives all coupled balls the least or the greatest number in a row; one that is not finite is the greatest."""
-    if len(coupling) > 0:
-        agreed = get(blocks[0], row, 0)
-        for place in range(balls):
-            value = get(blocks[place // LANES], row, place % LANES)
-            if (value < agreed) if least else not value <= agreed:
-                agreed = value
-        for place in range(len(blocks) * LANES):
-            put(blocks[place // LANES], row, place % LANES, agreed)
-
-
-@inlined
-def _judge(task, coupling, ball, count, dense, results, blocks):
-    """What each lane's step is worth: its error stands there, its share to the first landing is found."""
-    point_out(coupling, results.pointer, blocks)
-    _agree(coupling, ERROR, False, count, blocks)
-    for place in range(len(ball)):
-        lanes, k = blocks[place // LANES], place % LANES
-        put(lanes, SHARE, k, 1.0)
-        if ball[place] == IDLE:
-            continue
-        results.counts[JACOBIANS] += 1
-        results.counts[RATES] += len(task.method.alpha)
-        if task.method.lands and get(lanes, ERROR, k) <= 1.0:
-            put(lanes, SHARE, k, _lane_landing(task.bearing, task.method.dense, lanes, k, dense))
-    _agree(coupling, SHARE, True, count, blocks)
-
-
 @kernel
 def _blocks_of(coupling, balls):
     """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
@@ -222,70 +211,18 @@ def _blocks_of(coupling, balls):
 
 
 @lean_kernel
-def _begin(task, coupling, balls, state, orientation, steps, results, ball, blocks):
-    """Puts the first balls into the lanes; returns how many."""
-    running = min(len(ball), len(balls))
-    for place in range(len(ball)):
-        # A lane without a ball repeats the last one's start, as good as any.
-        number = balls[min(place, running - 1)]
-        lanes, k = blocks[place // LANES], place % LANES
-        _next_ball(number, state, orientation, results.carried, steps, task.duration, lanes, k)
-        ball[place] = number if place < running else IDLE
-    _agree(coupling, STEP, True, running, blocks)
-    _begin_border(coupling, task, balls, blocks)
-    return running
-
-
-@lean_kernel
-def _advance(task, coupling, balls, state, orientation, steps, results, ball, cursor, dense, blocks):
+def _advance(task, coupling, balls, state, orientation, steps, results, held, cursor, dense, blocks):
     """`rosenbrock_chunk` in the room it has made."""
-    method, counts = task.method, results.counts
-    running = waiting = _begin(task, coupling, balls, state, orientation, steps, results, ball, blocks)
-    proposed = judged = stepped = 0.0
-    while running > 0:
-        if results.stop[0] != 0:
-            return STOPPED
-        cut_steps(task.bearing, task.duration, len(coupling) == 0, blocks)
-        resume = meet_walls(task.bearing.pockets, task.bearing, coupling, task.scales, blocks)
-        rosenbrock_step(coupling, task.bearing, task.drive, method, task.scales, blocks)
-        _judge(task, coupling, ball, len(balls), dense, results, blocks)
-        _accept_coupled(task, coupling, cursor[0], blocks, results)
-        for place in range(len(ball)):
-            number, lanes, k = ball[place], blocks[place // LANES], place % LANES
-            if number == IDLE:
-                continue
-            error, step, share = get(lanes, ERROR, k), get(lanes, STEP, k), get(lanes, SHARE, k)
-            if error != judged or step != stepped:  # as nearly never among coupled balls, whose steps are one
-                judged, stepped, proposed = error, step, next_step(step, error, method.order)
-            if not error <= 1.0:
-                counts[REJECTIONS] += 1
-                put(lanes, STEP, k, proposed)
-                if proposed < LEAST_STEP:
-                    results.failure[0], results.failure[1] = get(lanes, TIME, k), number
-                    return STALLED
-                continue
-            if share < LANDED:
-                counts[REJECTIONS] += 1
-                put(lanes, STEP, k, step * share)
-                continue
-            counts[STEPS] += 1
-            then = max(proposed, resume)
-            given = _accept(task, number, cursor[place], then, state, orientation, steps, results, lanes, k, dense)
-            status, cursor[place] = given
-            if status == RUNNING:
-                continue
-            status = _checked(_bearing_now(task.bearing.ring, coupling, task.bearing), number, state, task, results)
-            if status != OK:
-                return status
-            if waiting < len(balls):
-                ball[place] = balls[waiting]
-                waiting += 1
-                _next_ball(ball[place], state, orientation, results.carried, steps, task.duration, lanes, k)
-            else:
-                ball[place] = IDLE
-                running -= 1
-    _end_border(coupling, results)
-    return OK
+    run, method, duration = Run(task, state, orientation, results, dense), task.method, task.duration
+    fill_lanes(_begin, run, coupling, duration, balls, steps, held, blocks)
+    _begin_border(coupling, task, balls, blocks)
+    status = advance_lanes(
+        _cut, _one_step, _landing, _accept_all, _give_out, _accept, _end, _begin,
+        run, coupling, method, duration, balls, steps, held, cursor, results, blocks,
+    )  # fmt: skip
+    if status == OK:
+        _end_border(coupling, results)
+    return status
 
 
 @kernel
@@ -295,5 +232,5 @@ def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
     `coupling` is empty for balls alone, else a `linear_system.Coupling`.
     """
     blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
-    ball = np.full(LANES * len(blocks), IDLE)
-    return _advance(task, coupling, balls, state, orientation, steps, results, ball, np.zeros_like(ball), dense, blocks)
+    held = np.full(LANES * len(blocks), IDLE)
+    return _advance(task, coupling, balls, state, orientation, steps, results, held, np.zeros_like(held), dense, blocks)

@@ -5,9 +5,9 @@ import numpy as np
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.forces.layout import COLUMNS, MOTION
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
-from bearing_twin.kinds.bearing.stepping.steps import JACOBIANS, RATES, STEPS, relative_spin
+from bearing_twin.kinds.bearing.stepping.steps import relative_spin
 from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, STEPS
 
 
 def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, orientation, results):
@@ -50,7 +50,7 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
         _turn_all(dense, method.t_old, method.t, start, orientation, orientation)
     state[:] = method.y.reshape(shape)
     results.counts[STEPS] += method.nfev // 12 * len(state)
-    results.counts[RATES] += method.nfev * len(state)
+    results.counts[EVALUATIONS] += method.nfev * len(state)
     results.counts[JACOBIANS] += method.njev * len(state)
     return OK
 

@@ -9,20 +9,15 @@ from bearing_twin.kinds.bearing.forces.layout import (
     COLUMNS,
     DRIVE_WORK,
     END,
-    FIFTH_STAGE,
-    FIRST_STAGE,
-    FOURTH_STAGE,
     GAIN,
     INVERSE_STEP,
     LANES,
     PLACES,
     POCKET,
     RING_SPEED,
-    SECOND_STAGE,
     SPIN,
     START,
     STEP,
-    THIRD_STAGE,
     TIME,
     VELOCITY,
     get,
@@ -34,20 +29,9 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.stepping.border_solve import of_cage
 from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rosenbrock import mixed_stages
 from bearing_twin.numerics.rotation import add
 from bearing_twin.numerics.steppers import five
-
-
-@inlined
-def mixed_stages(weights, lanes, column, k):
-    """The weighted sum of the earlier stages in one column; k may run on, as for `get`."""
-    return (
-        weights[0] * get(lanes, FIRST_STAGE + column, k)
-        + weights[1] * get(lanes, SECOND_STAGE + column, k)
-        + weights[2] * get(lanes, THIRD_STAGE + column, k)
-        + weights[3] * get(lanes, FOURTH_STAGE + column, k)
-        + weights[4] * get(lanes, FIFTH_STAGE + column, k)
-    )
 
 
 @inlined

@@ -7,7 +7,6 @@ from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.equations import outer_approach
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
-    COLUMNS,
     END,
     ERROR,
     HEIGHT,
@@ -19,7 +18,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SOLUTION,
     SPIN,
     START,
-    STATE_SPAN,
     STEP,
     TANGENTIAL_VELOCITY,
     TURNED,
@@ -28,14 +26,14 @@ from bearing_twin.kinds.bearing.forces.layout import (
     get,
     get_quaternion,
     get_vector,
-    increase,
     put,
     put_quaternion,
 )
 from bearing_twin.kinds.bearing.stepping.border_solve import of_cage
-from bearing_twin.kinds.bearing.stepping.stage_places import border_state, mixed_stages
+from bearing_twin.kinds.bearing.stepping.stage_places import border_state
 from bearing_twin.kinds.bearing.stepping.steps import lane_spin, spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rosenbrock import mixed_stages
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import five, rosenbrock_dense
 
@@ -76,14 +74,12 @@ def _middle_spin(third, fourth, lanes, k):
 
 @lean_kernel
 def finish_lanes(border, scales, dense, lanes):
-    """The end of the steps, the orientation there by the middle of their interpolants, and their errors.
+    """What an even cage makes of the end of steps, orientations there by the middle of interpolants, and errors.
 
     An error is the root mean square of the last stage, in units of the scales.
     """
     third, fourth, there = five(dense[0]), five(dense[1]), border_state(border, at.FINISH)
     first, second, last = _inverse(scales, 0), _inverse(scales, VELOCITY), _inverse(scales, SPIN)
-    for i in range(STATE_SPAN):
-        increase(lanes, END, i, get(lanes, SOLUTION, i))
     for k in range(LANES):
         if len(border) > 0:
             places, speeds, even, _ = there
@@ -133,12 +129,3 @@ def dense_ends(lanes, k, dense):
     from_lane(lanes, START, k, dense.start)
     from_lane(lanes, END, k, dense.end)
     from_lane(lanes, ORIENTATION, k, dense.orientation)
-
-
-@lean_kernel
-def dense_terms(weights, lanes, k, dense):
-    """Fills the two terms of one lane's interpolant by the method's dense weights."""
-    third, fourth = five(weights[0]), five(weights[1])
-    for column in range(COLUMNS):
-        dense.third[column] = mixed_stages(third, lanes, column, k)
-        dense.fourth[column] = mixed_stages(fourth, lanes, column, k)

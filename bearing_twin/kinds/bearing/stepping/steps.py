@@ -30,18 +30,16 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_quaternion,
 )
 from bearing_twin.numerics.events import halved
+from bearing_twin.numerics.rosenbrock import interpolate
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import rosenbrock_dense
 
-STEPS, REJECTIONS, RATES, JACOBIANS = range(4)
 # Rows of instants inside a step: their states from 0 on, half way to them the columns from TURNING_FROM on and the
 # distance from the axis, the orientation, the share of the step.
 TURNING_FROM, TURNING = TANGENTIAL_VELOCITY, SPIN + 3 - TANGENTIAL_VELOCITY
 HALFWAY, HALFWAY_DISTANCE, INSTANT_TURNED, INSTANT, INSTANT_ROWS = COLUMNS + np.cumsum((0, TURNING, 1, 4, 1))
-LEAST_STEP = 1e-15  # seconds; a shorter step means that the equations cannot be followed, and is lost in the time
 TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
-LANDED = 0.95  # share of a step: a contact that changes later in it is as good as at its end
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
 
 FAILURES = {
@@ -133,15 +131,6 @@ def new_dense_step():
     )
 
 
-@kernel
-def interpolate(dense, fraction, out):
-    """The state (COLUMNS,) at `fraction` of a dense step."""
-    for column in range(COLUMNS):
-        out[column] = rosenbrock_dense(
-            fraction, dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
-        )
-
-
 @inlined
 def _same_contacts(what, share):
     bearing, dense = what
@@ -220,11 +209,11 @@ def check_ball(bearing, state, k):
     return OK
 
 
-@kernel
-def check_all(bearing, time, state, failure):
-    """`check_ball` for every ball; a failure is noted with its time and ball."""
-    for k in range(bearing.balls):
-        status = check_ball(bearing, state, k)
+@inlined
+def check_all(run, time, state, failure):
+    """`check_ball` for every ball of the `run`'s bearing; a failure is noted with its time and ball."""
+    for k in range(run.bearing.balls):
+        status = check_ball(run.bearing, state, k)
         if status != OK:
             failure[0], failure[1] = time, k
             return status

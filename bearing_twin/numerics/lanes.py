@@ -1,0 +1,195 @@
+"""Bodies side by side in lanes: the flat array they live in, how to reach its rows, and the rows that methods know.
+
+Number `row * LANES + k` of the array is what `row` holds for lane k, so that a row's LANES numbers become vector
+instructions. All rows stand in one array, because LLVM proves the rows of one array apart, while of several, of named
+tuples of arrays and of views it gives up and leaves scalar code.
+
+The accessors take k in range(LANES) for one number of one lane, or let it run on through the rows that follow, over
+STATE_SPAN numbers: a stretch of rows of all lanes at once. A body's state is COLUMNS numbers. The state at which rates
+are taken stands at 0, the rates at LANE_RATES, then up to METHOD_ROWS what the scene needs besides, then what follows
+here, and then again what the scene needs. All are constants: rows known only when a kernel runs cost it its vectors.
+"""
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.numerics.steppers import MOST_STAGES
+
+LANES = 8
+
+
+def rows(first, *heights):
+    """Where stretches of so many rows begin, then the row after the last of them.
+
+    NumPy's integers: numba compiles a function anew for every plain integer that it is handed as a constant.
+    """
+    return np.cumsum((first, *heights))
+
+
+COLUMNS = 12
+STATE_SPAN = COLUMNS * LANES  # numbers in a stretch of rows
+LANE_RATES, SCENE_ROWS = rows(COLUMNS, COLUMNS)
+METHOD_ROWS = 231
+
+# Rosenbrock methods. A stage's right-hand side and what it solves to; a step's start and end; h times the explicit
+# change of the rates with time; 1 / h in every row; the stages; and of each lane: time, step, h gamma, the error
+# estimated, the share of the step to its first event, the step before its cut.
+RIGHT, SOLUTION, START, END, SLOPE, INVERSE_STEP, _STAGES, TIME = rows(
+    METHOD_ROWS, *(COLUMNS,) * 6, MOST_STAGES * COLUMNS
+)
+FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
+STEP, GAIN, ERROR, SHARE, WANTED, AFTER_METHOD = rows(TIME + 1, 1, 1, 1, 1, 1)
+
+
+@inlined
+def get(lanes, row, k):
+    """The number in `row` of lane k."""
+    return lanes[row * LANES + k]
+
+
+@inlined
+def put(lanes, row, k, value):
+    """Writes the number in `row` of lane k."""
+    lanes[row * LANES + k] = value
+
+
+@inlined
+def put_from(lanes, row, i, value):
+    """`put` into a row known only when the kernel runs: an unsigned index is not looked at for its sign."""
+    lanes[np.uint64(row * LANES + i)] = value
+
+
+@inlined
+def increase(lanes, row, k, value):
+    """Adds to the number in `row` of lane k."""
+    lanes[row * LANES + k] += value
+
+
+@inlined
+def sum_of(lanes, row):
+    """The sum of the LANES numbers in a row, two and two."""
+    at = row * LANES
+    low = (lanes[at] + lanes[at + 1]) + (lanes[at + 2] + lanes[at + 3])
+    return low + ((lanes[at + 4] + lanes[at + 5]) + (lanes[at + 6] + lanes[at + 7]))
+
+
+@inlined
+def multiply_rows(lanes, first, after, factor):
+    """Multiplies the numbers in the rows from `first` on, those from `after` on not."""
+    for i in range(first * LANES, after * LANES):
+        lanes[np.uint64(i)] *= factor
+
+
+@inlined
+def clear_rows(lanes, first, after):
+    """Puts zeros into the rows from `first` on, those from `after` on not."""
+    for i in range(first * LANES, after * LANES):
+        lanes[np.uint64(i)] = 0.0
+
+
+@inlined
+def get_vector(lanes, row, k):
+    """Three rows of lane k from `row` on as a vector."""
+    return (lanes[row * LANES + k], lanes[(row + 1) * LANES + k], lanes[(row + 2) * LANES + k])
+
+
+@inlined
+def put_vector(lanes, row, k, vector):
+    """Writes a vector into three rows of lane k from `row` on."""
+    lanes[row * LANES + k] = vector[0]
+    lanes[(row + 1) * LANES + k] = vector[1]
+    lanes[(row + 2) * LANES + k] = vector[2]
+
+
+@inlined
+def put_six(lanes, row, k, numbers):
+    """Writes six numbers into six rows of lane k from `row` on."""
+    put_vector(lanes, row, k, (numbers[0], numbers[1], numbers[2]))
+    put_vector(lanes, row + 3, k, (numbers[3], numbers[4], numbers[5]))
+
+
+@inlined
+def increase_vector(lanes, row, k, vector):
+    """Adds a vector to three rows of lane k from `row` on."""
+    lanes[row * LANES + k] += vector[0]
+    lanes[(row + 1) * LANES + k] += vector[1]
+    lanes[(row + 2) * LANES + k] += vector[2]
+
+
+@inlined
+def get_quaternion(lanes, row, k):
+    """Four rows of lane k from `row` on: x, y, z, w."""
+    x, y, z = get_vector(lanes, row, k)
+    return (x, y, z, lanes[(row + 3) * LANES + k])
+
+
+@inlined
+def put_quaternion(lanes, row, k, quaternion):
+    """Writes x, y, z, w into four rows of lane k from `row` on."""
+    put_vector(lanes, row, k, quaternion)
+    lanes[(row + 3) * LANES + k] = quaternion[3]
+
+
+@inlined
+def get_block(lanes, row, k):
+    """Nine rows of lane k from `row` on as a 3 x 3 matrix."""
+    return (get_vector(lanes, row, k), get_vector(lanes, row + 3, k), get_vector(lanes, row + 6, k))
+
+
+@inlined
+def put_block(lanes, row, k, block):
+    """Writes a 3 x 3 matrix into nine rows of lane k from `row` on."""
+    put_vector(lanes, row, k, block[0])
+    put_vector(lanes, row + 3, k, block[1])
+    put_vector(lanes, row + 6, k, block[2])
+
+
+@inlined
+def put_tile_part(lanes, first, row, column, k, block):
+    """Writes the 3 x 3 part that begins at (row, column) of a 6 x 6 tile of lane k, column after column."""
+    for c in range(3):
+        at = first + (column + c) * 6 + row
+        put_vector(lanes, at, k, (block[0][c], block[1][c], block[2][c]))
+
+
+@kernel
+def into_lane(numbers, lanes, row, k):
+    """Copies a ball's numbers (n,) to n rows of lane k from `row` on."""
+    for i in range(len(numbers)):
+        lanes[(row + i) * LANES + k] = numbers[i]
+
+
+@kernel
+def from_lane(lanes, row, k, numbers):
+    """Copies n rows of lane k from `row` on to a ball's numbers (n,)."""
+    for i in range(len(numbers)):
+        numbers[i] = lanes[(row + i) * LANES + k]
+
+
+@kernel
+def into_blocks(balls, blocks, row):
+    """Copies a table (N, n), one line a ball, to rows from `row` on of blocks of LANES balls each.
+
+    Lanes left over repeat the last ball.
+    """
+    for i in range(len(blocks) * LANES):
+        into_lane(balls[min(i, len(balls) - 1)], blocks[i // LANES], row, i % LANES)
+
+
+@kernel
+def from_blocks(blocks, row, balls):
+    """The inverse of `into_blocks`."""
+    for ball in range(len(balls)):
+        from_lane(blocks[ball // LANES], row, ball % LANES, balls[ball])
+
+
+@kernel
+def new_lanes(rows):
+    """An array of so many rows of zeros."""
+    return np.zeros(rows * LANES)
+
+
+@kernel
+def new_blocks(balls, rows):
+    """Arrays of so many rows of zeros, as many as so many balls need; (blocks, rows * LANES)."""
+    return np.zeros(((balls + LANES - 1) // LANES, rows * LANES))

@@ -1,0 +1,280 @@
+"""Rosenbrock methods for bodies side by side in lanes: the stages of a step, what lies inside it, the loop of steps.
+
+A body is a block of the linear system. Bodies that nothing couples have a system each: every lane holds one body with
+its own time and step size, all lanes take one step together, each accepts or repeats its own, and a lane whose body has
+reached the end takes the next one. Bodies that a band of neighbours or a border couples take all their steps together.
+
+As in `runge_kutta` a kind hands over functions, which are compiled into its own kernel. They take its `scene` and, as
+an argument of its own, for only then Numba leaves out what no empty one has, its `coupling`: empty for bodies alone.
+"""
+
+import math
+
+from bearing_twin.compiled import inlined, kernel, template
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    END,
+    ERROR,
+    FIFTH_STAGE,
+    FIRST_STAGE,
+    FOURTH_STAGE,
+    INVERSE_STEP,
+    LANE_RATES,
+    LANES,
+    RIGHT,
+    SECOND_STAGE,
+    SHARE,
+    SLOPE,
+    SOLUTION,
+    START,
+    STATE_SPAN,
+    STEP,
+    THIRD_STAGE,
+    TIME,
+    WANTED,
+    get,
+    increase,
+    put,
+    put_from,
+)
+from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, REJECTIONS, STALLED, STEPS, STOPPED
+from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step, rosenbrock_dense
+
+IDLE = -1  # the body in a lane without one
+LANDED = 0.95  # share of a step: an event later in it is as good as at its end
+# Share of the step over which the rates' explicit change with time is taken: at 1e-3 the order fell from 4 to 2.
+SLOPE_STEP = 1e-6
+
+
+@inlined
+def mixed_stages(weights, lanes, column, k):
+    """The weighted sum of the earlier stages in one column; k may run on, as for `get`."""
+    return (
+        weights[0] * get(lanes, FIRST_STAGE + column, k)
+        + weights[1] * get(lanes, SECOND_STAGE + column, k)
+        + weights[2] * get(lanes, THIRD_STAGE + column, k)
+        + weights[3] * get(lanes, FOURTH_STAGE + column, k)
+        + weights[4] * get(lanes, FIFTH_STAGE + column, k)
+    )
+
+
+@lean_kernel
+def _keep_rates(lanes):
+    """Keeps the rates for `_take_slope`."""
+    for i in range(STATE_SPAN):
+        put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
+
+
+@lean_kernel
+def _take_slope(lanes):
+    for i in range(STATE_SPAN):
+        put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
+
+
+@lean_kernel
+def _stage_right(c, d, lanes):
+    """The right-hand side of a stage from its rates."""
+    weights = five(c)
+    for i in range(STATE_SPAN):
+        known = get(lanes, LANE_RATES, i) + d * get(lanes, SLOPE, i)
+        put(lanes, RIGHT, i, known + mixed_stages(weights, lanes, 0, i) * get(lanes, INVERSE_STEP, i))
+
+
+@lean_kernel
+def _keep_stage(stage, lanes):
+    """Stores the solution as a stage's; one that is not finite as zero, so that it cannot haunt the next attempt."""
+    row = FIRST_STAGE + stage * COLUMNS
+    for i in range(STATE_SPAN):
+        value = get(lanes, SOLUTION, i)
+        put_from(lanes, row, i, value if abs(value) < math.inf else 0.0)
+
+
+@lean_kernel
+def _take_end(lanes):
+    """The state at the end of the steps: that of the last stage and its solution."""
+    for i in range(STATE_SPAN):
+        increase(lanes, END, i, get(lanes, SOLUTION, i))
+
+
+@template
+def rosenbrock_stages(rates, linearise, solve, scene, coupling, method, varies, blocks):
+    """The stages of one step of every lane, from START to END; the last is left in SOLUTION as the error estimate.
+
+    `rates(scene, coupling, stage, alpha, blocks)` puts the states of a stage, `alpha` steps ahead, into END, of the
+    first what follows from the steps' sizes too, and fills LANE_RATES; `linearise(scene, coupling, varies, blocks)`
+    takes the Jacobian there and factorises; `solve(scene, coupling, stage, blocks)` solves RIGHT to SOLUTION. Where the
+    rates vary with time by themselves, a stage -1 lies a little after the start.
+    """
+    # One loop, so that the code of the rates is here once.
+    for stage in range(-1 if varies else 0, len(method.alpha)):
+        rates(scene, coupling, stage, method.alpha[stage] if stage >= 0 else SLOPE_STEP, blocks)
+        if stage < 0:
+            for block in range(len(blocks)):
+                _keep_rates(blocks[block])
+            continue
+        if stage == 0:
+            if varies:  # times h, as the method wants it
+                for block in range(len(blocks)):
+                    _take_slope(blocks[block])
+            linearise(scene, coupling, varies, blocks)
+        for block in range(len(blocks)):
+            _stage_right(method.c[stage], method.d[stage], blocks[block])
+        solve(scene, coupling, stage, blocks)
+        for block in range(len(blocks)):
+            _keep_stage(stage, blocks[block])
+    for block in range(len(blocks)):
+        _take_end(blocks[block])
+
+
+@lean_kernel
+def dense_terms(weights, lanes, k, dense):
+    """Fills the two terms of one lane's interpolant, `third` and `fourth`, by the method's dense weights."""
+    third, fourth = five(weights[0]), five(weights[1])
+    for column in range(COLUMNS):
+        dense.third[column] = mixed_stages(third, lanes, column, k)
+        dense.fourth[column] = mixed_stages(fourth, lanes, column, k)
+
+
+@kernel
+def interpolate(dense, fraction, out):
+    """The state (COLUMNS,) at `fraction` of a dense step."""
+    for column in range(COLUMNS):
+        out[column] = rosenbrock_dense(
+            fraction, dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
+        )
+
+
+@inlined
+def cut_to_end(wanted, duration, lanes, k):
+    """Lets a lane step what it wants [s], or to the end of the stretch of that `duration` [s], if that comes first."""
+    left = duration - get(lanes, TIME, k)
+    put(lanes, WANTED, k, wanted)
+    put(lanes, STEP, k, left if wanted >= left - NOTHING * duration else wanted)
+
+
+@lean_kernel
+def _agree(row, least, bodies, blocks):
+    """Gives all coupled bodies the least or the greatest number in a row; one that is not finite is the greatest."""
+    agreed = get(blocks[0], row, 0)
+    for place in range(bodies):
+        value = get(blocks[place // LANES], row, place % LANES)
+        if (value < agreed) if least else not value <= agreed:
+            agreed = value
+    for place in range(len(blocks) * LANES):
+        put(blocks[place // LANES], row, place % LANES, agreed)
+
+
+@inlined
+def _begin_time(step, duration, lanes, k):
+    put(lanes, TIME, k, 0.0)
+    put(lanes, STEP, k, min(step, duration))
+
+
+@inlined
+def _move_on(step, lanes, k):
+    """Takes the end of a lane's step as the start of its next, which is to be `step` [s] long."""
+    for column in range(COLUMNS):
+        put(lanes, START + column, k, get(lanes, END + column, k))
+    put(lanes, TIME, k, get(lanes, TIME, k) + get(lanes, STEP, k))
+    put(lanes, STEP, k, step)
+
+
+@template
+def fill_lanes(begin, scene, coupling, duration, bodies, steps, held, blocks):
+    """Puts the first of the numbered `bodies` into the lanes by `begin(scene, number, lanes, k)`, which fills START.
+
+    `held` (lanes,) receives their numbers or IDLE.
+    """
+    for place in range(len(held)):
+        # A lane without a body repeats the last one's start, as good as any.
+        number, lanes, k = bodies[min(place, len(bodies) - 1)], blocks[place // LANES], place % LANES
+        begin(scene, number, lanes, k)
+        _begin_time(steps[number], duration, lanes, k)
+        held[place] = number if place < len(bodies) else IDLE
+    if len(coupling) > 0:
+        _agree(STEP, True, len(bodies), blocks)
+
+
+@template
+def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held, cursor, counts, blocks):
+    """Makes a step of every lane and finds what it is worth: its error, and its share to the first event."""
+    one_step(scene, coupling, blocks)
+    if len(coupling) > 0:
+        _agree(ERROR, False, bodies, blocks)
+    for place in range(len(held)):
+        lanes, k = blocks[place // LANES], place % LANES
+        put(lanes, SHARE, k, 1.0)
+        if held[place] == IDLE:
+            continue
+        counts[JACOBIANS] += 1
+        counts[EVALUATIONS] += len(method.alpha)
+        if method.lands and get(lanes, ERROR, k) <= 1.0:
+            put(lanes, SHARE, k, landing(scene, lanes, k))
+    if len(coupling) > 0:
+        _agree(SHARE, True, bodies, blocks)
+        if get(blocks[0], ERROR, 0) <= 1.0 and get(blocks[0], SHARE, 0) >= LANDED:
+            accept_all(scene, coupling, cursor[0], blocks)
+
+
+@template
+def advance_lanes(
+    cut, one_step, landing, accept_all, give_out, accept, end, begin,
+    scene, coupling, method, duration, bodies, steps, held, cursor, results, blocks,
+):  # fmt: skip
+    """Steps the `bodies` over `duration` [s] after `fill_lanes`; returns a status. `steps` (N,) [s] are carried along.
+
+    `cut(scene, coupling, blocks)` cuts the coming steps, to the end at least (`cut_to_end`), and returns the least [s]
+    to go on with; `one_step(scene, coupling, blocks)` makes them and fills ERROR, in units of the tolerance;
+    `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene, coupling, instant, blocks)`
+    comes before the coupled are moved on. Of a lane that accepts, `give_out(scene, number, instant, until, lanes, k)`
+    writes what is wanted up to `until` [s] and returns the next instant, `accept(scene, lanes, k)` follows when START
+    is moved on, `end(scene, coupling, number, lanes, k)` returns a status at the end. `cursor` begins as zeros.
+    """
+    running = waiting = min(len(held), len(bodies))
+    proposed = judged = stepped = 0.0
+    while running > 0:
+        if results.stop[0] != 0:
+            return STOPPED
+        resume = cut(scene, coupling, blocks)
+        _judge(
+            one_step, landing, accept_all, scene, coupling, method, len(bodies), held, cursor, results.counts, blocks
+        )
+        for place in range(len(held)):
+            number, lanes, k = held[place], blocks[place // LANES], place % LANES
+            if number == IDLE:
+                continue
+            error, step, share = get(lanes, ERROR, k), get(lanes, STEP, k), get(lanes, SHARE, k)
+            if error != judged or step != stepped:  # as nearly never among coupled bodies, whose steps are one
+                judged, stepped, proposed = error, step, next_step(step, error, method.order)
+            if not error <= 1.0 or share < LANDED:
+                results.counts[REJECTIONS] += 1
+                again = step * share if error <= 1.0 else proposed
+                put(lanes, STEP, k, again)
+                if again < LEAST_STEP and not error <= 1.0:
+                    results.failure[0], results.failure[1] = get(lanes, TIME, k), number
+                    return STALLED
+                continue
+            results.counts[STEPS] += 1
+            following, moment = max(proposed, resume), get(lanes, TIME, k) + step
+            finished = moment >= duration * (1.0 - NOTHING)
+            # At the end no instant is lost to rounding.
+            cursor[place] = give_out(scene, number, cursor[place], math.inf if finished else moment, lanes, k)
+            _move_on(following, lanes, k)
+            accept(scene, lanes, k)
+            if not finished:
+                continue
+            # A step cut short by the end: what it proposes counts only if it is longer.
+            steps[number] = max(get(lanes, WANTED, k), following)
+            status = end(scene, coupling, number, lanes, k)
+            if status != OK:
+                return status
+            held[place] = bodies[waiting] if waiting < len(bodies) else IDLE
+            cursor[place] = 0
+            if waiting < len(bodies):
+                begin(scene, held[place], lanes, k)
+                _begin_time(steps[held[place]], duration, lanes, k)
+                waiting += 1
+            else:
+                running -= 1
+    return OK
