@@ -43,10 +43,15 @@ BALL = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])
 RING = np.array([*(1e-6,) * 3, *(1e-4,) * 3, *(1e-2,) * 3, *(1.0,) * 3])
 CENTRE_SCALE = 1e-6, 1e-2  # of place [m] and velocity [m/s] of a cage's centre
 POCKETS = ("cage.kind=pockets", "cage.pocket_clearance=1.0e-6")
-MOVING = (*FREE[:2], "rings.inner.free=displacement", FREE[3], *POCKETS, "cage.land_clearance=2.0e-7")
+LEVEL = (*FREE[:2], "rings.inner.free=displacement", FREE[3])  # a ring that does not tilt
+MOVING = (*LEVEL, *POCKETS, "cage.land_clearance=2.0e-7")
 CASES = {
     "ring": (*SHAFT, SUPPORT),
     "ring and pockets": (*SHAFT, *POCKETS),
+    "ring without tilt": (*LEVEL, SUPPORT),
+    "ring without tilt and pockets": (*LEVEL, *POCKETS),
+    "ring without tilt and even cage of 9 balls": (*LEVEL, "cage.kind=even", "geometry.balls=9"),
+    "ring without tilt of balls that may touch": LEVEL,
     "ring and cage guided by its land": (*MOVING, SUPPORT, "cage.guidance=inner"),
     "ring and cage guided by the outer land": (*MOVING, "cage.guidance=outer", "geometry.balls=9"),
     "ring of balls that may touch, cage guided by its land": (*MOVING, "cage.guidance=outer"),

@@ -23,7 +23,8 @@ STEP_SHARE = 0.2  # of the wanted accuracy, that one adaptive step may spend: `c
 LIGHT = 0.01  # of the greatest load
 # With these two, balls that ring and loaded rings keep their tolerance: `tests/test_error_scales.py`.
 RINGING_SHARE = 0.08  # of what a ball that rings may err by: one step of a ball that has steps of its own
-STRICTEST, LOOSEST = 0.1, 4.0  # of an error of radial velocity, over one of slip
+COMMON_SHARE = 4.0  # the same where balls step together; one ball rules their steps, and soon stops ringing
+STRICTEST, LOOSEST = 0.1, 16.0  # of an error of radial velocity, over one of slip
 
 
 def _loosest(bearing: Bearing, start: np.ndarray) -> float:
@@ -60,7 +61,7 @@ def error_scales(parameters: BearingScene, bearing: Bearing, start: np.ndarray, 
     speed = parameters.contact.friction_regularisation
     radius, pitch = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
     unit = np.array([APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3])
-    share = 1.0 if together else RINGING_SHARE
+    share = COMMON_SHARE if together else RINGING_SHARE
     ringing = share * _ringing_speed(bearing, start) / speed
     unit[RADIAL_VELOCITY] *= min(max(ringing, STRICTEST), _loosest(bearing, start) if together else 1.0)
     return STEP_SHARE * unit

@@ -39,6 +39,7 @@ from bearing_twin.kinds.bearing.rings import (
     free_coordinates,
     land_radius,
     moving_centre,
+    tilts,
 )
 from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, Partners
@@ -157,7 +158,7 @@ def partners_of(parameters: BearingScene) -> Partners:
     turned = parameters.drive.kind == TORQUE
     inertia = cage_inertia(parameters) if caged else 1.0
     return Partners(
-        ring=(1.0,) if moving else (),
+        ring=(1.0,) * ((1 if centred and not tilts(parameters) else 2) if moving else 0),
         active=moving or caged or turned,
         even=cage.kind == EVEN,
         varying=moving and ring.unbalance != 0.0,

@@ -128,6 +128,11 @@ def moving_centre(parameters) -> bool:
     return parameters.cage.guidance != CENTRED and dimension_of(parameters) == FREE_RING
 
 
+def tilts(parameters) -> bool:
+    """Whether the inner ring is tilted or may tilt."""
+    return any(parameters.drive.tilt) or any(free_coordinates(parameters)[3:])
+
+
 def land_radius(parameters) -> float:
     """Radius [m] of the land that guides the cage."""
     geometry, cage = parameters.geometry, parameters.cage

@@ -23,9 +23,17 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage import MovingPockets
-from bearing_twin.kinds.bearing.forces.ring_seat import RingMotion
+from bearing_twin.kinds.bearing.forces.ring_seat import LevelMotion, RingMotion
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
-from bearing_twin.kinds.bearing.rings import FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of, moving_centre
+from bearing_twin.kinds.bearing.rings import (
+    FREE_RING,
+    POCKETS,
+    PRESCRIBED,
+    QUASI_STATIC,
+    dimension_of,
+    moving_centre,
+    tilts,
+)
 from bearing_twin.numerics.least_squares import least_squares
 from bearing_twin.numerics.rotation import about_z
 
@@ -80,9 +88,11 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     )
 
 
-def _ring_motion(parameters: BearingScene) -> RingMotion | tuple:
+def _ring_motion(parameters: BearingScene) -> RingMotion | LevelMotion | tuple:
     """The ring's tilt and motion at the start, empty where it only spins about z."""
     tilt, dimension = tuple(map(float, parameters.drive.tilt)), dimension_of(parameters)
+    if dimension == FREE_RING and not tilts(parameters):
+        return LevelMotion((0.0, 0.0, 0.0))
     if dimension == FREE_RING or (dimension == PRESCRIBED and any(tilt)):
         return RingMotion(tilt, (0.0, 0.0, 0.0), (0.0, 0.0))
     return ()

@@ -69,8 +69,8 @@ class Bearing(NamedTuple):
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
     it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's number, and
     whether that model is evaluated in lanes (see `spot`). `offset` is the place of the inner ring's centre; `ring` is
-    empty where its axis stays z and it only spins, else its motion (`ring_seat.RingMotion`). `pockets`, empty else,
-    are those of a cage that balls bump into (`cage.Pockets`).
+    empty where its axis stays z and it only spins, else its motion (`ring_seat.RingMotion`, or `LevelMotion` where it
+    does not tilt). `pockets`, empty else, are those of a cage that balls bump into (`cage.Pockets`).
     """
 
     balls: int
@@ -205,8 +205,11 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
 
 
 @inlined
-def brought_back(axes, contact):
-    """A contact in the axes of a ring, in those of the ball's frame; `axes` are those of the `ring_seat.Seat`."""
+def brought_back(seat, contact):
+    """A contact in the axes of a ring at this `ring_seat.Seat`, in those of the ball's frame."""
+    if len(seat) == 2:
+        return contact
+    axes = seat.axes
     return RacewayContact(
         approach=contact.approach,
         approach_rate=contact.approach_rate,
@@ -240,7 +243,7 @@ def ring_contact(ring, bearing, given, place, cosine, sine, ring_speed, position
     seat = seat_of(ring, place, cosine, sine)
     offset, relative, against = seen_from(seat, position, velocity, spin)
     return brought_back(
-        seat.axes,
+        seat,
         raceway_contact(bearing, bearing.inner, given, (0.0, 0.0, 0.0), ring_speed, offset, relative, against),
     )
 
@@ -361,11 +364,15 @@ def touchable(bearing, near, k, side):
 
 @inlined
 def _put_push(ring, place, cosine, sine, position, contact, lanes, k):
-    """Writes what a ball does to a ring that may move: force, and moment about its centre, in `bearing_link`."""
+    """Writes what a ball does to a ring that may move: force, and moment about its centre where it may tilt.
+
+    In `bearing_link`.
+    """
     if len(ring) > 0:
+        put_vector(lanes, BORDER_PUSH, k, about_z(cosine, sine, scaled(-1.0, contact.force)))
+    if len(ring) > 1:
         offset = from_ring(ring, place, cosine, sine, position)
         moment = about_z(cosine, sine, add(cross(offset, contact.force), contact.torque))
-        put_vector(lanes, BORDER_PUSH, k, about_z(cosine, sine, scaled(-1.0, contact.force)))
         put(lanes, BORDER_PUSH + 3, k, -moment[0])
         put(lanes, BORDER_PUSH + 4, k, -moment[1])
 

@@ -34,7 +34,8 @@ class Answer(NamedTuple):
     """How something answers, axes of the ball's frame: matrices for a vector, rows for a number.
 
     By the ball's place, velocity and spin, by a turn of the ring about its centre and by the rate of it; by the ring's
-    place and velocity it is the opposite of `place` and `velocity`. `angle` is the answer to the orbit angle.
+    place and velocity it is the opposite of `place` and `velocity`. `angle` is the answer to the orbit angle. Where the
+    ring's axis stays z, `turn` and `rate` are empty.
     """
 
     place: tuple
@@ -71,6 +72,9 @@ def _transposed(a):
 @inlined
 def _vector_answer(seat, d, u, w, value, by_place, by_velocity, by_spin):
     """The answer of a vector `value` whose derivatives by what is seen from the ring, d, u and w, are given."""
+    if len(seat) == 2:  # of a ring whose axis stays z
+        angle = add(times(by_place, cross(UP, seat.centre)), times(by_velocity, cross(UP, seat.velocity)))
+        return Answer(by_place, by_velocity, by_spin, (), (), angle)
     axes, back = seat.axes, _transposed(seat.axes)
     velocity, spin = product(product(back, by_velocity), axes), product(product(back, by_spin), axes)
     alone = product(product(back, by_place), axes)
@@ -87,6 +91,9 @@ def _vector_answer(seat, d, u, w, value, by_place, by_velocity, by_spin):
 @inlined
 def number_answer(seat, d, u, w, by_place, by_velocity, by_spin):
     """The answer of a number."""
+    if len(seat) == 2:
+        ahead = dot(by_place, cross(UP, seat.centre)) + dot(by_velocity, cross(UP, seat.velocity))
+        return Answer(by_place, by_velocity, by_spin, (), (), ahead)
     velocity, spin = combined(by_velocity, seat.axes), combined(by_spin, seat.axes)
     place = combined(minus(by_place, cross(velocity, seat.turning)), seat.axes)
     turn = scaled(-1.0, add(cross(d, place), add(cross(u, velocity), cross(w, spin))))
@@ -103,7 +110,7 @@ def seated_gradient(ring, bearing, given, slope, place, cosine, sine, speed, pos
     offset, relative, against = seen_from(seat, position, velocity, spin)
     middle, across = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     found, by = contact_gradient(bearing, bearing.inner, given, slope, middle, across, speed, offset, relative, against)
-    contact = brought_back(seat.axes, found)
+    contact = brought_back(seat, found)
     return Seated(
         contact=contact,
         seat=seat,
@@ -158,9 +165,17 @@ def inner_gradient(ring, bearing, given, slope, place, cosine, sine, speed, posi
 
 
 @inlined
+def _rows(block):
+    """Three rows of a matrix that may be empty."""
+    if len(block) == 0:
+        return ((), (), ())
+    return block
+
+
+@inlined
 def _put_columns(lanes, row, stride, k, cosine, sine, size, answer):
     """Writes how a vector, three rows from `row` on, answers to the ring's places and velocities in fixed axes."""
-    place, turn, velocity, rate = answer.place, answer.turn, answer.velocity, answer.rate
+    place, turn, velocity, rate = answer.place, _rows(answer.turn), answer.velocity, _rows(answer.rate)
     _put_turned_row(lanes, row, k, cosine, sine, size, place[0], turn[0], velocity[0], rate[0])
     _put_turned_row(lanes, row + stride, k, cosine, sine, size, place[1], turn[1], velocity[1], rate[1])
     _put_turned_row(lanes, row + 2 * stride, k, cosine, sine, size, place[2], turn[2], velocity[2], rate[2])
@@ -170,13 +185,14 @@ def _put_columns(lanes, row, stride, k, cosine, sine, size, answer):
 def _put_turned_row(lanes, at, k, cosine, sine, size, place, turn, velocity, rate):
     """Writes one row of answers to a ball's place and velocity as answers to the ring's."""
     shift, push = about_z(cosine, sine, place), about_z(cosine, sine, velocity)
-    tilt, faster = about_z(cosine, sine, turn), about_z(cosine, sine, rate)
     put_vector(lanes, at, k, scaled(-size, shift))
     put_vector(lanes, at + PLACES, k, scaled(-size, push))
-    put(lanes, at + 3, k, size * tilt[0])
-    put(lanes, at + 4, k, size * tilt[1])
-    put(lanes, at + PLACES + 3, k, size * faster[0])
-    put(lanes, at + PLACES + 4, k, size * faster[1])
+    if len(turn) > 0:
+        tilt, faster = about_z(cosine, sine, turn), about_z(cosine, sine, rate)
+        put(lanes, at + 3, k, size * tilt[0])
+        put(lanes, at + 4, k, size * tilt[1])
+        put(lanes, at + PLACES + 3, k, size * faster[0])
+        put(lanes, at + PLACES + 4, k, size * faster[1])
 
 
 @inlined
@@ -186,8 +202,11 @@ def put_number(lanes, at, k, cosine, sine, sign, answer):
 
 
 @inlined
-def _turned(cosine, sine, block):
-    """A matrix whose answer is turned from the ball's frame into fixed axes."""
+def _reaction(cosine, sine, answer):
+    """The opposite of a matrix whose answer is turned from the ball's frame into fixed axes, which may be empty."""
+    if len(answer) == 0:
+        return ((), (), ())
+    block = negative(answer)
     return (
         minus(scaled(cosine, block[0]), scaled(sine, block[1])),
         add(scaled(sine, block[0]), scaled(cosine, block[1])),
@@ -212,9 +231,9 @@ def _put_reaction(lanes, first, all_three, k, cosine, sine, value, answer):
 
     From coordinate `first` of the border on; `value` and `answer` are in the ball's frame and on the ball.
     """
-    place, velocity = _turned(cosine, sine, negative(answer.place)), _turned(cosine, sine, negative(answer.velocity))
-    spin, turn = _turned(cosine, sine, negative(answer.spin)), _turned(cosine, sine, negative(answer.turn))
-    rate = _turned(cosine, sine, negative(answer.rate))
+    place, velocity = _reaction(cosine, sine, answer.place), _reaction(cosine, sine, answer.velocity)
+    spin = _reaction(cosine, sine, answer.spin)
+    turn, rate = _reaction(cosine, sine, answer.turn), _reaction(cosine, sine, answer.rate)
     angle = about_z(cosine, sine, scaled(-1.0, add(answer.angle, cross(UP, value))))
     _put_reaction_row(lanes, first, k, cosine, sine, place[0], turn[0], velocity[0], spin[0], rate[0], angle[0])
     _put_reaction_row(lanes, first + 1, k, cosine, sine, place[1], turn[1], velocity[1], spin[1], rate[1], angle[1])
@@ -255,5 +274,12 @@ def put_answers(bearing, found, lanes, k, cosine, sine):
     sign = math.copysign(1.0, found.contact.drive_power)
     put_number(lanes, work + 2 * stride, k, cosine, sine, sign, found.power)
     _put_reaction(lanes, 0, True, k, cosine, sine, found.contact.force, found.force)
-    value, answer = _moment(found)
-    _put_reaction(lanes, 3, False, k, cosine, sine, value, answer)
+    _put_moment(found.seat, found, lanes, k, cosine, sine)
+
+
+@inlined
+def _put_moment(seat, found, lanes, k, cosine, sine):
+    """Writes how the moment on a ring that may tilt answers; `seat` is that of what was `found`."""
+    if len(seat) > 2:
+        value, answer = _moment(found)
+        _put_reaction(lanes, 3, False, k, cosine, sine, value, answer)

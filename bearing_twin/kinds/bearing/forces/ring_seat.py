@@ -27,6 +27,19 @@ class RingMotion(NamedTuple):
     tilt_rate: tuple[float, float]
 
 
+class LevelMotion(NamedTuple):
+    """Velocity of the centre [m/s] of a ring that moves and whose axis stays z, in `bearing_link`."""
+
+    velocity: tuple[float, float, float]
+
+
+class LevelSeat(NamedTuple):
+    """Centre [m] and velocity of a ring whose axis stays z, in the frame of a ball, whose axes it shares."""
+
+    centre: tuple
+    velocity: tuple
+
+
 class Seat(NamedTuple):
     """Centre [m] and tilt [rad], velocity and angular velocity without spin, in the frame of a ball.
 
@@ -43,18 +56,21 @@ class Seat(NamedTuple):
 @inlined
 def seat_of(ring, place, cosine, sine):
     """The ring at `place` in the frame of a ball at the orbit angle of that cosine and sine."""
+    centre, velocity = about_z(cosine, -sine, place), about_z(cosine, -sine, ring.velocity)
+    if len(ring) == 1:  # a `LevelMotion`
+        return LevelSeat(centre, velocity)
     tilt = about_z(cosine, -sine, (ring.tilt[0], ring.tilt[1], 0.0))
     x, y = tilt[0], tilt[1]
     share = 1.0 / (1.0 + x * x + y * y)
     return Seat(
-        centre=about_z(cosine, -sine, place),
+        centre=centre,
         tilt=tilt,
         axes=(
             (share * (1.0 + x * x), share * x * y, -share * y),
             (share * x * y, share * (1.0 + y * y), share * x),
             (share * y, -share * x, share),
         ),
-        velocity=about_z(cosine, -sine, ring.velocity),
+        velocity=velocity,
         turning=about_z(cosine, -sine, (ring.tilt_rate[0], ring.tilt_rate[1], 0.0)),
     )
 
@@ -62,6 +78,8 @@ def seat_of(ring, place, cosine, sine):
 @inlined
 def seen_from(seat, position, velocity, spin):
     """Position, velocity and spin of a ball in the axes of the ring, against it."""
+    if len(seat) == 2:  # a `LevelSeat`
+        return minus(position, seat.centre), minus(velocity, seat.velocity), spin
     offset = times(seat.axes, minus(position, seat.centre))
     relative = minus(minus(velocity, seat.velocity), cross(seat.turning, offset))
     return offset, times(seat.axes, relative), times(seat.axes, minus(spin, seat.turning))
@@ -72,8 +90,8 @@ def from_ring(ring, place, cosine, sine, position):
     """The centre of a ball at `position` in its own frame against the ring at `place`, in the ring's axes."""
     if len(ring) == 0:
         return minus(position, about_z(cosine, -sine, place))
-    seat = seat_of(ring, place, cosine, sine)
-    return times(seat.axes, minus(position, seat.centre))
+    still = (0.0, 0.0, 0.0)
+    return seen_from(seat_of(ring, place, cosine, sine), position, still, still)[0]
 
 
 @inlined
@@ -82,6 +100,8 @@ def ring_in_lane(ring, place, lanes, k):
     if len(ring) == 0:
         return place, ring
     tilt, velocity = BORDER_MOTION + 3, BORDER_MOTION + PLACES
+    if len(ring) == 1:
+        return get_vector(lanes, BORDER_MOTION, k), LevelMotion(get_vector(lanes, velocity, k))
     return get_vector(lanes, BORDER_MOTION, k), RingMotion(
         (get(lanes, tilt, k), get(lanes, tilt + 1, k)),
         get_vector(lanes, velocity, k),
@@ -96,5 +116,7 @@ def put_still_ring(ring, bearing, lanes):
         for k in range(LANES):
             for axis in range(3):
                 put(lanes, BORDER_MOTION + axis, k, bearing.offset[axis])
+    if len(ring) > 1:
+        for k in range(LANES):
             for axis in range(2):
                 put(lanes, BORDER_MOTION + 3 + axis, k, ring.tilt[axis])

@@ -106,6 +106,14 @@ def _put_held(bearing, lanes):
             put(lanes, SHAFT_BY_BORDER + i, k, 0.0)
 
 
+@inlined
+def _brought_back(seat, vector):
+    """A vector in the axes of a ring at this seat, in those of the ball's frame."""
+    if len(seat) == 2:
+        return vector
+    return combined(vector, seat.axes)
+
+
 @lean_kernel
 def _put_seated(ring, bearing, lanes):
     """Of a ring that is tilted or moves; what balls do to it by the shaft's speed goes into SHARES."""
@@ -120,7 +128,7 @@ def _put_seated(ring, bearing, lanes):
             d, u, w,
         )  # fmt: skip
         found = _by_speed(contact, by, d, speed)
-        force, torque = combined(found.force, seat.axes), combined(found.torque, seat.axes)
+        force, torque = _brought_back(seat, found.force), _brought_back(seat, found.torque)
         _put_column(bearing, lanes, k, found, force, torque, contact.drive_power)
         by_place, by_velocity, by_spin = _moment_rows(contact, by, d, across)
         answer = number_answer(seat, d, u, w, by_place, by_velocity, by_spin)
@@ -128,10 +136,11 @@ def _put_seated(ring, bearing, lanes):
         put(lanes, SHAFT_BY_BORDER + PLACES - 1, k, 0.0)
         put(lanes, SHAFT_BY_BORDER + 2 * PLACES - 1, k, 0.0)
         put_number(lanes, SHAFT_BY_BORDER, k, cosine, sine, -1.0, answer)
-        turned = about_z(cosine, sine, add(cross(d, force), torque))
         put_vector(lanes, SHARES, k, about_z(cosine, sine, scaled(-1.0, force)))
-        put(lanes, SHARES + 3, k, -turned[0])
-        put(lanes, SHARES + 4, k, -turned[1])
+        if len(ring) > 1:
+            turned = about_z(cosine, sine, add(cross(d, force), torque))
+            put(lanes, SHARES + 3, k, -turned[0])
+            put(lanes, SHARES + 4, k, -turned[1])
 
 
 @inlined

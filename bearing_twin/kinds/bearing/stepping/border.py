@@ -44,9 +44,10 @@ from bearing_twin.kinds.bearing.forces.layout import (
     WORK_DONE,
     get,
     put,
+    ring_places,
     sum_of,
 )
-from bearing_twin.kinds.bearing.forces.ring_seat import RingMotion
+from bearing_twin.kinds.bearing.forces.ring_seat import LevelMotion, RingMotion
 from bearing_twin.numerics.lean import lean_kernel
 
 CAGE_SPEED = PLACES + CAGE
@@ -55,9 +56,10 @@ CAGE_SPEED = PLACES + CAGE
 class Partners(NamedTuple):
     """What meets all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
-    `ring` is empty where the ring is held: kernels then know the cage alone. `land` is empty where the cage stays
-    centred, else what guides it (`land.Land`). `shaft` is empty where the ring's speed is prescribed, else what a
-    torque turns (`shaft.Shaft`). `free` is 1 where a place follows its loads, else 0. `load` grows by `load_rate` a
+    `ring` is empty where the ring is held: kernels then know the cage alone. It has one number where the ring does not
+    tilt and the cage's centre stays, whose places kernels then leave out, else two. `land` is empty where the cage
+    stays centred, else what guides it (`land.Land`). `shaft` is empty where the ring's speed is prescribed, else what
+    a torque turns (`shaft.Shaft`). `free` is 1 where a place follows its loads, else 0. `load` grows by `load_rate` a
     second, in the cage's place the torque on the shaft; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead.
     `scales` (2 PLACES + 1,) are the errors a step may make, the last of the shaft's speed; `light` [m] is as
     `error_scales.light_approach` says.
@@ -123,12 +125,22 @@ def new_border(partners, count, state):
 
 
 @inlined
+def _ring_at(ring, numbers, first):
+    """The motion of a ring whose places and velocities begin at `first`."""
+    speeds = first + PLACES
+    velocity = (numbers[speeds], numbers[speeds + 1], numbers[speeds + 2])
+    if len(ring) == 1:
+        return LevelMotion(velocity)
+    rates = (numbers[speeds + 3], numbers[speeds + 4])
+    return RingMotion((numbers[first + 3], numbers[first + 4]), velocity, rates)
+
+
+@inlined
 def bearing_at(ring, bearing, border, first):
     """The bearing with its ring where the border's state from `first` on has it; `ring` is the bearing's."""
     if len(ring) == 0:
         return bearing
-    numbers, speeds = border.numbers, first + PLACES
-    tilting = 1.0 if len(border.land) == 0 else 0.0
+    numbers = border.numbers
     return Bearing(
         bearing.balls,
         bearing.ball_radius,
@@ -145,11 +157,7 @@ def bearing_at(ring, bearing, border, first):
         bearing.pair_coefficient,
         bearing.raceway_friction,
         bearing.spot,
-        RingMotion(
-            (tilting * numbers[first + 3], tilting * numbers[first + 4]),
-            (numbers[speeds], numbers[speeds + 1], numbers[speeds + 2]),
-            (tilting * numbers[speeds + 3], tilting * numbers[speeds + 4]),
-        ),
+        _ring_at(ring, numbers, first),
         bearing.pockets,
     )
 
@@ -224,6 +232,14 @@ def border_load(numbers, drive, time, i):
 
 
 @inlined
+def _push_place(numbers, i, blocks):
+    """Fills the rate of place i, and for that of its velocity what all balls do to it."""
+    numbers[at.RATES + i] = numbers[at.NOW + PLACES + i]
+    for block in range(len(blocks)):
+        numbers[at.RATES + PLACES + i] += sum_of(blocks[block], BORDER_PUSH + i)
+
+
+@inlined
 def border_rates(bearing, drive, border, time, blocks):
     """Fills the border's rates at its state `NOW`, from the pushes and rates of the balls in `blocks`."""
     numbers = border.numbers
@@ -236,20 +252,18 @@ def border_rates(bearing, drive, border, time, blocks):
         leave_out_spares(border.count, blocks, SHARES, 1)
         for block in range(len(blocks)):
             inertia += sum_of(blocks[block], SHARES)
-    first = 0 if len(border.ring) > 0 else CAGE
     for i in range(at.WIDTH):
         numbers[at.RATES + i] = 0.0
-    for i in range(first, PLACES):
-        numbers[at.RATES + i] = numbers[at.NOW + PLACES + i]
-        for block in range(len(blocks)):
-            numbers[at.RATES + PLACES + i] += sum_of(blocks[block], BORDER_PUSH + i)
-        mass = inertia if i == CAGE else numbers[at.MASS + i]
-        numbers[at.INVERSE + i] = numbers[at.FREE + i] / mass
+    for i in range(ring_places(border.ring)):
+        numbers[at.INVERSE + i] = numbers[at.FREE + i] / numbers[at.MASS + i]
+        _push_place(numbers, i, blocks)
+    numbers[at.INVERSE + CAGE] = numbers[at.FREE + CAGE] / inertia
+    _push_place(numbers, CAGE, blocks)
     if len(border.ring) > 0:
         _load_ring(drive, time, numbers)
         if len(border.land) > 0:  # here, because even a call that does nothing takes time
             add_land(border.land, drive.speed + drive.acceleration * time, numbers)
-    for i in range(first, PLACES):
+    for i in range(PLACES):
         numbers[at.RATES + PLACES + i] *= numbers[at.INVERSE + i]
     _turn_shaft(border.shaft, border.land, drive.speed, time, border.count, numbers, blocks)
 

@@ -31,12 +31,12 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TILT_X,
     TILT_Y,
     VELOCITY,
-    clear_rows,
     get,
     get_block,
     get_vector,
     put,
     put_vector,
+    ring_places,
     sum_of,
 )
 from bearing_twin.numerics import chain_solve
@@ -76,12 +76,15 @@ def border_tiles(g, border, lanes):
             _ball_column(g, lanes, RING_X, k)
             _ball_column(g, lanes, RING_Y, k)
             _ball_column(g, lanes, RING_Z, k)
-            _ball_column(g, lanes, TILT_X, k)
-            _ball_column(g, lanes, TILT_Y, k)
         for k in range(LANES):
             _border_row(g, lanes, RING_X, k)
             _border_row(g, lanes, RING_Y, k)
             _border_row(g, lanes, RING_Z, k)
+    if len(border.ring) > 1:
+        for k in range(LANES):
+            _ball_column(g, lanes, TILT_X, k)
+            _ball_column(g, lanes, TILT_Y, k)
+        for k in range(LANES):
             _border_row(g, lanes, TILT_X, k)
             _border_row(g, lanes, TILT_Y, k)
     for k in range(LANES):
@@ -138,10 +141,9 @@ def share(lanes, r, k, velocity, spin):
 
 @inlined
 def _put_shares(ring, lanes, k, velocity, spin):
-    """Writes what a ball's motion does to the border, all of it or, without a ring, the cage."""
-    if len(ring) > 0:
-        for r in range(CAGE):
-            put(lanes, SHARES + r, k, share(lanes, r, k, velocity, spin))
+    """Writes what a ball's motion does to the border."""
+    for r in range(ring_places(ring)):
+        put(lanes, SHARES + r, k, share(lanes, r, k, velocity, spin))
     put(lanes, SHARES + CAGE, k, share(lanes, CAGE, k, velocity, spin))
 
 
@@ -154,8 +156,9 @@ def _eliminate(border, lanes, c):
         put_vector(lanes, tile, k, velocity)
         put_vector(lanes, tile + 3, k, spin)
         _put_shares(ring, lanes, k, velocity, spin)
-    for r in range(PLACES):
+    for r in range(ring_places(ring)):
         border.numbers[at.CORNER + 6 * c + r] -= sum_of(lanes, SHARES + r)
+    border.numbers[at.CORNER + 6 * c + CAGE] -= sum_of(lanes, SHARES + CAGE)
 
 
 @lean_kernel
@@ -169,11 +172,11 @@ def factorise_border(g, border, blocks):
     for block in range(len(blocks)):
         lanes = blocks[block]
         border_tiles(g, border, lanes)
-        clear_rows(lanes, SHARES, SHARES + PLACES)
         if len(border.ring) > 0:
             _eliminate(border, lanes, RING_X)
             _eliminate(border, lanes, RING_Y)
             _eliminate(border, lanes, RING_Z)
+        if len(border.ring) > 1:
             _eliminate(border, lanes, TILT_X)
             _eliminate(border, lanes, TILT_Y)
         _eliminate(border, lanes, CAGE)
@@ -191,11 +194,13 @@ def of_cage(numbers):
 
 @inlined
 def mixed(ring, lanes, row, apart, k, weights):
-    """The weighted sum of six rows so far apart, of which only the last counts without a ring."""
+    """The weighted sum of six rows so far apart, without those of places that are not met (`ring_places`)."""
     last = weights[5] * get(lanes, row + 5 * apart, k)
     if len(ring) == 0:
         return last
     first = weights[0] * get(lanes, row, k) + weights[1] * get(lanes, row + apart, k)
+    if len(ring) == 1:
+        return (first + weights[2] * get(lanes, row + 2 * apart, k)) + last
     second = weights[2] * get(lanes, row + 2 * apart, k) + weights[3] * get(lanes, row + 3 * apart, k)
     return (first + second) + (weights[4] * get(lanes, row + 4 * apart, k) + last)
 

@@ -42,6 +42,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     increase_vector,
     multiply_rows,
     put,
+    ring_places,
     sum_of,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage_answers import moving_pocket_answers
@@ -91,9 +92,8 @@ def _make_even(bearing, border, lanes):
         to_cage(entry(RADIAL_VELOCITY, 0), BALL_BY_BORDER, lanes, k)
         for rate in range(AXIAL_VELOCITY, COLUMNS):
             to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
-        if len(border.ring) > 0:
-            for i in range(CAGE):
-                to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
+        for i in range(ring_places(border.ring)):
+            to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
         to_cage(BORDER_BY_BALL + CAGE * MOTION, BORDER_BY_BORDER + CAGE * stride, lanes, k)
 
 
@@ -111,10 +111,27 @@ def _own_jacobian(drive, numbers, time):
     numbers[at.OWN + 4 * 2 * PLACES + PLACES + 3] += numbers[at.INVERSE + 4] * spin
 
 
+@inlined
+def _sum_row(ring, numbers, r, lanes):
+    """Adds up how place r of the border answers, and divides it by its inertia."""
+    inverse, row = numbers[at.INVERSE + r], BORDER_BY_BALL + r * MOTION
+    multiply_rows(lanes, row, row + MOTION, inverse)
+    for c in range(ring_places(ring)):
+        _sum_entry(numbers, inverse, r, c, lanes)
+    _sum_entry(numbers, inverse, r, CAGE, lanes)
+
+
+@inlined
+def _sum_entry(numbers, inverse, r, c, lanes):
+    row, own = BORDER_BY_BORDER + r * 2 * PLACES + c, at.OWN + r * 2 * PLACES + c
+    numbers[own] += inverse * sum_of(lanes, row)
+    numbers[own + PLACES] += inverse * sum_of(lanes, row + PLACES)
+
+
 @lean_kernel
 def border_jacobian(pockets, bearing, drive, border, time, blocks):
     """How balls and border answer to each other, at the motion of the last `border_rates`, after `ring_jacobian`."""
-    numbers, stride = border.numbers, 2 * PLACES
+    numbers = border.numbers
     for block in range(len(blocks)):
         lanes = blocks[block]
         pocket_answers(pockets, bearing, lanes)
@@ -125,17 +142,10 @@ def border_jacobian(pockets, bearing, drive, border, time, blocks):
     _own_jacobian(drive, numbers, time)
     if len(border.land) > 0:
         land_answers(border.land, drive.speed + drive.acceleration * time, numbers)
-    first = 0 if len(border.ring) > 0 else CAGE
     for block in range(len(blocks)):
-        lanes = blocks[block]
-        for r in range(first, PLACES):
-            inverse = numbers[at.INVERSE + r]
-            row = BORDER_BY_BALL + r * MOTION
-            multiply_rows(lanes, row, row + MOTION, inverse)
-            for c in range(first, PLACES):
-                row, own = BORDER_BY_BORDER + r * stride + c, at.OWN + r * stride + c
-                numbers[own] += inverse * sum_of(lanes, row)
-                numbers[own + PLACES] += inverse * sum_of(lanes, row + PLACES)
+        for r in range(ring_places(border.ring)):
+            _sum_row(border.ring, numbers, r, blocks[block])
+        _sum_row(border.ring, numbers, CAGE, blocks[block])
 
 
 @inlined
@@ -177,14 +187,14 @@ def border_known(g, border, blocks):
         lanes = blocks[block]
         for k in range(LANES):
             known = get_vector(lanes, SOLUTION, k)
-            if len(ring) > 0:
-                for r in range(CAGE):
-                    put(lanes, SHARES + r, k, known_share(lanes, r, k, known))
+            for r in range(ring_places(ring)):
+                put(lanes, SHARES + r, k, known_share(lanes, r, k, known))
             put(lanes, SHARES + CAGE, k, known_share(lanes, CAGE, k, known))
             increase_vector(lanes, SOLUTION + VELOCITY, k, by_places(ring, lanes, 0, k, places))
             increase_vector(lanes, SOLUTION + SPIN, k, by_places(ring, lanes, 3, k, places))
-        for r in range(PLACES):
+        for r in range(ring_places(ring)):
             numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
+        numbers[at.SOLUTION + PLACES + CAGE] += sum_of(lanes, SHARES + CAGE)
 
 
 @inlined

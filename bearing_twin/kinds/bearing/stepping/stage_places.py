@@ -5,6 +5,7 @@ from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
+    CAGE,
     CENTRE,
     COLUMNS,
     DRIVE_WORK,
@@ -36,9 +37,9 @@ from bearing_twin.numerics.steppers import five
 
 @inlined
 def border_state(border, first):
-    """Places and velocities of a border whose state begins at `first`, whether its cage is even, its land."""
+    """Places and velocities of a border whose state begins at `first`, whether its cage is even, its land, its ring."""
     if len(border) > 0:
-        return six(border.numbers, first), six(border.numbers, first + PLACES), border.even, border.land
+        return six(border.numbers, first), six(border.numbers, first + PLACES), border.even, border.land, border.ring
     return ()
 
 
@@ -58,6 +59,16 @@ def _flat(numbers):
 
 
 @inlined
+def _put_motion(ring, lanes, row, k, numbers):
+    """Writes places or velocities of ring and cage; of a ring that does not tilt nothing of that."""
+    if len(ring) == 1:
+        put_vector(lanes, row, k, (numbers[0], numbers[1], numbers[2]))
+        put(lanes, row + CAGE, k, of_cage(numbers))
+    else:
+        put_six(lanes, row, k, numbers)
+
+
+@inlined
 def _place(border, drive, alpha, source, lanes, k):
     """Takes a ball's motion from the rows from `source` on, and what the rates need besides, `alpha` steps ahead.
 
@@ -66,13 +77,13 @@ def _place(border, drive, alpha, source, lanes, k):
     position, velocity = get_vector(lanes, source + AXIS_DISTANCE, k), get_vector(lanes, source + VELOCITY, k)
     angle, speed = position[1], velocity[1]
     if len(border) > 0:
-        places, speeds, even, land = border
+        places, speeds, even, land, ring = border
         angle = of_cage(places) + get(lanes, POCKET, k) if even else angle
         speed = of_cage(speeds) * position[0] if even else speed
         if len(land) > 0:
             places, speeds = _put_centre(lanes, k, places, speeds)
-        put_six(lanes, BORDER_MOTION, k, places)
-        put_six(lanes, BORDER_MOTION + PLACES, k, speeds)
+        _put_motion(ring, lanes, BORDER_MOTION, k, places)
+        _put_motion(ring, lanes, BORDER_MOTION + PLACES, k, speeds)
     put_vector(lanes, AXIS_DISTANCE, k, (position[0], angle, position[2]))
     put_vector(lanes, VELOCITY, k, (velocity[0], speed, velocity[2]))
     put_vector(lanes, SPIN, k, get_vector(lanes, source + SPIN, k))

@@ -82,7 +82,7 @@ def finish_lanes(border, scales, dense, lanes):
     first, second, last = _inverse(scales, 0), _inverse(scales, VELOCITY), _inverse(scales, SPIN)
     for k in range(LANES):
         if len(border) > 0:
-            places, speeds, even, _ = there
+            places, speeds, even, _, _ = there
             angle, speed = get(lanes, END + ORBIT_ANGLE, k), get(lanes, END + TANGENTIAL_VELOCITY, k)
             angle = of_cage(places) + get(lanes, POCKET, k) if even else angle
             put(lanes, END + ORBIT_ANGLE, k, angle)
