@@ -457,6 +457,15 @@ def test_a_chunk_in_which_balls_meet_is_done_again_from_its_beginning(retaken, m
     assert moving.costs()["ball_steps"] > (2.0 if retaken else 1.0) * point.steps
 
 
+@pytest.mark.parametrize(("case", "tolerance"), [("jump, six balls", 1e-2), ("loose, jump deeper", 0.1)])
+def test_what_balls_that_fly_are_off_is_found_and_mended(case, tolerance):
+    """All that a jump throws are followed; one that hops where it should roll, and comes late, is seen taking off."""
+    point = judge(case, METHOD, tolerance, 0.0)
+    assert point.kept
+    assert point.watched_steps > point.steps
+    assert point.friction_estimate > 0.1 * point.friction_error
+
+
 def test_a_ball_that_bounces_after_a_jump_names_its_horizon(monkeypatch):
     monkeypatch.setattr(bearing_watched, "RETAKEN", 0)  # done again, the run may be exact enough to have none
     jump = "drive.change.offset=[2e-6,-5e-6,1e-6]"

@@ -7,7 +7,7 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing
+from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
@@ -21,6 +21,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.stepping.pointing import POINTED, STEPS_IN
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.statuses import STEPS
 from bearing_twin.run.fidelity import choose
@@ -110,6 +111,7 @@ def a_part(**what):
         "elapsed": 1.0,
         "bearing": SimpleNamespace(ball_radius=0.003),
         "out": {"normal_load": np.ones((4, 3, 2))},
+        "pointer": np.zeros((3, 4, POINTED)),
         "states": states,
     } | what
     states = given.pop("states")
@@ -162,17 +164,38 @@ def test_a_drift_grows_while_a_ball_coasts_and_is_forgotten_where_it_is_driven()
     assert state[:, TANGENTIAL_VELOCITY] == pytest.approx([0.0, 0.014e-3, -0.014e-3])
 
 
-def test_balls_that_bounce_are_followed_from_the_beginning_of_their_part_until_they_rest():
-    """What bounces most comes first; where a part begins, alone, a ball's own state is known."""
-    load = np.ones((9, 3, 2))
+def in_flight():
+    """A part in which ball 1 touches neither raceway at two outputs, ball 0 at one; with 10 and 20 steps a cell."""
+    load, pointer = np.ones((9, 3, 2)), np.zeros((3, 9, POINTED))
     load[2, 0] = load[2:4, 1] = 0.0
-    part = {"times": 1e-3 * np.arange(1, 10), "out": {"normal_load": load}}
-    first, second = bouncing(a_part(**part))
-    assert first[1:] == (Window(1, -1, 4 + SETTLING), 1.0)
-    assert second[1:] == (Window(0, -1, 3 + SETTLING), 1.0)
-    load[8, 2] = 0.0  # at the end: as far as the part goes
-    assert bouncing(a_part(**part))[2][1].length == 9
-    assert not bouncing(a_part())
+    pointer[:, :, STEPS_IN] = np.array([[20.0], [10.0], [1.0]])
+    return {"times": 1e-3 * np.arange(1, 10), "out": {"normal_load": load}, "pointer": pointer}
+
+
+def test_balls_that_bounce_are_followed_side_by_side_from_the_beginning_of_their_part_until_the_last_rests():
+    """What bounces most comes first; where a part begins, alone, a ball's own state is known."""
+    part, met = in_flight(), np.zeros((9, 3), bool)
+    both = [Window(1, -1, 4 + SETTLING), Window(0, -1, 4 + SETTLING)]
+    assert bouncing(a_part(**part), met, set(), 1e9) == both
+    assert bouncing(a_part(**part), met, {1}, 1e9) == [Window(0, -1, 3 + SETTLING)]
+    assert bouncing(a_part(**part), met, set(), 209.0) == both[:1]  # 30 steps a cell, in seven of them
+    assert bouncing(a_part(**part), met, set(), 60.0) == []
+    met[5, 2] = True  # ball 2 meets ball 0, the next ahead
+    assert bouncing(a_part(**part), met, set(), 1e9) == both[:1]
+    part["out"]["normal_load"][8, 1] = 0.0  # at the end: as far as the part goes
+    assert bouncing(a_part(**part), met, set(), 1e9)[0].length == 9
+    assert not bouncing(a_part(), met[:4], set(), 1e9)
+
+
+def test_a_ball_that_nobody_follows_is_looked_at_where_it_takes_off():
+    part, met = in_flight(), np.zeros((9, 3), bool)
+    found = taking_off(a_part(**part), met, set(), 1e9)
+    assert [(one.ball, one.begin + one.length) for one in found] == [(1, 2), (0, 2)]  # up to the output in flight
+    assert taking_off(a_part(**part), met, {1}, 1e9) == found[1:]
+    assert taking_off(a_part(**part), met, set(), 20.0) == found[:1]
+    met[2, 0] = True
+    assert taking_off(a_part(**part), met, set(), 1e9) == []
+    assert not taking_off(a_part(), met[:4], set(), 1e9)
 
 
 def test_a_copy_that_grows_away_names_the_horizon_where_balls_met():

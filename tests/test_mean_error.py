@@ -24,6 +24,12 @@ def test_what_windows_share_does_not_fall_with_time():
     assert means_of(4 * [2e-6]).over(1e3, 1.0, 1.0) == pytest.approx(2e-6, rel=2e-3)
 
 
+def test_what_windows_share_is_their_mean_over_time():
+    mean = means_of([4e-6])
+    mean.seen[0][0] += 3e-3  # three times as long without an error
+    assert mean.over(1e9, 1.0, 1.0) == pytest.approx(1e-6, rel=1e-3)
+
+
 def test_what_is_as_often_one_way_as_the_other_falls_with_the_root_of_time():
     """A thousand windows of 1 ms fit into a second."""
     mean = means_of([2e-6, -2e-6])
@@ -51,7 +57,7 @@ def test_the_error_told_of_a_mean_torque_is_that_of_a_mean(scene, tolerance):
     """Above a tenth of the true one, and a fifth at most of what an instant was off that a window saw."""
 
     def outcome(*differs):
-        run = simulate(load_scene(scene, ("run.duration=0.1", *differs)))
+        run = simulate(load_scene(scene, ("run.duration=0.2", *differs)))
         rows = [block.records.get(WINDOW.name, np.zeros((0, len(WINDOW.columns)))) for block in run.blocks()]
         return run, np.concatenate(rows)
 

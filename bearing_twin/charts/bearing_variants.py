@@ -3,7 +3,8 @@
 Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `LATER` were
 chosen after these, and helped to find faults, as docs/doubt.md says, and so did those of `LAST`, chosen later still;
 those of `HELD` were chosen before what `LAST` showed was mended, and first run after it. So were those of `RINGS`, but
-what they gave was seen while it was.
+what they gave was seen while it was. Those of `AFTER` were chosen when what all these showed of balls in flight was
+mended, and run for the first time then: nothing was mended by them.
 """
 
 VARIANTS = {
@@ -217,14 +218,64 @@ RINGS = {
         ("drive.acceleration=4000", "drive.change={time: 0.01, speed: 70}", "rings.inner.load=[0, -800, 0]"),
     ),
 }
+AFTER = {
+    "jump, seven balls": (
+        "bearing_6203",
+        ("geometry.balls=7", "drive.change={time: 6e-3, offset: [-3e-6, -5e-6, 2e-6]}", "drive.speed=210"),
+    ),
+    "6205, jump across": (
+        "bearing_6205",
+        ("drive.change={time: 0.011, offset: [6e-6, 1e-6, 0]}", "drive.speed=130"),
+    ),
+    "loose, jump up": (
+        "bearing_6203_loose",
+        ("drive.change={time: 0.015, offset: [2e-6, 4e-6, 0]}", "drive.speed=240"),
+    ),
+    "jump, stopped at once": (
+        "bearing_6203",
+        ("drive.change={time: 7e-3, offset: [0, -4e-6, 0], speed: -120}", "drive.acceleration=2e5"),
+    ),
+    "loose, wide, 110 rad/s": (
+        "bearing_6203_loose",
+        ("geometry.radial_clearance=18e-6", "drive.offset=[3e-6, -13e-6, 0]", "drive.speed=110"),
+    ),
+    "6205, loose, soft": (
+        "bearing_6205",
+        (
+            "materials.ball.young_modulus=8e10",
+            "geometry.radial_clearance=14e-6",
+            "drive.offset=[-4e-6, -12e-6, 0]",
+            "drive.speed=270",
+        ),
+    ),
+    "loose, runs up": (
+        "bearing_6203_loose",
+        ("drive.acceleration=5000", "drive.change={time: 0.01, speed: 200}", "drive.offset=[0, -10e-6, 5e-6]"),
+    ),
+    "rest, seven balls": (
+        "bearing_6203_start",
+        ("geometry.balls=7", "drive.speed=130", "drive.offset=[1e-6, 2e-6, 0]"),
+    ),
+    "even cage, jump": ("bearing_6203", ("cage.kind=even", "drive.change={time: 0.01, offset: [0, 3e-6, 0]}")),
+    "ring, 350 N, 260 rad/s": (
+        "bearing_6203_rig_400N",
+        ("rings.inner.load=[50, -350, 20]", "drive.speed=260", "geometry.radial_clearance=3e-6"),
+    ),
+    "ring runs up, 600 N": (
+        "bearing_6203_rig_1000N",
+        ("drive.acceleration=2500", "drive.change={time: 0.02, speed: 90}", "rings.inner.load=[0, -600, 0]"),
+    ),
+    "pockets, slow": ("bearing_6203", ("cage.kind=pockets", "drive.offset=[0, -2e-6, 1e-5]", "drive.speed=120")),
+}
 SPANS = {  # s of those whose balls hit each other again and again, or that start from rest
     "loose from rest": 0.02,
     "eleven balls, loose": 0.05,
     "rest, little friction": 0.03,
+    "rest, seven balls": 0.03,
 }
 UNSEEN = {
     name: (scene, (*differs, f"run.duration={SPANS.get(name, 0.1)}"))
-    for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST | HELD | RINGS).items()
+    for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST | HELD | RINGS | AFTER).items()
 }
 GROUPS = {
     "Variants unseen": VARIANTS | FURTHER,
@@ -232,4 +283,5 @@ GROUPS = {
     "Last ones": LAST,
     "Held out": HELD,
     "Rings chosen with these": RINGS,
+    "Chosen after": AFTER,
 }

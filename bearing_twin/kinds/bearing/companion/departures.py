@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import Part
-from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window
+from bearing_twin.kinds.bearing.companion.meetings import until_met
+from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_in, window_at
 from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS, COLUMNS
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.kinds.bearing.stepping.steps import Results
 
 SETTLING = 3  # outputs for which a ball is still followed that has touched neither raceway
-UNKNOWN = 0.0  # what the motion of a ball is off, over what is allowed, where nothing pointed to it
 
 
 class Followed(NamedTuple):
@@ -34,18 +34,43 @@ def loose(part: Part, window: Window) -> bool:
     return window.ball >= 0 and bool((load.max(axis=1) == 0.0).any())
 
 
-def bouncing(part: Part) -> list[tuple[float, Window, float]]:
-    """Balls that touch neither raceway at some outputs, those that do so most first; see `Companion._follow`.
+def bouncing(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[Window]:
+    """Windows, one for all, of balls that touch neither raceway at some outputs, `but` these; see `Companion._throws`.
 
-    Each with a window from the beginning of the part, where alone its state is known, until it rests on a raceway.
+    From the beginning of the part, where alone their states are known, until the last of them rests on a raceway. Balls
+    that may have met another until then are left out; those that are longest in flight come first, as many as the run
+    took so many `steps` with.
     """
     free, outputs = part.out["normal_load"].max(axis=2) == 0.0, len(part.times)
-    if part.partners.active or not free.any():
+    if part.partners.active or not free.any() or not len(part.pointer):
         return []
-    rest = outputs - np.argmax(free[::-1], axis=0) + SETTLING
-    last = np.minimum(rest, outputs).tolist()
-    balls = np.argsort(-free.sum(axis=0), kind="stable")[: int(free.any(axis=0).sum())].tolist()
-    return [(UNKNOWN, Window(ball, -1, last[ball]), part.elapsed) for ball in balls]
+    rest = np.minimum(outputs - np.argmax(free[::-1], axis=0) + SETTLING, outputs)
+    taken: list[int] = []
+    for ball in np.argsort(-free.sum(axis=0), kind="stable")[: int(free.any(axis=0).sum())].tolist():
+        those = [*taken, ball]
+        length = int(rest[those].max())
+        apart = all(until_met(Window(one, -1, length), met).length == length for one in those)
+        if ball not in but and apart and part.pointer[those, :length, STEPS_IN].sum() <= steps:
+            taken = those
+    return [Window(ball, -1, int(rest[taken].max())) for ball in taken]
+
+
+def taking_off(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[Window]:
+    """Short windows of balls, `but` these, to where each touches neither raceway at an output for the first time.
+
+    One that is off there may fly where it should roll: nothing drives it then, and it comes late to where it next bears
+    load. The shortest, as many as the run took so many `steps` in; none of balls that may have met another.
+    """
+    free = part.out["normal_load"].max(axis=2) == 0.0
+    if part.partners.active or not free.any() or not len(part.pointer):
+        return []
+    taken, balls = part.pointer[..., STEPS_IN], np.flatnonzero(free.any(axis=0)).tolist()
+    ends = np.maximum(free.argmax(axis=0) - 1, 0).tolist()  # windows go on for an output behind their ends
+    found = [window_at(ball, ends[ball], taken[ball]) for ball in balls]
+    found = [one for one in found if one.ball not in but and until_met(one, met) == one]
+    found.sort(key=lambda one: steps_in(one, one.ball, taken))
+    spent = np.cumsum([steps_in(one, one.ball, taken) for one in found])
+    return found[: int(np.searchsorted(spent, steps, side="right"))]
 
 
 def to_the_end(part: Part, window: Window, begin: float) -> tuple[Window, float]:

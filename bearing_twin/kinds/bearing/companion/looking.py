@@ -1,0 +1,101 @@
+"""Where a part of a bearing run is worth a look, by what points to its errors and what was looked at before."""
+
+import numpy as np
+
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
+from bearing_twin.kinds.bearing.companion.meetings import as_met, copied_from, meetings
+from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS, one_for_all, pointers, spare
+from bearing_twin.kinds.bearing.companion.windows import (
+    ALL,
+    LEAST_STEPS,
+    Window,
+    overlap,
+    steps_in,
+    window_at,
+    within,
+)
+
+LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
+CANDIDATES = 16  # outputs that point most, of which windows are made
+RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
+LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
+EVENTFUL = 0.2  # ... where balls roll in and out of the load: each time anew, and few of these times are looked at
+
+
+class Looking:
+    """Chooses windows of the parts of a run, and keeps what pointed to those that were looked at."""
+
+    def reset(self) -> None:
+        """Forgets the run."""
+        self.best = np.zeros((POINTERS, MOST))
+        self.greatest_load = 0.0
+        self.looked = self.parts = self.met = 0
+        self.probing = False  # whether it is to be seen in this part what becomes of errors where balls bump
+        self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
+
+    def _probes(self, part: Part) -> bool:
+        """See `Companion._probes`."""
+        return False
+
+    def windows(self, part: Part) -> list[Window]:
+        """Where this part is worth a look: for each pointer apart from each other in time."""
+        found: list[Window] = []
+        grids, steps = self._pointers(part)
+        met, whole, planned = meetings(part), part.partners.active, 0.0
+        copied = copied_from(met, self.met) is not None
+        fewest = min(LEAST_STEPS, steps.sum(axis=1).min())
+        some_cheap = not whole and self.parts < EARLY and fewest <= CHEAP * part.taken
+        for place, grid in enumerate(grids):
+            mine: list[Window] = []
+            worth = np.flatnonzero(grid > (LIKE if some_cheap else RAISED) * self.best[place].min())
+            for flat in worth[np.argsort(-grid.flat[worth], kind="stable")][:CANDIDATES].tolist():
+                row, cell = divmod(flat, grid.shape[1])
+                good = self._worth(place, grid[row, cell], part, mine, planned)
+                if len(mine) == MOST or not (good or some_cheap):
+                    break
+                window = as_met(window_at(ALL if whole else row, cell, steps[row]), met)
+                if copied and window.ball == ALL:
+                    continue  # a copy of the run shows what meetings do
+                good = good or steps_in(window, row, steps) <= CHEAP * part.taken
+                if good and not any(overlap(window, other) for other in mine):
+                    mine.append(window)
+                    if not any(within(window, other) for other in found):
+                        found.append(window)
+                        planned += self._see(window, row, grids, steps)
+        self.spare = spare(self.best, grids) if len(part.pointer) else 1.0
+        self.parts += 1
+        self.probing = self._probes(part)
+        if self.probing:
+            found = [window_at(ALL, 0, steps[0]), *found]
+        elif (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
+            calm = int(steps.sum(axis=1).argmin())
+            window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps[calm]), met)
+            found += [] if any(within(window, other) for other in found) else [window]
+        return found if whole else one_for_all(found, grids, steps)
+
+    def see_again(self, part: Part, windows: list[Window]) -> None:
+        """Keeps what the pointers say in windows of a part that was done again."""
+        grids, steps = self._pointers(part)
+        for window in windows:
+            self._see(window, window.ball, grids, steps)
+
+    def _see(self, window: Window, row: int, grids: tuple[np.ndarray, ...], steps: np.ndarray) -> float:
+        """Keeps what the pointers say in a window that is looked at; the steps that the run took in it."""
+        inside = slice(window.begin + 1, window.begin + 1 + window.length)
+        rows = slice(None) if window.ball == ALL else slice(row, row + 1)
+        for place, grid in enumerate(grids):
+            self.best[place] = np.sort([*self.best[place], grid[rows, inside].max()])[1:]
+        return steps_in(window, row, steps)
+
+    def _worth(self, place: int, points: float, part: Part, mine: list[Window], planned: float) -> bool:
+        """Whether a window is worth its steps, those `planned` in this part included: the first always is."""
+        best, bears = self.best[place], part.out["normal_load"] > 0.0
+        eventful = not part.partners.active and not bears.all() and bears.any(axis=2).all()
+        spent = self.looked + planned > (EVENTFUL if eventful else LOOKING) * part.taken
+        if spent or any(one.ball == ALL for one in mine):
+            return points > FAR_RAISED * best.max()
+        return points > RAISED * best.min()
+
+    def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+        self.greatest_load = max(self.greatest_load, float(part.out["normal_load"].max()))
+        return pointers(part, LEAST_LOAD * self.greatest_load)
