@@ -1,7 +1,7 @@
 """One step of a Rosenbrock method for a system of few numbers, its Jacobian dense.
 
 A kind hands over its functions; they and this are compiled into the kind's own kernels. The balls of a bearing, in
-lanes and with a sparse Jacobian, have the loop of `kinds/bearing/stepping/lanes.py` instead: the same methods, the same
+lanes and with a sparse Jacobian, have the loop of `numerics/rosenbrock.py` instead: the same methods, the same
 `next_step`.
 """
 
