@@ -23,7 +23,7 @@ from bearing_twin.charts import (
     stability,
     stability_picture,
 )
-from bearing_twin.charts.contest import Kept, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.contest import Job, Kept, Wanted, answers_of, rows_of
 from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row, write_table
 from bearing_twin.command import all_charts
 from bearing_twin.command.chart_table import CHARTS
@@ -53,7 +53,7 @@ def test_a_contestant_that_hangs_is_stopped_and_the_others_go_on(monkeypatch, tm
     )
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
     monkeypatch.syspath_prepend(tmp_path)
-    tasks = [Task("made_up.hanging:run", (number, number == 1.0)) for number in (0.0, 1.0, 2.0)]
+    tasks = [Job("made_up.hanging:run", (number, number == 1.0)) for number in (0.0, 1.0, 2.0)]
     kept = Kept(tmp_path / "x.unfinished")
     answers = answers_of(tasks, kept, workers=1)
     rows = rows_of(tasks, answers, lambda task: Row("p", "m", task.arguments[0]), 0.1)

@@ -18,7 +18,7 @@ ON_THE_MACHINE = (
     "python ",
 )  # run by the journeys (tests/test_journeys.py), as lines that need nodes
 FEWER = re.compile(r"\b(samples[:=] ?)\d+")  # realisations, which take longer than what is done with them
-EDITS = "your_law"  # run by tests/test_own_law.py
+EDITS = "your_law"  # run by tests/test_docs.py
 
 
 @pytest.mark.parametrize("page", [one for one in TUTORIALS if one.stem != EDITS], ids=lambda page: page.stem)

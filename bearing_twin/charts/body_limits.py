@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.charts.limits import Place
+from bearing_twin.charts.limits import MapPlace
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.impact import hertz_contact_time, throw
@@ -57,7 +57,7 @@ def _bounce(motion: EllipsoidMotion, span: float) -> np.ndarray:
     return ended[0, places] if len(ended) else np.full(2, np.inf)
 
 
-def striking(*keys: str) -> Place:
+def striking(*keys: str) -> MapPlace:
     """A ball that strikes the plane with 1 m/s."""
     coarse, exact = (motion_of(stepper, *STRIKES, *keys) for stepper in ("rk4", "dop853"))
     contact = shortest_contact(coarse.parameters)
@@ -70,10 +70,10 @@ def striking(*keys: str) -> Place:
         except IntegrationError:
             return math.inf
 
-    return Place(error, lambda _: contact / TOUCH, contact / FEWEST_STEPS)
+    return MapPlace(error, lambda _: contact / TOUCH, contact / FEWEST_STEPS)
 
 
-def creeping(regularisation: float) -> Place:
+def creeping(regularisation: float) -> MapPlace:
     """A ball that lies on the plane and slips by a hundredth of the regularisation [m/s] at the start."""
     rubs = ("contact.friction_coefficient=0.1", f"contact.friction_regularisation={regularisation!r}")
     still = ("contact.restitution=1", f"start.velocity=[{PERCENT * regularisation!r},0,0]", *rubs)
@@ -94,10 +94,10 @@ def creeping(regularisation: float) -> Place:
             return math.inf
         return float(np.abs(found - true).max() / (PERCENT * 0.1 * weight))
 
-    return Place(error, lambda _: limit, min(limit, contact / FEWEST_STEPS))
+    return MapPlace(error, lambda _: limit, min(limit, contact / FEWEST_STEPS))
 
 
-def struck(*keys: str) -> Place:
+def struck(*keys: str) -> MapPlace:
     """The sphere of the shipped scene on its beam, the first contact."""
     parameters = load_scene("sphere_on_beam", ("wanted.tolerance=1e-6", *keys)).parameters
     beam, sphere = beam_of(parameters, theory_of(parameters)), thrown_sphere(parameters)
@@ -111,4 +111,4 @@ def struck(*keys: str) -> Place:
         found = throw(beam, modes, sphere, speed, SPAN * contact, contact / step, "volterra")
         return float(np.abs(found.at(times)[1] - true).max() / true.max())
 
-    return Place(error, lambda _: contact / HATS, contact / FEWEST_STEPS)
+    return MapPlace(error, lambda _: contact / HATS, contact / FEWEST_STEPS)

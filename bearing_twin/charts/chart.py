@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from bearing_twin.charts.contest import Made, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.contest import Job, Made, Wanted, answers_of, rows_of
 from bearing_twin.charts.table import STOPPED, UNSURE, Row, read_table, write_table
 
 FEW = 3  # of the widest costs are named
@@ -54,7 +54,7 @@ class Chart:
     drawn: Callable[[list[Row], Path], None] | None = None
     told: Callable[[list[Row]], Iterable[str]] | None = None
 
-    def blank(self, task: Task) -> Row:
+    def blank(self, task: Job) -> Row:
         """The row of a run before it has run."""
         name, method, setting, _ = task.arguments
         return self.kind(name, method, setting, command=self.command(name, method, setting))
@@ -65,7 +65,7 @@ class Chart:
         rows, order = [], list(dict.fromkeys(one[:2] for one in waiting))
         done, part = 0.0, 1.0 if self.further is _enough else 0.5  # nobody knows how many rounds there will be
         while waiting:
-            tasks = [Task(f"{self.judge.__module__}:{self.judge.__name__}", (*one, wanted.limit)) for one in waiting]
+            tasks = [Job(f"{self.judge.__module__}:{self.judge.__name__}", (*one, wanted.limit)) for one in waiting]
             update = partial(_told, wanted.update, done, part)
             answers = answers_of(tasks, wanted.kept, update, wanted.workers)
             rows += rows_of(tasks, answers, self.blank, wanted.limit)

@@ -1,6 +1,6 @@
 """Contests of methods: one format for what came out, one runner with a limit of cost that can be resumed.
 
-A chart of contests is a list of `Task`s, each a function of a module in `charts/` with its arguments. The runner calls
+A chart of contests is a list of `Job`s, each a function of a module in `charts/` with its arguments. The runner calls
 them in processes of their own, two at a time. A contestant that goes on for longer than the limit of CPU seconds is
 stopped by the system, whatever it does, and is told as such. What is finished is kept beside the picture until all is
 done, so that a chart that was interrupted goes on where it was; kept answers of other sources are not used.
@@ -31,7 +31,7 @@ LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says othe
 WORKERS = 2
 
 
-class Task(NamedTuple):
+class Job(NamedTuple):
     """A function "module:name", the module in `charts/` or a full name, and its arguments: words, numbers, lists."""
 
     function: str
@@ -188,9 +188,9 @@ class _Worker:
         self.process = context.Process(target=_serve, args=(other,), daemon=True)
         self.process.start()
         other.close()
-        self.task: Task | None = None
+        self.task: Job | None = None
 
-    def give(self, task: Task) -> None:
+    def give(self, task: Job) -> None:
         self.task = task
         self.pipe.send((task.function, task.arguments))
 
@@ -201,7 +201,7 @@ class _Worker:
 
 
 def answers_of(
-    tasks: Iterable[Task],
+    tasks: Iterable[Job],
     kept: Kept,
     update: Callable[[float], None] = lambda share: None,
     workers: int = WORKERS,
@@ -258,7 +258,7 @@ def _received(worker):
         ) from None
 
 
-def rows_of(tasks: list[Task], answers: list, blank: Callable[[Task], Row], limit: float = LIMIT) -> list[Row]:
+def rows_of(tasks: list[Job], answers: list, blank: Callable[[Job], Row], limit: float = LIMIT) -> list[Row]:
     """The answers, of a row or of several, as rows of the class that `blank` gives.
 
     A task that was stopped is that row with the cost it was stopped at.

@@ -26,7 +26,7 @@ class Limit(NamedTuple):
         return self.predicted / self.found
 
 
-class Place(NamedTuple):
+class MapPlace(NamedTuple):
     """One place: `error(method, step)`, `predicted(method)` [s], and where refusal begins [s]."""
 
     error: Callable[[str, float], float]

@@ -19,7 +19,7 @@ import numpy as np
 
 from bearing_twin.charts import body_limits as bodies
 from bearing_twin.charts.contest import judged
-from bearing_twin.charts.limits import FAILS, Limit, Place, command_of, longest, spread
+from bearing_twin.charts.limits import FAILS, Limit, MapPlace, command_of, longest, spread
 from bearing_twin.charts.table import MapRow
 from bearing_twin.contact.damping import restitution_of
 from bearing_twin.errors import IntegrationError
@@ -46,7 +46,7 @@ class Limited(NamedTuple):
     place: Callable
 
 
-def _spheres(modulus: float = 2.1e11, number: float = 0.0) -> Place:
+def _spheres(modulus: float = 2.1e11, number: float = 0.0) -> MapPlace:
     """Two steel spheres of the shipped scene, with chi v = `number`."""
     parameters = load_scene("two_spheres", _moduli(modulus)).parameters
     coefficient, first, second = map(float, sphere_pair(parameters))
@@ -66,14 +66,14 @@ def _spheres(modulus: float = 2.1e11, number: float = 0.0) -> Place:
     def predicted(method):
         return unit * (RK4 if method == "rk4" else ((1.0 + out + FAILS) / (1.0 + number)) ** 0.4)
 
-    return Place(error, predicted, pair_contact_time(parameters) / FEWEST_STEPS)
+    return MapPlace(error, predicted, pair_contact_time(parameters) / FEWEST_STEPS)
 
 
 def _moduli(modulus: float) -> tuple[str, ...]:
     return tuple(f"{body}.material.young_modulus={modulus!r}" for body in ("first", "second"))
 
 
-def _disc(*keys: str) -> Place:
+def _disc(*keys: str) -> MapPlace:
     """The disc of the mean problem on a coarse mesh."""
     parameters = load_scene("soft_discs_mean", (*MESH, *keys)).parameters
     bound = stable_step(parameters) * time_unit(parameters)
@@ -87,7 +87,7 @@ def _disc(*keys: str) -> Place:
         energy = sum(found.column(name) for name in ENERGIES)
         return float(np.abs(energy / energy[0] - 1.0).max())
 
-    return Place(error, lambda _: bound, bound)
+    return MapPlace(error, lambda _: bound, bound)
 
 
 DISC, BALL, HATS = ("central_differences",), ("rk4",), ("volterra",)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.charts.contest import Task, judged
+from bearing_twin.charts.contest import Job, judged
 from bearing_twin.charts.left_alone import axis, quaternion
 from bearing_twin.charts.left_alone import sentences_of as left_alone
 from bearing_twin.charts.limits import command_of, spread
@@ -155,11 +155,11 @@ def _disc(row, limit):
 _CELLS = {"law": _law, "modes": _modes, "height": _height, "poisson": _disc, "quaternion": quaternion, "axis": axis}
 
 
-def model_tasks(name: str, limit: float) -> list[Task]:
+def model_tasks(name: str, limit: float) -> list[Job]:
     """The cells of a map of models."""
     one = MODELS[name]
     return [
-        Task("model_maps:model_cell", (name, method, setting, across, limit))
+        Job("model_maps:model_cell", (name, method, setting, across, limit))
         for method in one.methods
         for across in one.across
         for setting in one.settings

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.charts.sheets import Axis, Line, Panel, Row, Sheet, Sheets
+from bearing_twin.charts.sheets import Axis, Line, Panel, Sheet, SheetRow, Sheets
 from bearing_twin.kinds.beam.derived import resolve
 from bearing_twin.kinds.beam.motion import Watch, throw_scene
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, TIMOSHENKO
@@ -234,5 +234,5 @@ def _instants(height, theory):
 
 SHEETS = Sheets(
     "paper2",
-    {"drops": Row((1, 2, 3), drops), "histories": Row((4, 5), histories), "claims": Row((), claims)},
+    {"drops": SheetRow((1, 2, 3), drops), "histories": SheetRow((4, 5), histories), "claims": SheetRow((), claims)},
 )

@@ -117,7 +117,7 @@ class Sheet:
         return [panel for row in self.rows for panel in row]
 
 
-class Row(NamedTuple):
+class SheetRow(NamedTuple):
     """A sheet: the figures of a paper on it, and what makes it; `make` is told a function to call with its progress."""
 
     figures: tuple[int, ...]
@@ -137,7 +137,7 @@ class Sheets(NamedTuple):
     """The sheets of one paper by name; their files begin with `prefix`."""
 
     prefix: str
-    rows: dict[str, Row]
+    rows: dict[str, SheetRow]
 
     def wanted(self, words: Iterable[str]) -> list[str]:
         """Names of the sheets asked for by name or by number of a figure, in their order; all for no words.

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
-from bearing_twin.charts.contest import LIMIT, Task, Wanted, answers_of, rows_of
+from bearing_twin.charts.contest import LIMIT, Job, Wanted, answers_of, rows_of
 from bearing_twin.charts.limits import Limit, command_of, longest, spread
 from bearing_twin.charts.model_limits import LIMITED, limit_cell
 from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
@@ -102,7 +102,7 @@ def limit(name: str, method: str, across: float) -> Limit:
     return Limit(method, name, across, predicted, refused, longest(predicted, error))
 
 
-def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> tuple[list[Task], list[Task]]:
+def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> tuple[list[Job], list[Job]]:
     """The cells and the limits of these maps; with `every` above 1 only every so many-th of the second numbers."""
     cells, limits = [], []
     for name in names:
@@ -112,18 +112,18 @@ def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> t
         if name in LIMITED:
             facts = LIMITED[name]
             places = ((name, method, across) for method in facts.methods for across in facts.across[::every])
-            limits += [Task("model_limits:limit", one) for one in places]
+            limits += [Job("model_limits:limit", one) for one in places]
             continue
         for method in ADAPTIVE if name == TOLERANCE else FIXED:
             for across in REGULARISATIONS[::every] if name == TOLERANCE else AXES[name].values[::every]:
                 settings = TOLERANCES if name == TOLERANCE else steps
-                cells += [Task("stability:cell", (name, method, one, across, limit)) for one in settings]
+                cells += [Job("stability:cell", (name, method, one, across, limit)) for one in settings]
                 if name != TOLERANCE:
-                    limits.append(Task("stability:limit", (name, method, across)))
+                    limits.append(Job("stability:limit", (name, method, across)))
     return cells, limits
 
 
-def blank(task: Task) -> MapRow:
+def blank(task: Job) -> MapRow:
     """The row of a cell before it has run."""
     words = task.arguments[:4]
     return MapRow(*words[:3], across=words[3], command=command_of(*words))
