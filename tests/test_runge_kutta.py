@@ -10,6 +10,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.events import halved, parabola_top
 from bearing_twin.numerics.runge_kutta import hermite, longest_step, runge_kutta_step
+from bearing_twin.numerics.statuses import EVALUATIONS, REJECTIONS
 from bearing_twin.numerics.steppers import RK4
 
 STILL = 7.0  # a number of the state that does not move
@@ -33,8 +34,16 @@ def one_step(rate, method, state, step, loaded, work, out):
 
 
 @kernel
+def longest(rate, method, state, wanted, least, work, counts):
+    return longest_step(one_step, rate, method, state, wanted, least, True, work, counts)
+
+
 def one_longest(rate, method, state, wanted, least, work):
-    return longest_step(one_step, rate, method, state, wanted, least, True, work)
+    """Step, the next to try, and how many attempts failed, by the rejections and by the evaluations counted."""
+    counts = np.zeros(3, np.int64)
+    step, following = longest(rate, method, state, wanted, least, work, counts)
+    assert counts[EVALUATIONS] == len(method.weights) * (counts[REJECTIONS] + (step > 0.0))
+    return step, following, counts[REJECTIONS]
 
 
 def after(method, step, rate=2.0, loaded=True):

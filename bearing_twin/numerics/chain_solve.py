@@ -14,6 +14,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.block_solve import inverse, minus_block, negative, plus, product
+from bearing_twin.numerics.lanes import get
 from bearing_twin.numerics.lean import lean_kernel
 
 SIDE = 6  # of a tile, which holds its columns one after the other
@@ -92,6 +93,13 @@ def _put_corner(numbers, first, row, column, block):
     for c in range(3):
         for r in range(3):
             numbers[first + (column + c) * SIDE + row + r] = block[r][c]
+
+
+@inlined
+def copy_tile(lanes, row, k, tile):
+    """Copies a tile that stands in rows of lane k from `row` on."""
+    for i in range(SIDE * SIDE):
+        tile[i] = get(lanes, row + i, k)
 
 
 @lean_kernel

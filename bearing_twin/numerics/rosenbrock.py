@@ -11,32 +11,8 @@ an argument of its own, for only then Numba leaves out what no empty one has, it
 import math
 
 from bearing_twin.compiled import inlined, kernel, template
-from bearing_twin.numerics.lanes import (
-    COLUMNS,
-    END,
-    ERROR,
-    FIFTH_STAGE,
-    FIRST_STAGE,
-    FOURTH_STAGE,
-    INVERSE_STEP,
-    LANE_RATES,
-    LANES,
-    RIGHT,
-    SECOND_STAGE,
-    SHARE,
-    SLOPE,
-    SOLUTION,
-    START,
-    STATE_SPAN,
-    STEP,
-    THIRD_STAGE,
-    TIME,
-    WANTED,
-    get,
-    increase,
-    put,
-    put_from,
-)
+from bearing_twin.numerics import lanes as at
+from bearing_twin.numerics.lanes import COLUMNS, LANES, STATE_SPAN, get, increase, put, put_from
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, REJECTIONS, STALLED, STEPS, STOPPED
 from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step, rosenbrock_dense
@@ -51,11 +27,11 @@ SLOPE_STEP = 1e-6
 def mixed_stages(weights, lanes, column, k):
     """The weighted sum of the earlier stages in one column; k may run on, as for `get`."""
     return (
-        weights[0] * get(lanes, FIRST_STAGE + column, k)
-        + weights[1] * get(lanes, SECOND_STAGE + column, k)
-        + weights[2] * get(lanes, THIRD_STAGE + column, k)
-        + weights[3] * get(lanes, FOURTH_STAGE + column, k)
-        + weights[4] * get(lanes, FIFTH_STAGE + column, k)
+        weights[0] * get(lanes, at.FIRST_STAGE + column, k)
+        + weights[1] * get(lanes, at.SECOND_STAGE + column, k)
+        + weights[2] * get(lanes, at.THIRD_STAGE + column, k)
+        + weights[3] * get(lanes, at.FOURTH_STAGE + column, k)
+        + weights[4] * get(lanes, at.FIFTH_STAGE + column, k)
     )
 
 
@@ -63,13 +39,13 @@ def mixed_stages(weights, lanes, column, k):
 def _keep_rates(lanes):
     """Keeps the rates for `_take_slope`."""
     for i in range(STATE_SPAN):
-        put(lanes, SLOPE, i, get(lanes, LANE_RATES, i))
+        put(lanes, at.SLOPE, i, get(lanes, at.LANE_RATES, i))
 
 
 @lean_kernel
 def _take_slope(lanes):
     for i in range(STATE_SPAN):
-        put(lanes, SLOPE, i, (get(lanes, SLOPE, i) - get(lanes, LANE_RATES, i)) / SLOPE_STEP)
+        put(lanes, at.SLOPE, i, (get(lanes, at.SLOPE, i) - get(lanes, at.LANE_RATES, i)) / SLOPE_STEP)
 
 
 @lean_kernel
@@ -77,16 +53,16 @@ def _stage_right(c, d, lanes):
     """The right-hand side of a stage from its rates."""
     weights = five(c)
     for i in range(STATE_SPAN):
-        known = get(lanes, LANE_RATES, i) + d * get(lanes, SLOPE, i)
-        put(lanes, RIGHT, i, known + mixed_stages(weights, lanes, 0, i) * get(lanes, INVERSE_STEP, i))
+        known = get(lanes, at.LANE_RATES, i) + d * get(lanes, at.SLOPE, i)
+        put(lanes, at.RIGHT, i, known + mixed_stages(weights, lanes, 0, i) * get(lanes, at.INVERSE_STEP, i))
 
 
 @lean_kernel
 def _keep_stage(stage, lanes):
     """Stores the solution as a stage's; one that is not finite as zero, so that it cannot haunt the next attempt."""
-    row = FIRST_STAGE + stage * COLUMNS
+    row = at.FIRST_STAGE + stage * COLUMNS
     for i in range(STATE_SPAN):
-        value = get(lanes, SOLUTION, i)
+        value = get(lanes, at.SOLUTION, i)
         put_from(lanes, row, i, value if abs(value) < math.inf else 0.0)
 
 
@@ -94,7 +70,7 @@ def _keep_stage(stage, lanes):
 def _take_end(lanes):
     """The state at the end of the steps: that of the last stage and its solution."""
     for i in range(STATE_SPAN):
-        increase(lanes, END, i, get(lanes, SOLUTION, i))
+        increase(lanes, at.END, i, get(lanes, at.SOLUTION, i))
 
 
 @template
@@ -148,9 +124,9 @@ def interpolate(dense, fraction, out):
 @inlined
 def cut_to_end(wanted, duration, lanes, k):
     """Lets a lane step what it wants [s], or to the end of the stretch of that `duration` [s], if that comes first."""
-    left = duration - get(lanes, TIME, k)
-    put(lanes, WANTED, k, wanted)
-    put(lanes, STEP, k, left if wanted >= left - NOTHING * duration else wanted)
+    left = duration - get(lanes, at.TIME, k)
+    put(lanes, at.WANTED, k, wanted)
+    put(lanes, at.STEP, k, left if wanted >= left - NOTHING * duration else wanted)
 
 
 @lean_kernel
@@ -167,17 +143,17 @@ def _agree(row, least, bodies, blocks):
 
 @inlined
 def _begin_time(step, duration, lanes, k):
-    put(lanes, TIME, k, 0.0)
-    put(lanes, STEP, k, min(step, duration))
+    put(lanes, at.TIME, k, 0.0)
+    put(lanes, at.STEP, k, min(step, duration))
 
 
 @inlined
 def _move_on(step, lanes, k):
     """Takes the end of a lane's step as the start of its next, which is to be `step` [s] long."""
     for column in range(COLUMNS):
-        put(lanes, START + column, k, get(lanes, END + column, k))
-    put(lanes, TIME, k, get(lanes, TIME, k) + get(lanes, STEP, k))
-    put(lanes, STEP, k, step)
+        put(lanes, at.START + column, k, get(lanes, at.END + column, k))
+    put(lanes, at.TIME, k, get(lanes, at.TIME, k) + get(lanes, at.STEP, k))
+    put(lanes, at.STEP, k, step)
 
 
 @template
@@ -193,7 +169,7 @@ def fill_lanes(begin, scene, coupling, duration, bodies, steps, held, blocks):
         _begin_time(steps[number], duration, lanes, k)
         held[place] = number if place < len(bodies) else IDLE
     if len(coupling) > 0:
-        _agree(STEP, True, len(bodies), blocks)
+        _agree(at.STEP, True, len(bodies), blocks)
 
 
 @template
@@ -201,19 +177,19 @@ def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held,
     """Makes a step of every lane and finds what it is worth: its error, and its share to the first event."""
     one_step(scene, coupling, blocks)
     if len(coupling) > 0:
-        _agree(ERROR, False, bodies, blocks)
+        _agree(at.ERROR, False, bodies, blocks)
     for place in range(len(held)):
         lanes, k = blocks[place // LANES], place % LANES
-        put(lanes, SHARE, k, 1.0)
+        put(lanes, at.SHARE, k, 1.0)
         if held[place] == IDLE:
             continue
         counts[JACOBIANS] += 1
         counts[EVALUATIONS] += len(method.alpha)
-        if method.lands and get(lanes, ERROR, k) <= 1.0:
-            put(lanes, SHARE, k, landing(scene, lanes, k))
+        if method.lands and get(lanes, at.ERROR, k) <= 1.0:
+            put(lanes, at.SHARE, k, landing(scene, lanes, k))
     if len(coupling) > 0:
-        _agree(SHARE, True, bodies, blocks)
-        if get(blocks[0], ERROR, 0) <= 1.0 and get(blocks[0], SHARE, 0) >= LANDED:
+        _agree(at.SHARE, True, bodies, blocks)
+        if get(blocks[0], at.ERROR, 0) <= 1.0 and get(blocks[0], at.SHARE, 0) >= LANDED:
             accept_all(scene, coupling, cursor[0], blocks)
 
 
@@ -225,7 +201,7 @@ def advance_lanes(
     """Steps the `bodies` over `duration` [s] after `fill_lanes`; returns a status. `steps` (N,) [s] are carried along.
 
     `cut(scene, coupling, blocks)` cuts the coming steps, to the end at least (`cut_to_end`), and returns the least [s]
-    to go on with; `one_step(scene, coupling, blocks)` makes them and fills ERROR, in units of the tolerance;
+    to go on with; `one_step(scene, coupling, blocks)` makes them and fills at.ERROR, in units of the tolerance;
     `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene, coupling, instant, blocks)`
     comes before the coupled are moved on. Of a lane that accepts, `give_out(scene, number, instant, until, lanes, k)`
     writes what is wanted up to `until` [s] and returns the next instant, `accept(scene, lanes, k)` follows when START
@@ -244,19 +220,19 @@ def advance_lanes(
             number, lanes, k = held[place], blocks[place // LANES], place % LANES
             if number == IDLE:
                 continue
-            error, step, share = get(lanes, ERROR, k), get(lanes, STEP, k), get(lanes, SHARE, k)
+            error, step, share = get(lanes, at.ERROR, k), get(lanes, at.STEP, k), get(lanes, at.SHARE, k)
             if error != judged or step != stepped:  # as nearly never among coupled bodies, whose steps are one
                 judged, stepped, proposed = error, step, next_step(step, error, method.order)
             if not error <= 1.0 or share < LANDED:
                 results.counts[REJECTIONS] += 1
                 again = step * share if error <= 1.0 else proposed
-                put(lanes, STEP, k, again)
+                put(lanes, at.STEP, k, again)
                 if again < LEAST_STEP and not error <= 1.0:
-                    results.failure[0], results.failure[1] = get(lanes, TIME, k), number
+                    results.failure[0], results.failure[1] = get(lanes, at.TIME, k), number
                     return STALLED
                 continue
             results.counts[STEPS] += 1
-            following, moment = max(proposed, resume), get(lanes, TIME, k) + step
+            following, moment = max(proposed, resume), get(lanes, at.TIME, k) + step
             finished = moment >= duration * (1.0 - NOTHING)
             # At the end no instant is lost to rounding.
             cursor[place] = give_out(scene, number, cursor[place], math.inf if finished else moment, lanes, k)
@@ -265,7 +241,7 @@ def advance_lanes(
             if not finished:
                 continue
             # A step cut short by the end: what it proposes counts only if it is longer.
-            steps[number] = max(get(lanes, WANTED, k), following)
+            steps[number] = max(get(lanes, at.WANTED, k), following)
             status = end(scene, coupling, number, lanes, k)
             if status != OK:
                 return status

@@ -7,6 +7,7 @@ a pointer and the code is kept. Balls of a bearing, whose slopes come for all la
 import math
 
 from bearing_twin.compiled import inlined, template
+from bearing_twin.numerics.statuses import EVALUATIONS, REJECTIONS
 from bearing_twin.numerics.steppers import next_step
 
 
@@ -52,19 +53,20 @@ def hermite(share, step, start, start_rate, end, end_rate):
 
 
 @template
-def longest_step(one_step, system, method, state, wanted, least, loaded, work):
-    """The longest step up to `wanted` [s] whose error is at most 1; returns (step, the next to try, rejections).
+def longest_step(one_step, system, method, state, wanted, least, loaded, work, counts):
+    """The longest step up to `wanted` [s] whose error is at most 1; returns (step, the next to try).
 
     `one_step(system, method, state, step, loaded, work, work.after)` takes one and returns its error. The step is
     negative where one of `least` [s] or shorter is still too long.
     """
-    step, rejections = wanted, 0
+    step = wanted
     while True:
         error = one_step(system, method, state, step, loaded, work, work.after)
         following = next_step(step, error, method.order)
+        counts[EVALUATIONS] += len(method.weights)
         if error <= 1.0:
-            return step, following, rejections
-        rejections += 1
+            return step, following
+        counts[REJECTIONS] += 1
         if not step > least:
-            return -1.0, step, rejections
+            return -1.0, step
         step = following

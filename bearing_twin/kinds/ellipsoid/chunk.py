@@ -19,9 +19,7 @@ from bearing_twin.kinds.ellipsoid.equations import (
     touch_of,
 )
 from bearing_twin.kinds.ellipsoid.steps import (
-    EVALUATIONS,
     ROUNDING,
-    STEPS,
     TOUCHES,
     adaptive_step,
     contact_scales,
@@ -34,7 +32,7 @@ from bearing_twin.kinds.ellipsoid.steps import (
     separation,
 )
 from bearing_twin.numerics.events import parabola_top
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
+from bearing_twin.numerics.statuses import EVALUATIONS, FULL, NOT_FINITE, OK, STALLED, STEPS, STOPPED, TOO_DEEP
 
 TIME, STEP, IN_CONTACT, DRIFT, CURSOR = range(5)
 CLOCK = 5

@@ -28,10 +28,11 @@ from bearing_twin.kinds.ellipsoid.equations import (
     touch_of,
 )
 from bearing_twin.numerics.runge_kutta import longest_step, runge_kutta_step
+from bearing_twin.numerics.statuses import EVALUATIONS
 from bearing_twin.numerics.steppers import RungeKutta
 
-STEPS, REJECTIONS, EVALUATIONS, TOUCHES = range(4)
-COUNTS = 4
+TOUCHES, COUNTS = 3, 4
+"""Of what is counted: touches, after the first three of `numerics.statuses`; all."""
 
 RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
 LASTING, RESTING = 20.0, 2.0  # of 1/sqrt(k/m): beyond the first a contact is no bounce; the error control sets the step
@@ -143,11 +144,8 @@ def adaptive_step(body, plan, state, wanted, loaded, counts, work):
 
     The step is negative where none is short enough.
     """
-    step, following, rejections = longest_step(
-        one_step, body, plan.method, state, wanted, 1e-9 * plan.floor, loaded, work
-    )
-    counts[REJECTIONS] += rejections
-    counts[EVALUATIONS] += len(plan.method.weights) * (rejections + (step > 0.0))
+    least = 1e-9 * plan.floor
+    step, following = longest_step(one_step, body, plan.method, state, wanted, least, loaded, work, counts)
     return step, following if plan.fixed == 0.0 or step < 0.0 else math.inf
 
 

@@ -23,11 +23,10 @@ from bearing_twin.kinds.two_bodies.steps import (
 )
 from bearing_twin.numerics.events import halved, parabola_top
 from bearing_twin.numerics.runge_kutta import hermite, longest_step
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
+from bearing_twin.numerics.statuses import EVALUATIONS, FULL, NOT_FINITE, OK, STALLED, STEPS, STOPPED, TOO_DEEP
 from bearing_twin.shapes.tracking import FOUND
 
-STEPS, REJECTIONS, EVALUATIONS = range(3)
-COUNTS = 3
+COUNTS = 3  # of those of `numerics.statuses`
 TIME, STEP, IN_CONTACT, DRIFT, OFF, CURSOR, CLOCK = range(7)
 """Of the clock: seconds, next step, whether in contact, greatest drift of a quaternion's norm and greatest distance [m]
 of the opposing points from meeting their equations at the end of a step, outputs written."""
@@ -162,9 +161,8 @@ def advance(pair, plan, state, clock, times, until, states, record, records, cou
             loaded = True
         else:
             flight_scales(pair, plan, work.scales)
-        step, following, rejections = longest_step(one_step, pair, METHOD, state, step, 1e-6 * plan.floor, loaded, work)
-        counts[REJECTIONS] += rejections
-        counts[EVALUATIONS] += len(METHOD.weights) * (rejections + (step > 0.0))
+        least = 1e-6 * plan.floor
+        step, following = longest_step(one_step, pair, METHOD, state, step, least, loaded, work, counts)
         if step < 0.0:
             return STALLED, completed
         drift, off = finish(pair, work.after)

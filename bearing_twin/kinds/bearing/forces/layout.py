@@ -7,49 +7,16 @@ are reached as START + VELOCITY.
 import numpy as np
 
 from bearing_twin.compiled import inlined
-from bearing_twin.numerics.lanes import (  # noqa: F401 - a kernel names rows and what reaches them from one place
+from bearing_twin.numerics.lanes import *  # noqa: F403 - a kernel finds all rows, and what reaches them, in one place
+from bearing_twin.numerics.lanes import (
     AFTER_METHOD,
     COLUMNS,
-    END,
-    ERROR,
-    FIRST_STAGE,
-    GAIN,
-    INVERSE_STEP,
-    LANE_RATES,
     LANES,
     METHOD_ROWS,
-    RIGHT,
     SCENE_ROWS,
-    SHARE,
-    SLOPE,
-    SOLUTION,
-    START,
-    STATE_SPAN,
-    STEP,
-    TIME,
-    WANTED,
-    clear_rows,
-    from_blocks,
-    from_lane,
-    get,
-    get_block,
-    get_quaternion,
     get_vector,
-    increase,
-    increase_vector,
-    into_blocks,
-    into_lane,
-    multiply_rows,
-    new_blocks,
-    new_lanes,
-    put,
-    put_block,
-    put_quaternion,
-    put_six,
-    put_tile_part,
     put_vector,
     rows,
-    sum_of,
 )
 
 # Columns of a ball's state, and rows of the state in lanes. Velocity and angular velocity: radial, tangential, axial.

@@ -101,12 +101,6 @@ def border_corner(g, numbers, tile, first):
             tile[first + 6 * c + r] = (1.0 / g if r == c else 0.0) - numbers[own + PLACES] - g * numbers[own]
 
 
-@inlined
-def _copy(lanes, row, k, tile):
-    for i in range(chain_solve.SIDE * chain_solve.SIDE):
-        tile[i] = get(lanes, row + i, k)
-
-
 @lean_kernel
 def put_border_tiles(g, border, chain, blocks):
     """Puts the border's tiles into the system of balls that touch, as its last block."""
@@ -115,11 +109,11 @@ def put_border_tiles(g, border, chain, blocks):
     for place in range(border.count):
         lanes, k = blocks[place // LANES], place % LANES
         if place == chain.bodies:
-            _copy(lanes, BALL_TILE, k, tiles[chain_solve.corner_tile(chain, 0, block)])
-            _copy(lanes, BORDER_TILE, k, tiles[chain_solve.corner_tile(chain, block, 0)])
+            chain_solve.copy_tile(lanes, BALL_TILE, k, tiles[chain_solve.corner_tile(chain, 0, block)])
+            chain_solve.copy_tile(lanes, BORDER_TILE, k, tiles[chain_solve.corner_tile(chain, block, 0)])
         else:
-            _copy(lanes, BALL_TILE, k, tiles[chain_solve.column_tile(chain, place, block)])
-            _copy(lanes, BORDER_TILE, k, tiles[chain_solve.row_tile(chain, block, place)])
+            chain_solve.copy_tile(lanes, BALL_TILE, k, tiles[chain_solve.column_tile(chain, place, block)])
+            chain_solve.copy_tile(lanes, BORDER_TILE, k, tiles[chain_solve.row_tile(chain, block, place)])
 
 
 @inlined

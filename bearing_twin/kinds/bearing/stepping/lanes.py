@@ -35,17 +35,7 @@ from bearing_twin.kinds.bearing.stepping.linear_system import (
 from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, solve_with_shaft, turning
 from bearing_twin.kinds.bearing.stepping.stage_places import place_stage, place_start
 from bearing_twin.kinds.bearing.stepping.step_ends import finish_lanes, weigh_light
-from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock import SLOPE_STEP, rosenbrock_stages
-
-
-@inlined
-def _add_coupled(coupling, bearing, drive, alpha, blocks):
-    """Adds what balls do to each other, and finds the rates of the border."""
-    if coupling.pairs.touching:
-        add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
-    if coupling.border.active:
-        border_rates(bearing, drive, coupling.border, _moment(alpha, blocks), blocks)
 
 
 @inlined
@@ -62,38 +52,27 @@ def _moment(alpha, blocks):
     return get(blocks[0], TIME, 0) + alpha * get(blocks[0], STEP, 0)
 
 
-@lean_kernel
-def _loads_vary(coupling):
-    """Whether what acts on the ring changes with time."""
-    if len(coupling) > 0:
-        return coupling.border.varying
-    return False
-
-
-@inlined
-def _stage_of_border(stage, method, numbers):
-    """Where ring and cage are in a stage; in the first, and before it, where they begin."""
-    if stage > 0:
-        border_stage_state(method.a[stage], numbers)
-    else:
-        copy_state(numbers, at.BEGIN, at.NOW)
-
-
 @inlined
 def _rates(task, coupling, stage, alpha, blocks):
     """The rates of balls, ring and cage in a stage."""
-    border, method = border_of(coupling), task.method
+    bearing, border, method, time = task.bearing, border_of(coupling), task.method, _moment(alpha, blocks)
     if len(coupling) > 0:
-        _stage_of_border(stage, method, coupling.border.numbers)
-    now = turning(border, task.drive, _moment(alpha, blocks), at.NOW)
+        if stage > 0:
+            border_stage_state(method.a[stage], coupling.border.numbers)
+        else:
+            copy_state(coupling.border.numbers, at.BEGIN, at.NOW)
+    now = turning(border, task.drive, time, at.NOW)
     for block in range(len(blocks)):
         if stage > 0:
             place_stage(border, now, alpha, method.a[stage], blocks[block])
         else:
             place_start(method.gamma, border, now, alpha, blocks[block])
-        rates_in_lanes(task.bearing, blocks[block])
+        rates_in_lanes(bearing, blocks[block])
     if len(coupling) > 0:
-        _add_coupled(coupling, task.bearing, now, alpha, blocks)
+        if coupling.pairs.touching:
+            add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
+        if coupling.border.active:
+            border_rates(bearing, now, coupling.border, time, blocks)
         if stage < 0:
             copy_state(coupling.border.numbers, at.RATES, at.SLOPE)
 
@@ -135,7 +114,9 @@ def _solve(task, coupling, stage, blocks):
 def rosenbrock_step(task, coupling, blocks):
     """One step of every lane from START to END with TURNED, and its error; `coupling` is empty for balls alone."""
     border, method = border_of(coupling), task.method
-    varies = task.drive.acceleration != 0.0 or _loads_vary(coupling)
+    varies = task.drive.acceleration != 0.0
+    if len(coupling) > 0:
+        varies = varies or coupling.border.varying
     rosenbrock_stages(_rates, _linearise, _solve, task, coupling, method, varies, blocks)
     if len(coupling) > 0:
         border_finish(method.dense, coupling.border.numbers)

@@ -141,12 +141,6 @@ def _system(lanes):
 
 
 @inlined
-def _fill_tile(lanes, row, k, tile):
-    for i in range(chain_solve.SIDE * chain_solve.SIDE):
-        tile[i] = get(lanes, row + i, k)
-
-
-@inlined
 def couple_jacobians(pockets, bearing, drive, time, coupling, blocks):
     """Adds to the Jacobians of balls alone what balls, ring and cage are to each other.
 
@@ -185,17 +179,17 @@ def _factorise_chain(coupling, blocks):
     for place in range(pairs.count):
         lanes, pair, k = blocks[place // LANES], pairs.blocks[place // LANES], place % LANES
         if place == bodies:
-            _fill_tile(lanes, SYSTEM, k, tiles[chain_solve.corner_tile(chain, 0, 0)])
-            _fill_tile(pair, UPPER, k, tiles[chain_solve.row_tile(chain, 0, 0)])
-            _fill_tile(pair, LOWER, k, tiles[chain_solve.column_tile(chain, 0, 0)])
+            chain_solve.copy_tile(lanes, SYSTEM, k, tiles[chain_solve.corner_tile(chain, 0, 0)])
+            chain_solve.copy_tile(pair, UPPER, k, tiles[chain_solve.row_tile(chain, 0, 0)])
+            chain_solve.copy_tile(pair, LOWER, k, tiles[chain_solve.column_tile(chain, 0, 0)])
             continue
-        _fill_tile(lanes, SYSTEM, k, tiles[chain_solve.own_tile(place)])
+        chain_solve.copy_tile(lanes, SYSTEM, k, tiles[chain_solve.own_tile(place)])
         if place + 1 < bodies:
-            _fill_tile(pair, UPPER, k, tiles[chain_solve.ahead_tile(place)])
-            _fill_tile(pair, LOWER, k, tiles[chain_solve.behind_tile(place)])
+            chain_solve.copy_tile(pair, UPPER, k, tiles[chain_solve.ahead_tile(place)])
+            chain_solve.copy_tile(pair, LOWER, k, tiles[chain_solve.behind_tile(place)])
         elif place + 1 < pairs.count:
-            _fill_tile(pair, UPPER, k, tiles[chain_solve.column_tile(chain, place, 0)])
-            _fill_tile(pair, LOWER, k, tiles[chain_solve.row_tile(chain, 0, place)])
+            chain_solve.copy_tile(pair, UPPER, k, tiles[chain_solve.column_tile(chain, place, 0)])
+            chain_solve.copy_tile(pair, LOWER, k, tiles[chain_solve.row_tile(chain, 0, place)])
     chain_solve.factorise_chain(chain)
 
 

@@ -76,17 +76,12 @@ class Run(NamedTuple):
     dense: DenseStep
 
 
-@lean_kernel
-def _next_ball(number, state, orientation, carried, lanes, k):
-    """Puts a ball at the start of the chunk into a lane."""
-    into_lane(state[number], lanes, START, k)
-    into_lane(carried[number], lanes, CARRIED_INNER, k)
-    into_lane(orientation[number], lanes, ORIENTATION, k)
-
-
 @inlined
 def _begin(run, number, lanes, k):
-    _next_ball(number, run.state, run.orientation, run.results.carried, lanes, k)
+    """Puts a ball at the start of the chunk into a lane."""
+    into_lane(run.state[number], lanes, START, k)
+    into_lane(run.results.carried[number], lanes, CARRIED_INNER, k)
+    into_lane(run.orientation[number], lanes, ORIENTATION, k)
 
 
 @inlined
@@ -105,16 +100,12 @@ def _one_step(run, coupling, blocks):
 
 @inlined
 def _landing(run, lanes, k):
-    return _lane_landing(run.task.bearing, run.task.method.dense, lanes, k, run.dense)
-
-
-@lean_kernel
-def _lane_landing(bearing, weights, lanes, k, dense):
     """Share of a lane's step after which a contact has just begun or ended; 1 where none does."""
+    bearing, dense = run.task.bearing, run.dense
     dense_ends(lanes, k, dense)
     if not changes_contact(bearing, dense.start, dense.end):
         return 1.0
-    dense_terms(weights, lanes, k, dense)
+    dense_terms(run.task.method.dense, lanes, k, dense)
     return landing(bearing, dense)
 
 
@@ -140,19 +131,13 @@ def _accept(run, lanes, k):
 @inlined
 def _end(run, coupling, number, lanes, k):
     """Takes a ball out of its lane at the end of the chunk; returns whether its state can be right."""
-    task, results = run.task, run.results
+    bearing, results = run.task.bearing, run.results
     from_lane(lanes, START, k, run.state[number])
     from_lane(lanes, ORIENTATION, k, run.orientation[number])
     from_lane(lanes, CARRIED_INNER, k, results.carried[number])
-    return _checked(_bearing_now(task.bearing.ring, coupling, task.bearing), number, run.state, task, results)
-
-
-@lean_kernel
-def _checked(bearing, number, state, task, results):
-    """Whether the state of a ball at the end of a chunk can be right; `bearing` has its ring where it is then."""
-    status = check_ball(bearing, state, number)
+    status = check_ball(_bearing_now(bearing.ring, coupling, bearing), run.state, number)
     if status != OK:
-        results.failure[0], results.failure[1] = task.duration, number
+        results.failure[0], results.failure[1] = run.task.duration, number
     return status
 
 
