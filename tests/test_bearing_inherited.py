@@ -71,12 +71,13 @@ def test_a_ring_rings_down_as_its_equation_says(rig):
 def test_errors_add_up_as_a_random_walk_while_the_ring_rings(rig):
     part, rows = (
         part_of(rig.bearing, [300, 300, 400, 400], [0, 0, 0, 0]),
-        np.array([window(load=2.0, orbit_angle=1e-7)]),
+        np.array([window(load=2.0, orbit_angle=1e-7, friction=0.5)]),
     )
     found, _, _, known = carried_on(NOTHING, part, rows, 4e-3, 0.0, GREATEST)
     (row,) = found[found[:, PLACE["ball"]] == INHERITED]
     assert row[PLACE["load"]] == pytest.approx(2.0 * 2.0)  # 4 ms are four windows
     assert row[PLACE["orbit_angle"]] == pytest.approx(1e-7 * math.sqrt(43.0))  # nothing damps it: since the beginning
+    assert row[PLACE["friction"]] == 0.5  # balls forget their slip
     assert known[1] == pytest.approx(4.0)
     assert carried_on(NOTHING, part, rows, 0.0, 0.0, GREATEST)[0] is rows
 

@@ -408,3 +408,12 @@ def test_a_ring_free_to_tilt_settles_where_load_and_moment_balance():
     assert np.abs(still[3:]).min() > 1e-5
     assert out.inner_ring_tilt.mean(axis=0) == pytest.approx(still[3:], rel=1e-3)
     assert out.inner_ring_offset.mean(axis=0) == pytest.approx(still[:3], abs=5e-4 * np.abs(still[:3]).max())
+
+
+def test_an_even_cage_goes_on_in_longer_stretches_than_pockets():
+    """Balls in pockets bump, so that more is done again; an error of a long stretch is dear there."""
+    chunks = [
+        Simulation(load_scene("bearing_6203_rig_400N", [f"cage.kind={one}"])).chunk_outputs
+        for one in ("even", "pockets")
+    ]
+    assert chunks == [200, 50]

@@ -38,7 +38,7 @@ SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "_load", "_load_rate")
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
-LONGEST_ALONE = 0.4  # s that is asked for in one go where no ring and no cage couple the balls
+LONGEST_ALONE, LONGEST_EVEN = 0.4, 0.2  # s asked for in one go: balls alone; round a ring with mass in an even cage
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
@@ -59,7 +59,8 @@ class BearingMotion:
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.loading, self._instants = Loading(parameters), Instants()
         partners = partners_of(parameters)
-        self.longest_chunk = None if partners.active else LONGEST_ALONE
+        coupled = LONGEST_EVEN if partners.even and partners.ring else None
+        self.longest_chunk = coupled if partners.active else LONGEST_ALONE
         if self.bearing.ring:
             start, self._start_border = settled_start(parameters, choice.law, partners)
         else:

@@ -6,8 +6,7 @@ looked at again, whatever points to them then. The setting gets rougher again af
 much less, or where all points to smaller errors than those had; what was too rough once is never tried again. Where
 errors of earlier parts grew, as balls bounced or met, or are carried on by a ring, the whole chunk is done again. Where
 a tighter setting finds the same, the motion itself is that sensitive: the error is told, and the setting goes back.
-Where bumps into a cage were seen to carry an error on, nobody can say where balls are some hundredths of a second on;
-steps are made for statistics alone.
+Where bumps into a cage were seen to carry an error on, steps are made for statistics alone.
 """
 
 import math
@@ -41,15 +40,15 @@ from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.numerics.statuses import STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 
-SHORT = 0.02  # s: the first part of a run, those after it are twice as long each, so that little is done again
+SHORT = 0.02  # s: the first part of a run, those after it are longer each, so that little is done again ...
+LONGER = (2.0, 1.5)  # ... by so many times; with a ring that carries on what it is off, where more is done again
 DOUBLED = 40  # times: beyond any chunk, and far from the end of floats, which a node reaches within minutes
 REDONE = 3  # times at most that a part is done again
 RETAKEN = 2  # times at most that a chunk is: where balls carried an error on from earlier parts of it
 CALM, PATIENT = 0.1, 4  # share of the tolerance; parts whose windows are off by less make the setting rougher again ...
 RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at least ...
 BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
-# What a part changes besides arrays in place.
-BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate", "_inherited"
+BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate", "_inherited"  # what a part changes
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
 
@@ -249,7 +248,8 @@ class WatchedMotion(BearingMotion):
         self._set(setting)
 
     def _until_next(self, duration: float) -> float:
-        return min(super()._until_next(duration), SHORT * 2.0 ** min(self.companion.parts, DOUBLED))
+        longer = LONGER[carries(self.parameters)] ** min(self.companion.parts, DOUBLED)
+        return min(super()._until_next(duration), SHORT * longer)
 
     def _worst(self, since: float) -> float:
         """The greatest error found in this part over the wanted tolerance, of windows begun since then [s].

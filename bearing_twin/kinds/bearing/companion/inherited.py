@@ -152,7 +152,7 @@ def carried_on(
         # How far balls are off their way round nothing damps.
         until = np.where(np.arange(len(row)) == PLACE["orbit_angle"], one[0], min(one[0], seconds))
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
-        # Balls forget their slip within a window. What a ring's error does to friction follows from that of load.
+        # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
         longer[PLACE["friction"]] = 1.0
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
     now = float(row[PLACE["load"]]) + around * float(np.ptp(part.out["normal_load"]))

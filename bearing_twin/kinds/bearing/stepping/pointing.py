@@ -34,37 +34,54 @@ POINTED = 3  # numbers of a ball and an interval between instants: error of forc
 OF_FORCE, OF_TORQUE, STEPS_IN = range(POINTED)
 
 
+@inlined
+def _jump(first, lanes, k):
+    """The squared length of how far three rates at a step's start are from those of the last stage before."""
+    gain = get(lanes, GAIN, k)
+    per_gain, drift, jumped = 1.0 / gain, gain / get(lanes, STEP, k), 0.0
+    for rate in range(3):
+        # What the first stage solves says what the rates were: u / (h g) = rates + J u + g (h times their change).
+        begun = get(lanes, FIRST_STAGE + first + rate, k) * per_gain
+        begun -= drift * get(lanes, SLOPE + first + rate, k)
+        begun -= get(lanes, LAST_RATES + first - VELOCITY + rate, k)
+        for column in range(MOTION):
+            begun -= get(lanes, entry(first + rate, column), k) * get(lanes, FIRST_STAGE + column, k)
+        jumped += begun * begun
+    return jumped
+
+
 @lean_kernel
 def _square(alone, first, lanes, row):
-    """Writes the squared length of three rates' errors, from `first` on, into a row; of two such the greater.
+    """Writes the squared length of three rates' errors, from `first` on, into a row; of two such of balls `alone`.
 
-    `alone` is 1 for balls that are not coupled, else 0.
+    `alone` is empty for balls that are coupled.
     """
     for k in range(LANES):
-        gain = get(lanes, GAIN, k)
-        per_gain, drift = 1.0 / gain, gain / get(lanes, STEP, k)
-        total = jumped = 0.0
+        total = 0.0
         for rate in range(3):
-            # What the first stage solves says what the rates were: u / (h g) = rates + J u + g (h times their change).
-            begun = get(lanes, FIRST_STAGE + first + rate, k) * per_gain
-            begun -= drift * get(lanes, SLOPE + first + rate, k)
-            begun -= get(lanes, LAST_RATES + first - VELOCITY + rate, k)
             error = 0.0
             for column in range(MOTION):
-                slope = get(lanes, entry(first + rate, column), k)
-                error += slope * get(lanes, SOLUTION + column, k)
-                begun -= slope * get(lanes, FIRST_STAGE + column, k)
+                error += get(lanes, entry(first + rate, column), k) * get(lanes, SOLUTION + column, k)
             total += error * error
-            jumped += begun * begun
-        jumped = alone * jumped if get(lanes, TIME, k) > 0.0 else 0.0
-        put(lanes, row, k, total if total > jumped else jumped)
+        put(lanes, row, k, total)
+    if len(alone) > 0:
+        for k in range(LANES):
+            jumped = _jump(first, lanes, k) if get(lanes, TIME, k) > 0.0 else 0.0
+            put(lanes, row, k, max(get(lanes, row, k), jumped))
+
+
+@inlined
+def _alone(coupling):
+    if len(coupling) == 0:
+        return (1.0,)
+    return ()
 
 
 @inlined
 def point_out(coupling, pointer, blocks):
     """Finds what the errors of the steps just made do to force and torque, where a `pointer` wants them."""
     if len(pointer) > 0:
-        alone = 1.0 if len(coupling) == 0 else 0.0
+        alone = _alone(coupling)
         for block in range(len(blocks)):
             _square(alone, VELOCITY, blocks[block], FORCE_ERROR)
             _square(alone, SPIN, blocks[block], TORQUE_ERROR)
