@@ -19,7 +19,7 @@ LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's ste
 CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
-EVENTFUL = 0.2  # ... where balls roll in and out of the load: each time anew, and few of these times are looked at
+EVENTFUL = 0.3  # ... where balls roll in and out of the load: each time anew, and few of these times are looked at
 
 
 class Looking:
