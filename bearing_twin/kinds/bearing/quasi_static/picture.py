@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, finish, frame, heading
+from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, finish, frame, heading, key_above
 
 AXES = ("x", "y", "z")
 
@@ -118,7 +118,7 @@ def draw_sweep(result: dict, path) -> Path:
         frame(panel)
         heading(panel, head, label, unit)
     for panel in panels[:2]:
-        panel.legend(frameon=False, fontsize=11)
+        key_above(panel)
     return finish(figure, f"{result['scene']}: equilibria over {label}", _sweep_footer(result), path)
 
 
