@@ -646,6 +646,8 @@ def test_of_a_recording_of_several_runs_the_last_is_reported_on(tmp_path, capsys
     )
     assert main(["verify", str(path)]) == BAD_INPUT
     assert "the run in this log starts again: output 0 follows 100" in capsys.readouterr().err
+    assert main(["export", str(path), "--to", "csv", "--out", str(tmp_path / "tables")]) == DONE
+    assert "holds 2 runs, as the node was reset or started again: time and sequence begin" in capsys.readouterr().err
     assert document_of_log(path)["notes"] == [
         "The log holds 2 runs, as the node was reset or started again: figures are those of the last."
     ]

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.contact import hertz_impact
@@ -14,6 +15,7 @@ from bearing_twin.kinds.two_bodies.derived import rigid_of
 from bearing_twin.kinds.two_bodies.motion import TwoBodiesMotion
 from bearing_twin.kinds.two_bodies.pair import CARRIED, COLUMNS
 from bearing_twin.kinds.two_bodies.parameters import Shaped
+from bearing_twin.pictures.worth import Worth, draw_worth
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
@@ -298,3 +300,14 @@ def test_a_law_further_off_than_wanted_is_named():
     made = load_scene("two_bodies_groove", ["contact.normal=volumetric", "wanted.tolerance=1e-9"])
     assert any("off exact Hertz here, more than wanted.tolerance" in one for one in choose(made).warnings)
     assert not choose(load_scene("two_bodies_groove")).warnings
+
+
+def test_errors_drawn_below_a_picture_leave_its_panels_apart():
+    """Also a panel with a second scale, whose two axes move as one."""
+    figure = Figure(figsize=(8.0, 5.0))
+    figure.subplots(2, 1)[1].twinx()
+    draw_worth(figure, [Worth("peak force", "1.00 ± 0.01 N", {"method": 1e-2})] * 5)
+    boxes = [axis.get_position() for axis in figure.axes]
+    assert boxes[1].bounds == boxes[2].bounds
+    assert boxes[0].y0 > boxes[1].y1
+    assert boxes[1].y0 > boxes[3].y1

@@ -40,4 +40,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
     result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
     doubts = [f"{exported.missing} outputs are missing from the log"] if exported.missing else []
+    if exported.runs > 1:
+        again = "time and sequence begin again within the files"
+        doubts.append(f"the log holds {exported.runs} runs, as the node was reset or started again: {again}")
     return Outcome(result | {"missing_outputs": exported.missing}, doubts)

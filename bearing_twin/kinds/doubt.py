@@ -22,7 +22,10 @@ model leaves out, one sentence each, with a number where one can be computed."""
 
 LARGE = 0.1  # of a figure: a greater error is marked, and is outside what a model is for
 CHAOTIC = 1e3  # an error that grows so many times, beyond what is wanted, is the motion's own
-LATER = "a tenth of wanted.tolerance moves that instant on, and no tolerance mends what follows"
+LATER = (
+    "beyond the run's horizon errors grow by the motion itself; a tenth of wanted.tolerance moves that instant on, and "
+    "no tolerance mends what follows"
+)
 
 
 def horizon(grown: float, since: str, kept: float) -> str:

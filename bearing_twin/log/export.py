@@ -37,11 +37,12 @@ class Group(NamedTuple):
 
 
 class Exported(NamedTuple):
-    """What was written: the files, how many outputs or realisations they hold, and how many outputs the log lacks."""
+    """What was written: files, how many outputs or realisations of how many runs they hold, how many the log lacks."""
 
     files: tuple[str, ...]
     rows: int
     missing: int = 0
+    runs: int = 1
 
 
 def export_log(
@@ -62,7 +63,8 @@ def export_log(
     stream = read_log_or_study(log, topic)
     begun: list[Path] = []
     try:
-        return write(stream, target, begun, watch)._replace(missing=getattr(stream, "missing", 0))
+        written = write(stream, target, begun, watch)
+        return written._replace(missing=getattr(stream, "missing", 0), runs=getattr(stream, "runs", 1))
     except BaseException as error:
         for path in reversed(begun):
             with contextlib.suppress(OSError):

@@ -39,15 +39,15 @@ class LogStream:
 
     `scene` is that of the metadata or, of a recording, of its topic `scene`; None where there is neither. `choice` is
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
-    its texts. `missing` counts outputs that were found missing so far (with `allow_gaps`). `kept_rate` [1/s] is how
-    many outputs a second of simulated time were logged, 0 = all; what then lies between is not missing.
-    `frame` is what the samples are stamped with. With `last_run`, `restart` is where the run that is read begins in a
-    recording of several, None of one, and `end` the number behind its last output.
+    its texts. With `allow_gaps`, `missing` counts outputs that were found missing so far, and `runs` the runs begun.
+    `kept_rate` [1/s] is how many outputs a second of simulated time were logged, 0 = all; what then lies between is not
+    missing. `frame` is what the samples are stamped with. With `last_run`, `restart` is where the run that is read
+    begins in a recording of several, None of one, and `end` the number behind its last output.
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None, last_run: bool = False):
         self.path = Path(path)
-        self.missing = 0
+        self.missing, self.runs = 0, 1
         self.metadata: dict[str, dict[str, str]] = {}
         self._allow_gaps = allow_gaps
         self._files = log_files(path)
@@ -128,7 +128,7 @@ class LogStream:
 
     def blocks(self) -> Iterator[Block]:
         """The blocks as recorded; raises LogError where the log is damaged or outputs are missing."""
-        self.missing = 0
+        self.missing, self.runs = 0, 1
         expected, held, records = None, None, self._records()
         names = [channel.name for channel in self.channels]
         widths = [channel.width for channel in self.channels]
@@ -184,6 +184,7 @@ class LogStream:
             return
         lost = max(found - expected, 0)
         self.missing += lost
+        self.runs += found < expected
         if self._allow_gaps:
             return
         if found < expected:

@@ -26,8 +26,8 @@ def draw_worth(figure, rows: Sequence[Worth]) -> None:
     wide, old = figure.get_size_inches()
     tall = old + ROW * len(rows) + MARGIN
     lifted = (tall - old) / tall
-    for axis in figure.axes:
-        place = axis.get_position()
+    places = [axis.get_position() for axis in figure.axes]  # all before any is set: a twin moves with its other axis
+    for axis, place in zip(figure.axes, places, strict=True):
         axis.set_position((place.x0, lifted + place.y0 * old / tall, place.width, place.height * old / tall))
     for text in figure.texts:
         x, y = text.get_position()

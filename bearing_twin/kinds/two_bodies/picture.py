@@ -26,7 +26,7 @@ class PairPicture(RunPicture):
         grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.24)
         _draw_side(figure.add_subplot(grid[:2, 0]), values, self._facts.scene.parameters)
         time, gap = values["time"], figure.add_subplot(grid[0, 1])
-        _draw_slip(figure.add_subplot(grid[2, 0]), time, values)
+        _draw_slip(figure.add_subplot(grid[2, 0], sharex=gap), time, values)
         _draw_gap(gap, time, values)
         load = figure.add_subplot(grid[1, 1], sharex=gap)
         draw_load(load, time, values, self._values.greatest["normal_load"])
@@ -127,5 +127,6 @@ def _draw_slip(axis, time, values):
     for spine in other.spines.values():
         spine.set_visible(False)
     lines = [*axis.get_lines(), *other.get_lines()]
-    axis.legend(lines, [line.get_label() for line in lines], frameon=False, fontsize=11, markerscale=4)
-    heading(axis, "Slip and spin while the bodies touch")
+    look = {"frameon": False, "fontsize": 10, "markerscale": 4, "ncols": 2, "borderaxespad": 0.0}
+    axis.legend(lines, [line.get_label() for line in lines], loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
+    heading(axis, "Slip and spin in contact")

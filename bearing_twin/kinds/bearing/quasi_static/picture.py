@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, frame, heading
+from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, frame, heading, key_above
 from bearing_twin.pictures.worth import finish
 
 AXES = ("x", "y", "z")
@@ -119,7 +119,7 @@ def draw_sweep(result: dict, path) -> Path:
         frame(panel)
         heading(panel, head, label, unit)
     for panel in panels[:2]:
-        panel.legend(frameon=False, fontsize=11)
+        key_above(panel)
     return finish(figure, f"{result['scene']}: equilibria over {label}", _sweep_footer(result), path)
 
 

@@ -1,0 +1,151 @@
+"""Whole runs and studies against closed forms, and numbers of programs that share nothing with this package."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import gamma
+
+from bearing_twin.kinds.bearing import ratings
+from bearing_twin.kinds.bearing.quasi_static import statics
+from bearing_twin.kinds.bearing.quasi_static.statics import Support
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.uq.run import run_study
+from bearing_twin.uq.study_file import load_study
+
+PRELOADED = ("gravity=[0,0,0]", "model.dimension=free", "rings.inner.free=all", "rings.inner.load=[0,0,14.223]")
+
+
+def channel(samples, name):
+    return np.array([sample[name] for sample in samples])
+
+
+@pytest.mark.parametrize(
+    ("load", "tilt", "speed", "place", "loads", "life"),
+    [
+        ((0, -1000, 0), (2e-3, 1e-3), 157.0796, (0.208780, -21.704462, 24.54018),
+         (585.329, 293.333, 0, 0, 0, 0, 0.003, 293.645), 805.5588),
+        ((0, -700, 300), (3e-3, -1e-3), 157.0796, (-3.745205, -17.170525, 74.65696),
+         (443.810, 262.645, 126.270, 111.625, 79.899, 35.985, 107.747, 348.145), 1326.4972),
+        ((200, -500, 150), (-2e-3, 2e-3), 1500.0, (9.862014, -5.479574, 44.08087),
+         (272.933, 241.523, 101.026, 0, 0, 0, 1.454, 101.784), 5523.628),
+    ],
+)  # fmt: skip
+def test_loads_and_reference_life_of_a_tilted_bearing(load, tilt, speed, place, loads, life):
+    """By another program: exact Hertz by SciPy, two unknowns a ball, SciPy's root for the ring; µm, N, 10⁶ turns."""
+    scene = load_scene("bearing_6203_rig_1000N", [f"drive.speed={speed}"])
+    solver = statics.solver_of(scene.parameters, "hertz", -0.5 * math.pi)
+    free = (True, True, True, False, False)
+    found = solver.solve(Support(free, (*map(float, load), 0.0, 0.0), (0.0, 0.0, 0.0, *tilt)))
+    assert found.coordinates[:3] * 1e6 == pytest.approx(place, rel=1e-5)
+    assert found.contacts.load[:, 0] == pytest.approx(loads, abs=1.5e-3)
+    lives = ratings.lives_of(scene.parameters, ratings.ratings_of(scene.parameters), load, *found.contacts.load.T)
+    assert lives.reference == pytest.approx(life, rel=2e-6)
+
+
+@pytest.mark.parametrize(("smoothing", "torque"), [(1e-3, 2.5233272e-3), (1e-2, 1.0231115e-3)])
+def test_the_torque_of_balls_that_drill_under_thrust(smoothing, torque):
+    """By another program: orbit, spin and place of a ball by SciPy's root, friction over 240 x 60 points of a spot."""
+    overrides = [
+        "contact.friction=spot_fine", f"contact.friction_regularisation={smoothing}", "drive.offset=[0,0,4e-5]",
+        "gravity=[0,0,0]", "run.duration=0.3", "run.output_rate=100", "run.publish_rate=100",
+    ]  # fmt: skip
+    *_, last = simulate(load_scene("bearing_6203", overrides))
+    assert last["drive_torque"] == pytest.approx(torque, rel=1e-5)
+    assert last["drilling_torque"][:, 0] == pytest.approx(last["drilling_torque"][:, 1], rel=1e-3)
+
+
+@pytest.mark.parametrize("speed", [600.0, 1150.0])
+def test_a_shaft_out_of_balance_whirls_as_its_receptance_says(speed):
+    """Stiffness 5 x 5, masses, gyroscopic moment; contacts, which go round with the balls, damp what they see of it."""
+    unbalance, relaxation, mass, inertia = 2e-6, 3e-5, 0.5, 1e-4
+    scene = load_scene("bearing_6203", [
+        *PRELOADED, f"rings.inner.mass={mass}", f"rings.inner.inertia=[{inertia},{inertia}]",
+        f"rings.inner.unbalance={unbalance}", "contact.friction_coefficient=0", f"contact.relaxation_time={relaxation}",
+        "cage.kind=even", f"drive.speed={speed}", "drive.offset=[0,0,0]", "run.duration=0.5", "run.output_rate=20000",
+        "run.publish_rate=20",
+    ])  # fmt: skip
+    samples = list(simulate(scene))
+    support = Support((True,) * 5, (0.0, 0.0, 14.223, 0.0, 0.0), (0.0,) * 5)
+    solver = statics.solver_of(scene.parameters, "hertz")
+    solver.setting = solver.setting._replace(share_inner=0.0, share_outer=0.0)  # nothing rubs: no gyroscopic moment
+    stiffness = solver.solve(support).stiffness
+    gyroscopic = np.zeros((5, 5))
+    gyroscopic[3, 4], gyroscopic[4, 3] = inertia * speed, -inertia * speed
+    seen = speed - float(samples[-1]["cage_speed"])  # of the whirl, in the frame of the balls
+    dynamic = stiffness * (1.0 + 1j * seen * relaxation) + 1j * speed * gyroscopic
+    dynamic -= speed**2 * np.diag([mass, mass, mass, inertia, inertia])
+    wanted = np.linalg.solve(dynamic, unbalance * speed**2 * np.array([1.0, -1j, 0.0, 0.0, 0.0]))
+    turns = int(0.2 * speed / (2.0 * math.pi))  # of the end, where what the start left has died down
+    late = slice(-round(turns * 2.0 * math.pi / speed * 20000), None)
+    moved = np.hstack([channel(samples, "inner_ring_offset"), channel(samples, "inner_ring_tilt")])[late]
+    turned = np.exp(-1j * channel(samples, "inner_ring_angle")[late])
+    found = 2.0 * (moved * turned[:, None]).mean(axis=0)
+    assert np.abs(found[:2]) == pytest.approx(np.abs(wanted[:2]), rel=3e-3)
+    assert np.abs(found[3:]) == pytest.approx(np.abs(wanted[3:]), rel=3e-3)
+    assert np.angle(found[0] / wanted[0]) == pytest.approx(0.0, abs=5e-3)  # 0.018 of it
+
+
+@pytest.mark.parametrize(
+    ("turn", "restitution"), [((0.3, 0.5, 0.2), 1.0), ((0.3, 0.5, 0.2), 0.7), ((0.1, 0.9, -0.4), 0.8)]
+)
+def test_an_ellipsoid_that_strikes_off_its_centre_leaves_as_a_rigid_body_does(turn, restitution):
+    """The impulse along the normal that turns the speed of the point of contact round; without friction."""
+    axes, density = np.array([0.03, 0.02, 0.015]), 7850.0
+    scene = load_scene("ellipsoid_on_plane", [
+        f"body.semi_axes={axes.tolist()}", "start.height=0.02", f"start.turn={list(turn)}",
+        f"contact.restitution={restitution}", "contact.damping_law=steady", "contact.friction_coefficient=0",
+        "run.duration=0.068", "run.output_rate=1e5", "run.publish_rate=1e3",
+    ])  # fmt: skip
+    samples = list(simulate(scene))
+    touching = np.flatnonzero(channel(samples, "normal_load") > 0.0)
+    before, after = samples[touching[0] - 1], samples[touching[-1] + 1]
+    mass = density * 4.0 / 3.0 * math.pi * axes.prod()
+    turned = Rotation.from_quat(before["orientation"]).as_matrix()
+    inertia = turned @ np.diag(mass / 5.0 * (np.square(axes).sum() - axes**2)) @ turned.T
+    normal = np.array([0.0, 0.0, 1.0])
+    own = turned.T @ normal
+    arm = -turned @ (axes**2 * own) / math.sqrt((axes**2 * own**2).sum())
+    spun = np.linalg.solve(inertia, np.cross(arm, normal))
+    approach = before["velocity"][2] + np.cross(before["angular_velocity"], arm)[2]
+    impulse = -(1.0 + restitution) * approach / (1.0 / mass + np.cross(spun, arm)[2])
+    fall = 9.80665 * (after.time_ns - before.time_ns) * 1e-9
+    assert after["velocity"][2] + fall == pytest.approx(before["velocity"][2] + impulse / mass, abs=2e-3)
+    size = np.linalg.norm(impulse * spun)
+    assert after["angular_velocity"] == pytest.approx(before["angular_velocity"] + impulse * spun, abs=3e-3 * size)
+
+
+def test_shares_of_the_variance_of_a_product_of_lognormals(tmp_path):
+    """tau ~ m^(2/5) R^(-1/5) v^(-1/5): first and total indices in closed form, each within its interval."""
+    (tmp_path / "study.yaml").write_text(
+        "scene: two_spheres\n"
+        "inputs:\n"
+        "  first.radius: {distribution: lognormal, mean_log: -3.96, std_log: 0.3, also: [second.radius]}\n"
+        "  motion.first_velocity: {distribution: lognormal, mean_log: 2.3, std_log: 0.5}\n"
+        "  first.mass: {distribution: lognormal, mean_log: -1.49, std_log: 0.3, also: [second.mass]}\n"
+        "quantities: [contact_duration]\nsamples: 512\nsampler: sobol\nsensitivity: 4096\ncompanions: 0\n"
+    )
+    found = run_study(load_study(tmp_path / "study.yaml")).as_dict()["quantities"]["contact_duration"]["sobol"]
+    spreads = {"first.radius": 0.2 * 0.3, "motion.first_velocity": 0.2 * 0.5, "first.mass": 0.4 * 0.3}
+    whole = sum(one**2 for one in spreads.values())
+    for name, spread in spreads.items():
+        first = math.expm1(spread**2) / math.expm1(whole)
+        total = 1.0 - math.expm1(whole - spread**2) / math.expm1(whole)
+        for kind, exact in (("first", first), ("total", total)):
+            told = found[name][kind]
+            assert told["low"] - 0.003 <= exact <= told["high"] + 0.003
+            assert told["value"] == pytest.approx(exact, abs=0.01)
+
+
+def test_the_density_of_the_peak_force_by_change_of_variable():
+    """F = c / alpha with alpha gamma: f(F) = f_alpha(c / F) c / F^2, c = 3.67909398 mu v^1.2."""
+    forces = [8e4, 1.2e5, 2e5, 4e5]
+    overrides = ["method=change_of_variable", f"densities={{peak_force: {forces}}}", "histories=[]"]
+    found = run_study(load_study("spheres_alpha_4e-5", overrides)).as_dict()["quantities"]["peak_force"]["densities"]
+    mean, deviation = 1.138e-4, 4e-5
+    constant = 3.67909398 * 0.1129 * 20.0**1.2
+    alpha = gamma((mean / deviation) ** 2, scale=deviation**2 / mean)
+    exact = [alpha.pdf(constant / force) * constant / force**2 for force in forces]
+    assert [one["density"] for one in found] == pytest.approx(exact, rel=1e-7)
