@@ -213,6 +213,8 @@ ROWS: dict[Measured, Callable[[], float]] = {
     Measured("rig 1000 N, pockets", "blocks", 8, "more", REAL): lambda: _blocks(
         "bearing_6203_rig_1000N", *RIG, "cage.kind=pockets"
     ),
+    Measured("shaft on two 6203, unbalance", "blocks", 10, "more", REAL): lambda: _blocks("shaft_two_6203", *RIG),
+    Measured("shaft on two 7204B, overhung", "blocks", 10, "more", REAL): lambda: _blocks("shaft_angular_pair", *RIG),
     Measured("even cage, ring held", "motion", 1.1, "less", "of no cage"): _cage_over_none,
     Measured("start, kernels kept", "command", 1.3, "less", "s"): lambda: _start(False),
     Measured("start, kernels compiled", "command", 18, "less", "s"): lambda: _start(True),

@@ -19,6 +19,7 @@ from bearing_twin.kinds.shaft.motion import ShaftMotion
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.rotor import RATE
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
+from bearing_twin.numerics.rosenbrock_step import factorise, solve_factorised
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -484,3 +485,37 @@ def test_a_root_of_scipy_is_the_balance():
     solved = root(left, found.coordinates / scales + 0.3, tol=1e-12)
     # the weight of the balls, which single bearings here leave out, moves the shaft by less
     assert np.abs(solved.x * scales - found.coordinates) / scales == pytest.approx(0.0, abs=2e-3)
+
+
+@pytest.mark.parametrize(("speed", "load", "orbit"), [(183.26, 2e-4, 0.01), (1000.0, 2e-3, 0.03)])
+def test_balls_that_move_by_themselves_say_the_same(speed, load, orbit):
+    """A free ring whose balls move, with friction and an even cage, against two such bearings in one place, all twice.
+
+    Loads, means and the orbit that an unbalance drives; equilibria leave out the mass of the balls and friction.
+    """
+    settled, damped = ("gravity=[0,0,0]", "solver.companion=off", "run.output_rate=5000"), 2e-5
+    ring = "{mass: 0.5, inertia: [1.0e-4, 1.0e-4], free: all, unbalance: 1.0e-5, load: [0, -30, 20]}"
+    moving = (f"rings.inner={ring}", "model.dimension=free", "cage.kind=even", "drive.offset=[0,0,0]")
+    shaft = "{mass: 1.0, inertia: [2.0e-4, 2.0e-4], unbalances: [[0, 2.0e-5, 0]], loads: [[0, 0, -60, 40, 0, 0]]}"
+    one = "facing: 1, offset: 0, geometry: {radial_clearance: -6.0e-6}"
+    both = (f"shaft={shaft}", f"left={{place: -1e-7, {one}}}", f"right={{place: 1e-7, {one}}}")
+    found = []
+    for scene, changes in (("bearing_6203", moving), ("shaft_two_6203", both)):
+        more = (f"drive.speed={speed}", f"contact.relaxation_time={damped}", "run.duration=0.3")
+        found.append(joined(list(simulate(load_scene(scene, (*settled, *changes, *more))).blocks())).values)
+    ring, shaft = (values[name][750:] for values, name in zip(found, ("inner_ring_offset", "position"), strict=True))
+    assert ring.mean(axis=0)[1:] == pytest.approx(shaft.mean(axis=0)[1:], rel=2e-3)
+    assert np.ptp(ring, axis=0)[:2] == pytest.approx(np.ptp(shaft, axis=0)[:2], rel=orbit)
+    greatest = (found[0]["normal_load"][750:].max(axis=(0, 1)), found[1]["left_normal_load"][750:].max(axis=(0, 1)))
+    assert greatest[0] == pytest.approx(greatest[1], rel=load)
+
+
+def test_a_dense_system_is_solved_as_numpy_does():
+    random = np.random.default_rng(3)
+    for n in (1, 4, 10):
+        matrix, right = random.normal(size=(n, n)), random.normal(size=n)
+        matrix[0, 0] = 0.0 if n > 1 else 1.0  # wants an exchange of rows
+        factors, rows, found = matrix.copy(), np.zeros(n, np.int64), right.copy()
+        factorise(factors, rows)
+        solve_factorised(factors, rows, found)
+        assert found == pytest.approx(np.linalg.solve(matrix, right), rel=1e-9)

@@ -43,11 +43,15 @@ def motion(parameters: ShaftScene, choice: Choice):
         return own
     finer = ShaftMotion(parameters, choice, FINER)
     writer = functools.partial(ShaftFigures, parameters, choice)
-    return WithSecondRun((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters, SHORT)
+    both = WithSecondRun((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters, SHORT)
+    both.longest_chunk = own.longest_chunk
+    return both
 
 
 class ShaftMotion:
     """The shaft in motion: `advance` integrates to the end of a chunk and returns its outputs."""
+
+    longest_chunk = 0.1  # s: what a second motion finds is compared once a chunk
 
     def __init__(self, parameters: ShaftScene, choice: Choice, share: float = 1.0):
         self.parameters, self.stop = parameters, SIGNALLED

@@ -13,6 +13,7 @@ from bearing_twin.kinds.shaft.rotor import (
     DISSIPATED,
     LOAD_WORK,
     RATE,
+    ring_at,
     shaft_loads,
     turned_to,
 )
@@ -100,22 +101,22 @@ def write_row(system, time, state, gross, contacts, row):
     for i in range(COORDINATES):
         kinetic += 0.5 * (rotor.mass if i < 3 else rotor.transverse) * state[RATE + i] ** 2
         potential -= rotor.weight[i] * state[i]
-    shaft_loads(rotor, angle, speed, state[:COORDINATES], balls, moment.load, moment.stiffness)
-    for b in range(2):
-        seat, own, found = rotor.seats[b], balls[b], contacts[b]
-        write_contacts(seat.setting, own.directions, own.ring, own.place, found)
-        power = seat.setting.inner.law.power + 1.0
-        for k in range(len(own.place)):
-            for side in range(2):
-                elastic += found.load[k, side] * max(found.approach[k, side], 0.0) / power
-        row[12 + 3 * b], row[13 + 3 * b] = own.ring[0], own.ring[1]
-        row[14 + 3 * b] = seat.facing * (own.ring[2] - seat.middle)
-        row[28 + b] = seat.first + seat.ratio * angle
     shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
+    late = rotor.relaxation_time
+    for i in range(COORDINATES):
+        # contacts hold what they do a relaxation time later, less the work until then
+        elastic -= late * moment.load[i] * state[RATE + i]
+        for j in range(COORDINATES):
+            elastic += 0.5 * late * late * state[RATE + i] * moment.stiffness[i, j] * state[RATE + j]
     at, worst = HEAD, 0.0
     for b in range(2):
         seat, own, found = rotor.seats[b], balls[b], contacts[b]
         _write_bearing(seat, own, 12, b, row)
+        ring_at(seat, state, moment.work)
+        row[12 + 3 * b], row[13 + 3 * b] = moment.work[0], moment.work[1]
+        row[14 + 3 * b] = seat.facing * (moment.work[2] - seat.middle)
+        row[28 + b] = seat.first + seat.ratio * angle
+        power = seat.setting.inner.law.power + 1.0
         write_contacts(seat.setting, own.directions, own.ring, own.place, found)
         n = len(own.place)
         for k in range(n):
@@ -125,6 +126,7 @@ def write_row(system, time, state, gross, contacts, row):
             for side in range(2):
                 loaded = found.load[k, side] > 0.0
                 row[at + 2 * k + side] = found.load[k, side]
+                elastic += found.load[k, side] * max(found.approach[k, side], 0.0) / power
                 row[at + 2 * (n + k) + side] = found.angle[k, side] if loaded else 0.0
                 worst = max(worst, abs(row[at + 2 * (n + k) + side]) / GREATEST_ANGLE)
         at += 4 * n

@@ -18,7 +18,7 @@ FRAME = SHAFT.frame
 BODY = "shaft"
 BEARINGS = tuple(f"{side}_bearing" for side in SIDES)
 WIDE, BEYOND = 2.0, 0.3  # width of a bearing in ball diameters, ends of the shaft in distances of the bearings
-ARROW = 0.5  # longest arrow, in distances of the bearings
+ARROW = 2.0  # longest arrow, in outer radii of the bearings, from which it comes out
 
 
 def topics(parameters: ShaftScene) -> tuple[Topic, ...]:
@@ -72,6 +72,11 @@ def ring_sizes(mounted: Mounted) -> tuple[float, float, float]:
     return max(0.5 * pitch - 0.9 * ball, 0.1 * pitch), 0.5 * pitch + 0.9 * ball, WIDE * ball
 
 
+def longest_arrow(parameters: ShaftScene) -> float:
+    """How long [m] the greatest force is drawn."""
+    return ARROW * max(ring_sizes(getattr(parameters, side))[1] for side in SIDES)
+
+
 def sizes(parameters: ShaftScene) -> tuple[float, float, float]:
     """Radius [m] of the shaft as it is drawn, and where it begins and ends along z."""
     mounted = [getattr(parameters, side) for side in SIDES]
@@ -107,7 +112,7 @@ def marker_fields(output: Output) -> dict:
     along = np.array([sample["tilt"][1], -sample["tilt"][0], 1.0])
     middle = position + 0.5 * (low + high) * along
     force = sample["bearing_force"]
-    longest = ARROW * (centres[1, 2] - centres[0, 2]) / max(float(np.linalg.norm(force, axis=-1).max()), 1e-9)
+    longest = longest_arrow(parameters) / max(float(np.linalg.norm(force, axis=-1).max()), 1e-9)
     arrows = np.stack([centres - longest * force, centres], axis=1)
     rings = []
     for k, side in enumerate(SIDES):

@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.kinds.shaft.outputs import channels as channels_of
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.topics import ARROW, ring_centres, ring_sizes, sizes
+from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, ring_sizes, sizes
 from bearing_twin.kinds.views import (
     DARK,
     ORANGE,
@@ -34,7 +34,6 @@ def view(facts, channels) -> View:
     """z along the shaft; everything stands in `shaft_link`."""
     parameters = facts.scene.parameters
     radius, low, high = sizes(parameters)
-    distance = parameters.right.place - parameters.left.place
     series = (
         *picked(channels, TAKEN),
         Channel("turn", "1", (2,), "cosine and sine of the shaft's angle"),
@@ -68,10 +67,16 @@ def view(facts, channels) -> View:
         ),
         marks=(
             Arrows(
-                "forces", "force on the shaft", "N", "bearing_force", ARROW * distance, (ORANGE,), point="centres"
+                "forces",
+                "force on the shaft",
+                "N",
+                "bearing_force",
+                longest_arrow(parameters),
+                (ORANGE,),
+                point="centres",
             ),
         ),
-        look=Look(0.6 * (high - low), (1.0, 0.35, 0.35), middle=(0.0, 0.0, 0.5 * (low + high))),
+        look=Look(0.6 * (high - low), (-1.0, 0.35, 0.35), middle=(0.0, 0.0, 0.5 * (low + high))),
         enlarged=Enlarged("displacement of the shaft", ("position",), REACH * radius),
         words="The shaft is drawn as wide as its bearings' bores; its displacement is enlarged, and its tilt as much.",
         axes=True,

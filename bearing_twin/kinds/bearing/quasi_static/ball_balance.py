@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.quasi_static.forces import TINY, gradient_of, le
 
 MOST_STEPS, MOST_HALVINGS, MOST_BISECTIONS = 40, 6, 40
 EXACT = 1e-12  # of the loads: what is left of a ball's balance
+NEAR = 1e-9  # of the loads: what is left of a balance whose last step is taken without a look at it
 ENOUGH = 1e-9  # of the loads: as above, where rounding lets no step improve any more
 SMALLEST_STEP = 4e-17  # of the groove's radius: a step below it changes nothing any more
 
@@ -184,6 +185,28 @@ def _bracketed(setting, opening_r, opening_z, weight_r, weight_z):
     return place_r, 0.5 * (low_z + high_z)
 
 
+@inlined
+def _moved(here, step_r, step_z):
+    """The balance a Newton step further, to first order: what is left then is the square of what was left before."""
+    force_p, moment_p = here.force_p, here.friction_moment_p
+    return Balance(
+        0.0,
+        0.0,
+        here.left_p,
+        here.left_o,
+        (
+            here.force[0] + force_p[0] * step_r + force_p[1] * step_z,
+            here.force[1] + force_p[2] * step_r + force_p[3] * step_z,
+        ),
+        here.force_p,
+        here.force_o,
+        here.friction_moment + moment_p[0] * step_r + moment_p[1] * step_z,
+        here.friction_moment_p,
+        here.friction_moment_o,
+        here.scale,
+    )
+
+
 @kernel
 def _newton(setting, opening_r, opening_z, place_r, place_z, weight_r, weight_z):
     """(place, height, balance, whether it is in balance) by damped Newton steps from this place."""
@@ -201,6 +224,8 @@ def _newton(setting, opening_r, opening_z, place_r, place_z, weight_r, weight_z)
         step_z = (c * here.left_r - a * here.left_z) / determinant
         if abs(step_r) + abs(step_z) <= smallest:
             return place_r, place_z, here, True
+        if size <= NEAR * here.scale:
+            return place_r + step_r, place_z + step_z, _moved(here, step_r, step_z), True
         factor, better = 1.0, False
         for _ in range(MOST_HALVINGS):
             near_r, near_z = place_r + factor * step_r, place_z + factor * step_z
