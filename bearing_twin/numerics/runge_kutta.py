@@ -63,7 +63,7 @@ def longest_step(one_step, system, method, state, wanted, least, loaded, work, c
     while True:
         error = one_step(system, method, state, step, loaded, work, work.after)
         following = next_step(step, error, method.order)
-        counts[EVALUATIONS] += len(method.weights)
+        counts[EVALUATIONS] += len(work.stages)
         if error <= 1.0:
             return step, following
         counts[REJECTIONS] += 1

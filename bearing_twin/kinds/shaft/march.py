@@ -13,17 +13,17 @@ from bearing_twin.kinds.shaft.outputs import write_row
 from bearing_twin.kinds.shaft.rotor import BEARING_WORK, DISSIPATED, LOAD_WORK, STATE, jacobian, rates
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_step
 from bearing_twin.numerics.runge_kutta import longest_step
-from bearing_twin.numerics.statuses import OK, STALLED, STOPPED, TOO_DEEP
-from bearing_twin.numerics.steppers import RODAS4, rosenbrock_dense
+from bearing_twin.numerics.statuses import EVALUATIONS, OK, REJECTIONS, STALLED, STEPS, STOPPED, TOO_DEEP
+from bearing_twin.numerics.steppers import rosenbrock_dense
 
-STEPS, REJECTIONS, EVALUATIONS, COUNTS = 0, 1, 2, 3
+COUNTS = 3
 BEGAN, TIME, STEP, PHASE, CURSOR, GROSS, GROSS_BEFORE, CLOCK = range(8)
 """Of the clock: begin and end [s] of the step kept, next step [s], part of the drive's course, outputs written, work of
 loads and bearings with each step's counted by its size [J], and that at the begin of the step kept."""
 
 START, END, THIRD, FOURTH, KEPT = range(5)  # rows of the step kept: states at its ends, and its interpolant
 NEAR = 1e-3  # of a step: no shorter one is left before the drive changes
-EVALUATED = len(RODAS4.alpha) + 2  # rates in a step
+SLOPES = 2  # rates for the explicit change with time, beside those of the stages
 
 
 @kernel
@@ -94,11 +94,10 @@ def advance(rotor, course, method, work, moved, shown, clock, kept, counts, time
         wanted = min(clock[STEP], bounds[1])
         reaches = time + (1.0 + NEAR) * wanted >= ends
         system = (rotor, _drive_of(course, phase), course[phase, 0], moved[0], moved[1])
-        step, following, rejections = longest_step(
-            _one_step, system, method, kept[END], ends - time if reaches else wanted, bounds[0], time, work
-        )
-        counts[REJECTIONS] += rejections
-        counts[EVALUATIONS] += EVALUATED * (rejections + (step > 0.0))
+        rejected, cut = counts[REJECTIONS], ends - time if reaches else wanted
+        step, following = longest_step(_one_step, system, method, kept[END], cut, bounds[0], time, work, counts)
+        rejections = counts[REJECTIONS] - rejected
+        counts[EVALUATIONS] += SLOPES * (rejections + (step > 0.0))
         if step < 0.0:
             return STALLED
         for n in range(COORDINATES):
