@@ -21,6 +21,7 @@ from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 
 NOTHING = (0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
+SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 
 
 def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
@@ -153,7 +154,7 @@ def carried_on(
         until = np.where(np.arange(len(row)) == PLACE["orbit_angle"], one[0], min(one[0], seconds))
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
         # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
-        longer[PLACE["friction"]] = 1.0
+        longer[SLIP] = 1.0
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
     now = float(row[PLACE["load"]]) + around * float(np.ptp(part.out["normal_load"]))
     if seconds:

@@ -7,6 +7,7 @@ last of them zero, so that loops over WIDTH become vector instructions.
 
 import numpy as np
 
+from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import PLACES
 from bearing_twin.numerics.steppers import MOST_STAGES
 
@@ -41,3 +42,13 @@ SHAFT_BY_SPEED = SHAFT_ROW + 2 * PLACES
 SHAFT_SOLVED = SHAFT_BY_SPEED + 1
 SHAFT_PIVOT = SHAFT_SOLVED + WIDTH
 NUMBERS = SHAFT_PIVOT + 1
+
+
+@inlined
+def ring_places(ring):
+    """How many places balls meet besides the cage's angle, the first of PLACES; `ring` is that of the `Partners`."""
+    if len(ring) == 0:
+        return 0
+    if len(ring) == 1:
+        return 3
+    return 5

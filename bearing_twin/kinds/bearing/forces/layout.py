@@ -92,16 +92,6 @@ BALL_BY_SHAFT, SHAFT_BY_BALL, SHAFT_BY_BORDER, SHAFT_OWN, SHAFT_ANSWER, SHAFT_RO
 
 
 @inlined
-def ring_places(ring):
-    """How many places balls meet besides the cage's angle, the first of PLACES; `ring` is that of the `Partners`."""
-    if len(ring) == 0:
-        return 0
-    if len(ring) == 1:
-        return 3
-    return 5
-
-
-@inlined
 def entry(rate, column):
     """The row that holds the Jacobian's entry d(rate)/d(column), both columns of the state."""
     return JACOBIAN + rate * MOTION + column

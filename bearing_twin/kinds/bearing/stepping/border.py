@@ -44,7 +44,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     WORK_DONE,
     get,
     put,
-    ring_places,
     sum_of,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import LevelMotion, RingMotion
@@ -254,7 +253,7 @@ def border_rates(bearing, drive, border, time, blocks):
             inertia += sum_of(blocks[block], SHARES)
     for i in range(at.WIDTH):
         numbers[at.RATES + i] = 0.0
-    for i in range(ring_places(border.ring)):
+    for i in range(at.ring_places(border.ring)):
         numbers[at.INVERSE + i] = numbers[at.FREE + i] / numbers[at.MASS + i]
         _push_place(numbers, i, blocks)
     numbers[at.INVERSE + CAGE] = numbers[at.FREE + CAGE] / inertia

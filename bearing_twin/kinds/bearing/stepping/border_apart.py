@@ -27,7 +27,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     get_vector,
     put,
     put_vector,
-    ring_places,
     sum_of,
 )
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED
@@ -70,10 +69,10 @@ def _eliminate_balls(g, border, lanes):
         put_vector(lanes, SOLUTION + AXIS_DISTANCE, k, known)
         put_vector(lanes, SOLUTION + VELOCITY, k, velocity)
         put_vector(lanes, SOLUTION + SPIN, k, spin)
-        for r in range(ring_places(ring)):
+        for r in range(at.ring_places(ring)):
             _put_share(lanes, r, k, known, velocity, spin)
         _put_share(lanes, CAGE, k, known, velocity, spin)
-    for r in range(ring_places(ring)):
+    for r in range(at.ring_places(ring)):
         numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
     numbers[at.SOLUTION + PLACES + CAGE] += sum_of(lanes, SHARES + CAGE)
 

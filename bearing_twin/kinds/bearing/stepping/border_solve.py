@@ -36,7 +36,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     get_vector,
     put,
     put_vector,
-    ring_places,
     sum_of,
 )
 from bearing_twin.numerics import chain_solve
@@ -136,7 +135,7 @@ def share(lanes, r, k, velocity, spin):
 @inlined
 def _put_shares(ring, lanes, k, velocity, spin):
     """Writes what a ball's motion does to the border."""
-    for r in range(ring_places(ring)):
+    for r in range(at.ring_places(ring)):
         put(lanes, SHARES + r, k, share(lanes, r, k, velocity, spin))
     put(lanes, SHARES + CAGE, k, share(lanes, CAGE, k, velocity, spin))
 
@@ -150,7 +149,7 @@ def _eliminate(border, lanes, c):
         put_vector(lanes, tile, k, velocity)
         put_vector(lanes, tile + 3, k, spin)
         _put_shares(ring, lanes, k, velocity, spin)
-    for r in range(ring_places(ring)):
+    for r in range(at.ring_places(ring)):
         border.numbers[at.CORNER + 6 * c + r] -= sum_of(lanes, SHARES + r)
     border.numbers[at.CORNER + 6 * c + CAGE] -= sum_of(lanes, SHARES + CAGE)
 

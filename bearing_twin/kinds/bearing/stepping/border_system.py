@@ -42,7 +42,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     increase_vector,
     multiply_rows,
     put,
-    ring_places,
     sum_of,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage_answers import moving_pocket_answers
@@ -92,7 +91,7 @@ def _make_even(bearing, border, lanes):
         to_cage(entry(RADIAL_VELOCITY, 0), BALL_BY_BORDER, lanes, k)
         for rate in range(AXIAL_VELOCITY, COLUMNS):
             to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
-        for i in range(ring_places(border.ring)):
+        for i in range(at.ring_places(border.ring)):
             to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
         to_cage(BORDER_BY_BALL + CAGE * MOTION, BORDER_BY_BORDER + CAGE * stride, lanes, k)
 
@@ -116,7 +115,7 @@ def _sum_row(ring, numbers, r, lanes):
     """Adds up how place r of the border answers, and divides it by its inertia."""
     inverse, row = numbers[at.INVERSE + r], BORDER_BY_BALL + r * MOTION
     multiply_rows(lanes, row, row + MOTION, inverse)
-    for c in range(ring_places(ring)):
+    for c in range(at.ring_places(ring)):
         _sum_entry(numbers, inverse, r, c, lanes)
     _sum_entry(numbers, inverse, r, CAGE, lanes)
 
@@ -143,7 +142,7 @@ def border_jacobian(pockets, bearing, drive, border, time, blocks):
     if len(border.land) > 0:
         land_answers(border.land, drive.speed + drive.acceleration * time, numbers)
     for block in range(len(blocks)):
-        for r in range(ring_places(border.ring)):
+        for r in range(at.ring_places(border.ring)):
             _sum_row(border.ring, numbers, r, blocks[block])
         _sum_row(border.ring, numbers, CAGE, blocks[block])
 
@@ -187,12 +186,12 @@ def border_known(g, border, blocks):
         lanes = blocks[block]
         for k in range(LANES):
             known = get_vector(lanes, SOLUTION, k)
-            for r in range(ring_places(ring)):
+            for r in range(at.ring_places(ring)):
                 put(lanes, SHARES + r, k, known_share(lanes, r, k, known))
             put(lanes, SHARES + CAGE, k, known_share(lanes, CAGE, k, known))
             increase_vector(lanes, SOLUTION + VELOCITY, k, by_places(ring, lanes, 0, k, places))
             increase_vector(lanes, SOLUTION + SPIN, k, by_places(ring, lanes, 3, k, places))
-        for r in range(ring_places(ring)):
+        for r in range(at.ring_places(ring)):
             numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
         numbers[at.SOLUTION + PLACES + CAGE] += sum_of(lanes, SHARES + CAGE)
 
