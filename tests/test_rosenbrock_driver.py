@@ -18,7 +18,6 @@ from bearing_twin.numerics.lanes import (
     LANE_RATES,
     LANES,
     RIGHT,
-    SCENE_ROWS,
     SOLUTION,
     START,
     STEP,
@@ -42,7 +41,7 @@ from bearing_twin.numerics.statuses import JACOBIANS, NOT_FINITE, OK, REJECTIONS
 from bearing_twin.numerics.steppers import RODAS4, ROSENBROCK, five
 
 DURATION, TIMES = 2.0, np.linspace(0.1, 2.0, 20)
-STIFFNESS = SCENE_ROWS  # the row of a body's own
+STIFFNESS = COLUMNS  # the row of a body's own, the first after its state
 Toy = namedtuple("Toy", ["method", "stiffness", "begin", "tolerance", "event", "out", "last", "ends", "dense", "wrong"])
 Dense = namedtuple("Dense", ["start", "end", "third", "fourth", "between"])
 Results = namedtuple("Results", ["counts", "failure", "stop"])

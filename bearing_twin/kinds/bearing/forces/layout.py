@@ -11,9 +11,9 @@ from bearing_twin.numerics.lanes import *  # noqa: F403 - a kernel finds all row
 from bearing_twin.numerics.lanes import (
     AFTER_METHOD,
     COLUMNS,
+    LANE_RATES,
     LANES,
     METHOD_ROWS,
-    SCENE_ROWS,
     get_vector,
     put_vector,
     rows,
@@ -40,9 +40,10 @@ BORDER = 18
 # motion of ring and cage, the cage's angle to the ball's pocket, place and velocity of its centre; what a ball does to
 # ring and cage, and to the ring about its axis; and what friction over the spots works with.
 RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, BORDER_MOTION, POCKET = rows(
-    SCENE_ROWS, 1, 1, 1, 4, 4, 2 * PLACES
+    COLUMNS, 1, 1, 1, 4, 4, 2 * PLACES
 )
-CENTRE, BORDER_PUSH, AXIAL_PUSH, _SPOT_ROWS, LANE_ROWS = rows(POCKET + 1, 4, PLACES, 1, 16)
+CENTRE, BORDER_PUSH, AXIAL_PUSH, _BEFORE = rows(POCKET + 1, 4, PLACES, 1)
+_SPOT_ROWS, LANE_ROWS = rows(LANE_RATES + COLUMNS, 16)
 CARRIED_COLUMNS = 8
 # The motion in a spot's frame, its semi-axes, and three means over it, each in two rows, inner contacts and outer ones:
 # 16 numbers side by side become vector instructions there, 8 do not.
@@ -64,7 +65,7 @@ FIRST_SPIN, SPIN_SUM, IMEX_ROWS = rows(_SHARED, 3, 3)
 FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, _END = rows(
     _SHARED, 1, 1, 9, 9, 9, 9
 )
-assert _END <= METHOD_ROWS, "numerics.lanes leaves the scene too few rows"
+assert max(_BEFORE - LANE_RATES, _END - METHOD_ROWS) <= 0, "numerics.lanes leaves the scene too few rows"
 FORCE_ERROR, TORQUE_ERROR, LAST_RATES, ROSENBROCK_ROWS = rows(AFTER_METHOD, 1, 1, 6)
 SYSTEM = FACTOR_INVERSE  # coupled balls: what is left of 1/g - J without positions, column after column
 

@@ -37,7 +37,7 @@ from bearing_twin.kinds.bearing.stepping.steps import check_all, lane_spin, spin
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.lockstep import Pace, advance_together
 from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.runge_kutta import hermite
+from bearing_twin.numerics.runge_kutta import combine_blocks, hermite
 from bearing_twin.numerics.statuses import EVALUATIONS, OK
 from bearing_twin.numerics.steppers import RungeKutta
 
@@ -69,23 +69,6 @@ def _lane_room(state, orientation, near, slopes):
     into_blocks(orientation, turning, TURNED_TO)
     k = np.zeros((slopes, *y.shape))
     return LaneRoom(y, np.zeros_like(y), k, turning, lanes, new_pairs(near, np.arange(len(state)), 1.0))
-
-
-@inlined
-def _combine(start, h, weights, count, slopes, out):
-    """out = start + h * (weighted sum of the first `count` slopes), at the beginning of its blocks."""
-    first = 0
-    while first < count - 1 and weights[first] == 0.0:
-        first += 1
-    for block in range(len(start)):
-        factor = h * weights[first]
-        for i in range(STATE_SPAN):
-            out[block, i] = start[block, i] + factor * slopes[first, block, i]
-        for j in range(first + 1, count):
-            factor = h * weights[j]
-            if factor != 0.0:
-                for i in range(STATE_SPAN):
-                    out[block, i] += factor * slopes[j, block, i]
 
 
 @lean_kernel
@@ -165,11 +148,11 @@ def _one_step(run, time, h, begun):
     for stage in range(1 if begun else 0, stages + 1):
         moment = time + h
         if stage == stages:
-            _combine(room.y, h, method.weights, stages, room.k, room.lanes)
+            combine_blocks(room.y, h, method.weights, stages, room.k, room.lanes)
         else:
             moment = time + method.nodes[stage] * h
             if stage > 0:
-                _combine(room.y, h, method.a[stage], stage, room.k, room.lanes)
+                combine_blocks(room.y, h, method.a[stage], stage, room.k, room.lanes)
         block_rates(run.bearing, run.drive, room.pairs, moment, room.lanes)
         for block in range(len(room.lanes)):
             for i in range(STATE_SPAN):

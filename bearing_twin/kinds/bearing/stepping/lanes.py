@@ -1,8 +1,4 @@
-"""One Rosenbrock step of many balls side by side, alone or coupled: their rates, their linear system, their errors.
-
-Balls stand in blocks of lanes. Balls alone have a step size each and are solved one by one; coupled ones, which
-`linear_system` says more about, have one step size for all and are solved together. All else is the same.
-"""
+"""One Rosenbrock step of many balls side by side, alone or coupled: their rates, their linear system, their errors."""
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at

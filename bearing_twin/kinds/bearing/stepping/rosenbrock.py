@@ -1,9 +1,7 @@
-"""The bearing by an adaptive Rosenbrock method: balls side by side in lanes, alone or coupled.
+"""The bearing by an adaptive Rosenbrock method: what begins, cuts, accepts and ends the steps of `numerics.rosenbrock`.
 
-Where the rings' motion is prescribed, balls that touch no other do not act on each other: every lane holds one ball
-with its own time and step size, all lanes take one step together, each accepts or repeats its own, and a lane whose
-ball has reached the end of the chunk takes the next ball. Balls that may touch, or that meet a ring with mass or a
-cage, take all their steps together.
+Where the rings' motion is prescribed, balls that touch no other do not act on each other, and each has its own steps.
+Balls that may touch, or that meet a ring with mass or a cage, take all their steps together.
 """
 
 import math
@@ -76,12 +74,17 @@ class Run(NamedTuple):
     dense: DenseStep
 
 
+@lean_kernel
+def _next_ball(number, state, orientation, carried, lanes, k):
+    """Puts a ball at the start of the chunk into a lane."""
+    into_lane(state[number], lanes, START, k)
+    into_lane(carried[number], lanes, CARRIED_INNER, k)
+    into_lane(orientation[number], lanes, ORIENTATION, k)
+
+
 @inlined
 def _begin(run, number, lanes, k):
-    """Puts a ball at the start of the chunk into a lane."""
-    into_lane(run.state[number], lanes, START, k)
-    into_lane(run.results.carried[number], lanes, CARRIED_INNER, k)
-    into_lane(run.orientation[number], lanes, ORIENTATION, k)
+    _next_ball(number, run.state, run.orientation, run.results.carried, lanes, k)
 
 
 @inlined
@@ -98,15 +101,19 @@ def _one_step(run, coupling, blocks):
     point_out(coupling, run.results.pointer, blocks)
 
 
-@inlined
-def _landing(run, lanes, k):
+@lean_kernel
+def _lane_landing(bearing, weights, lanes, k, dense):
     """Share of a lane's step after which a contact has just begun or ended; 1 where none does."""
-    bearing, dense = run.task.bearing, run.dense
     dense_ends(lanes, k, dense)
     if not changes_contact(bearing, dense.start, dense.end):
         return 1.0
-    dense_terms(run.task.method.dense, lanes, k, dense)
+    dense_terms(weights, lanes, k, dense)
     return landing(bearing, dense)
+
+
+@inlined
+def _landing(run, lanes, k):
+    return _lane_landing(run.task.bearing, run.task.method.dense, lanes, k, run.dense)
 
 
 @inlined
@@ -128,6 +135,15 @@ def _accept(run, lanes, k):
     carry_ball(run.task.bearing, lanes, START, lanes, k)
 
 
+@lean_kernel
+def _checked(bearing, number, state, duration, failure):
+    """Whether the state of a ball at the end of a chunk can be right; `bearing` has its ring where it is then."""
+    status = check_ball(bearing, state, number)
+    if status != OK:
+        failure[0], failure[1] = duration, number
+    return status
+
+
 @inlined
 def _end(run, coupling, number, lanes, k):
     """Takes a ball out of its lane at the end of the chunk; returns whether its state can be right."""
@@ -135,10 +151,8 @@ def _end(run, coupling, number, lanes, k):
     from_lane(lanes, START, k, run.state[number])
     from_lane(lanes, ORIENTATION, k, run.orientation[number])
     from_lane(lanes, CARRIED_INNER, k, results.carried[number])
-    status = check_ball(_bearing_now(bearing.ring, coupling, bearing), run.state, number)
-    if status != OK:
-        results.failure[0], results.failure[1] = run.task.duration, number
-    return status
+    now = _bearing_now(bearing.ring, coupling, bearing)
+    return _checked(now, number, run.state, run.task.duration, results.failure)
 
 
 @lean_kernel

@@ -1,6 +1,6 @@
-"""What the integration loops of the bearing share: costs, failures, checks of a state, dense steps.
+"""What the steppers of the bearing share: failures, checks of a state, dense steps.
 
-The loops (`rosenbrock`, `explicit`, `imex`) take `times` [s], increasing,
+They (`rosenbrock`, `explicit`, `imex`) take `times` [s], increasing,
 counted from the start of the chunk, all within `duration`; they advance `state` (N, COLUMNS) and `orientation` (N, 4)
 to the end of the chunk and fill `states` (len(times), N, COLUMNS) and `orientations` (len(times), N, 4). `counts`
 gathers the cost; the returned status is one of OK, NOT_FINITE, TOO_DEEP, STALLED, with the failing time and ball in
