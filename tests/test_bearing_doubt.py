@@ -331,6 +331,12 @@ def test_a_held_ring_that_touches_nothing_is_told_once_and_its_figures_make_no_n
     assert ["between outputs alone" in one for one in figures.flags()] == [True]
 
 
+def test_balls_that_are_thrown_off_the_inner_ring_are_told():
+    report = reported("bearing_6203", "drive.speed=20000", "run.duration=0.01").report
+    assert report.figures["greatest_normal_load_inner_n"] == [0.0] * 8
+    assert sum("thrown off the inner ring" in one and "rad/s" in one for one in report.flags) == 1
+
+
 def test_a_motion_in_a_plane_has_no_moment_across_it_and_no_doubt_about_one():
     run = simulate(load_scene("bearing_6203_unbalance", ["run.duration=0.02"]))
     for _ in run.blocks():

@@ -99,12 +99,32 @@ def of_temperatures(parameters) -> list[str]:
 
 def of_held_ring(parameters) -> list[str]:
     """What is to be said of a ring that is held where it is: that it touches no ball, or leaves some on their way."""
-    if not any(parameters.drive.tilt) and all(near <= 0.0 for near, _ in _squeezes(parameters)):
+    if not touches_still(parameters):
         return [
             "the inner ring stands where it touches no ball, so that nothing loads or drives them: move it by "
             "drive.offset by more than the clearance, or free it under a load (rings.inner.load, model.dimension)"
         ]
     return list(filter(None, [cage_needed(parameters)]))
+
+
+def touches_still(parameters) -> bool:
+    """Whether a ring that is held squeezes balls at some place of it while nothing turns; a tilt counts as yes."""
+    return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in _squeezes(parameters))
+
+
+def untouched(parameters, speed: float, work: float | None) -> str | None:
+    """What is to be said of a ring at `speed` [rad/s] that balls touch at no output, the drive's `work` [J] known.
+
+    Of one that no ball would touch at rest either `of_held_ring` tells before the run.
+    """
+    if work:
+        return "balls touch the inner ring between outputs alone, unseen by its loads: give a greater run.output_rate"
+    if not touches_still(parameters):
+        return None
+    return (
+        f"at {speed:g} rad/s the balls are thrown off the inner ring, so that it neither carries nor drives them: "
+        "lower drive.speed, which is in rad/s, or press the rings together harder"
+    )
 
 
 def cage_needed(parameters) -> str:

@@ -10,14 +10,8 @@ from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import (
-    gathered,
-    groove_doubt,
-    law_doubt,
-    pressure_doubt,
-    wave_doubt,
-    wave_transit,
-)
+from bearing_twin.contact.validity import gathered, groove_doubt, law_doubt, pressure_doubt, wave_doubt, wave_transit
+from bearing_twin.kinds.bearing.adequacy import untouched
 from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, is_watched
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
@@ -202,10 +196,10 @@ class BearingFigures:
         return f"nothing keeps the balls apart and {' and '.join(found)}; set cage.kind: even" if found else None
 
     def _touch_doubt(self) -> str | None:
-        """Doubt about loads of an inner ring that balls touch, as the drive's work says, but at no output."""
-        if self.greatest_load[:, 0].any() or not self.last.get("drive_work"):
+        """Doubt about an inner ring that balls touch at no output."""
+        if self.greatest_load[:, 0].any():
             return None
-        return "balls touch the inner ring between outputs alone, unseen by its loads: give a greater run.output_rate"
+        return untouched(self.parameters, self.last["inner_ring_speed"], self.last.get("drive_work"))
 
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""

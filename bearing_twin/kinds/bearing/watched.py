@@ -166,10 +166,11 @@ class WatchedMotion(BearingMotion):
 
     def _retake(self, rows, setting: float) -> None:
         """Back to before a chunk, with another setting; what was spent on it counts."""
-        spent, watching = self.counts.copy(), (self.companion.steps, self.companion.looked)
+        spent, watching = self.counts.copy(), (self.companion.steps, self.companion.looked, self.companion.grew)
         self.take_back()
         self.counts[:], self._rows = spent, rows.copy()
-        self.companion.steps, self.companion.looked = watching
+        # What meetings make of an error is the motion's, whatever the setting.
+        self.companion.steps, self.companion.looked, self.companion.grew = watching
         # A ring forgets in time what it was off, and may take longer steps again.
         self._roughest, self._calm = redoing.SPARED * self.setting if carries(self.parameters) else setting, 0
         self._set(setting)
