@@ -45,12 +45,12 @@ def advance_together(
     for instant in range(len(times) + 1):
         goal = times[instant] if instant < len(times) else duration
         begin = turned_at = time
-        done = turned = 0
+        done, turned, step = 0, 0, wanted
         while goal - time > NOTHING * duration:
             if results.stop[0] != 0:
                 return STOPPED, wanted
-            since = begin if pace.counted else time
-            step = (goal - since) / max(1.0, math.ceil((goal - since) / wanted - 1e-9))
+            if done == 0 or not pace.counted:  # once for equal steps, which are short
+                step = (goal - time) / max(1.0, math.ceil((goal - time) / wanted - 1e-9))
             error = one_step(scene, time, step, begun)
             begun = True
             if pace.order > 0:

@@ -209,12 +209,17 @@ def check_ball(bearing, state, k):
     return OK
 
 
-@inlined
-def check_all(run, time, state, failure):
-    """`check_ball` for every ball of the `run`'s bearing; a failure is noted with its time and ball."""
-    for k in range(run.bearing.balls):
-        status = check_ball(run.bearing, state, k)
+@kernel
+def _check_balls(bearing, time, state, failure):
+    for k in range(bearing.balls):
+        status = check_ball(bearing, state, k)
         if status != OK:
             failure[0], failure[1] = time, k
             return status
     return OK
+
+
+@inlined
+def check_all(run, time, state, failure):
+    """`check_ball` for every ball of the `run`'s bearing; a failure is noted with its time and ball."""
+    return _check_balls(run.bearing, time, state, failure)
