@@ -59,8 +59,8 @@ class BearingMotion:
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.loading, self._instants = Loading(parameters), Instants()
         partners = partners_of(parameters)
-        coupled = LONGEST_EVEN if partners.even and partners.ring else None
-        self.longest_chunk = coupled if partners.active else LONGEST_ALONE
+        together = LONGEST_EVEN if partners.even and partners.ring else None
+        self.longest_chunk = together if partners.active else LONGEST_ALONE
         if self.bearing.ring:
             start, self._start_border = settled_start(parameters, choice.law, partners)
         else:
@@ -70,8 +70,7 @@ class BearingMotion:
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0
         self.partners = partners._replace(scales=border_scales(parameters, scales), light=light)
-        self.scales = scales
-        self._start = start
+        self.scales, self._start = scales, start
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
             what = self.rates, choice.stepper, parameters.initial.motion == "rest"

@@ -165,11 +165,10 @@ class WatchedMotion(BearingMotion):
         return super().advance(times, duration)
 
     def _retake(self, rows, setting: float) -> None:
-        """Back to before a chunk, with another setting; what was spent on it counts."""
+        """Back to before a chunk, with another setting; what was spent counts, and what meetings make of an error."""
         spent, watching = self.counts.copy(), (self.companion.steps, self.companion.looked, self.companion.grew)
         self.take_back()
         self.counts[:], self._rows = spent, rows.copy()
-        # What meetings make of an error is the motion's, whatever the setting.
         self.companion.steps, self.companion.looked, self.companion.grew = watching
         # A ring forgets in time what it was off, and may take longer steps again.
         self._roughest, self._calm = redoing.SPARED * self.setting if carries(self.parameters) else setting, 0
