@@ -9,7 +9,16 @@ from bearing_twin.kinds.shaft.modes import matrices_of, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
 from bearing_twin.pictures.run import RunPicture
-from bearing_twin.pictures.style import BALL_COLOURS, RACEWAY_COLOURS, STYLE, ball_line, frame, heading, scaled
+from bearing_twin.pictures.style import (
+    BALL_COLOURS,
+    RACEWAY_COLOURS,
+    STYLE,
+    ball_line,
+    frame,
+    heading,
+    key_above,
+    scaled,
+)
 
 SPEEDS, BEYOND = 121, 1.25  # of the panel of natural frequencies: speeds, and times the greatest of what it shows
 LEAST = 0.5  # of the first mode's frequency: how fast the shaft turns at the panel's end, at least
@@ -71,8 +80,8 @@ def _draw_orbits(axis, values):
     for k, side in enumerate(SIDES):
         axis.plot(*(factor * offset[:, k]).T, color=BALL_COLOURS[k], linewidth=1.4, label=f"{side} bearing")
     axis.set_aspect("equal", adjustable="datalim")
-    axis.legend(frameon=False, fontsize=10.5, loc="best")
     heading(axis, "Orbits of both rings about their means", f"x [{unit}]", f"y [{unit}]")
+    key_above(axis)
 
 
 def _draw_motion(axis, values):
@@ -125,7 +134,7 @@ def _draw_frequencies(axis, parameters, law):
     axis.set_ylim(0.0, BEYOND * max(row.frequencies[-1] for row in (rows[0], rows[-1])))
     handles = dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
     axis.legend(handles.values(), handles.keys(), frameon=False, fontsize=10, loc="upper left", ncol=2)
-    heading(axis, "Natural frequencies over speed; dots: critical", "speed of the shaft [rpm]", "frequency [Hz]")
+    heading(axis, "Natural frequencies; dots: critical", "speed of the shaft [rpm]", "frequency [Hz]")
 
 
 def _ways(shares):
