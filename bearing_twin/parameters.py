@@ -216,8 +216,8 @@ def _read_field(item, given, path, problems, default):
         word = ("off", "on")[given] if isinstance(given, bool) and item.default in ("off", "on") else given
         if isinstance(word, str) and (word == item.default or word in metadata["options"]()):
             return word
-        known = metadata["refused"] if isinstance(given, str) else {}
-        told = known.get(given) or f"is not known; {unknown(given, metadata['options']())}"
+        told = metadata["refused"].get(given) if isinstance(given, str) else None
+        told = told or f"is not known; {unknown(given, metadata['options']())}"
         problems.append(f"{path} = {echo(given)} {told}")
         return default
     if "columns" in metadata:

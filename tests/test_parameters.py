@@ -122,6 +122,8 @@ def test_an_unknown_key_names_the_nearest_and_all_legal_ones():
 
 def test_an_unknown_choice_names_the_nearest_and_all_legal_ones():
     assert "load = 'cole' is not known; did you mean coal? legal: hay, coal" in problems_of({"load": "cole"})
+    for other in (["hay"], {"hay": 1}):
+        assert f"load = {other} is not known; legal: hay, coal" in problems_of({"load": other})
     assert "load = 3" in problems_of({"load": 3})
 
 
