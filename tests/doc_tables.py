@@ -160,16 +160,11 @@ def _costs() -> str:
             row["how"] if row["how"].startswith("`") or "." not in row["how"] else f"`bench/{row['how']}`",
             f"{float(row['found']):g} {row['unit']}",
             f"{row['better']} than {float(row['goal']):g}",
+            f"{row['machine']}, {row['day']}",
         )
         for row in rows
     )
-    places = dict.fromkeys((row["machine"], row["day"]) for row in rows)
-    where = "; ".join(
-        f"{', '.join(names) if len(places) > 1 else 'all'} on an {machine}, {day}"
-        for machine, day in places
-        if (names := [row["what"] for row in rows if (row["machine"], row["day"]) == (machine, day)])
-    )
-    return _table(("what", "by", "measured", "goal"), lines) + f"\nMeasured: {where}.\n"
+    return _table(("what", "by", "measured", "goal", "on"), lines)
 
 
 def _confirmed() -> str:
