@@ -118,12 +118,15 @@ SPOT := contact.friction=spot
 TORQUE := drive.kind=torque$(,)drive.inertia=1e-5
 VARIANTS := $(SPOT) solver.stepper=rk4 solver.stepper=imex $(SPOT)$(,)solver.stepper=rk4 $(SPOT)$(,)solver.stepper=imex \
   $(TORQUE) $(SPOT)$(,)$(TORQUE)
+TILTING := --set rings.inner.free=all
 TOUCHING := --set geometry.balls=13 --set geometry.pitch_diameter=28.1888e-3 --set initial.motion=rest
 $(STAMPS)/variants: $(STAMPS)/kernels
 	$(call stage,kernels that only tests need$(,) three to four minutes)
 	@for one in $(VARIANTS); do \
 	  .venv/bin/python -m bearing_twin compile bearing_6203 --set $${one//,/ --set } > $(LOGS)/kernels.txt || exit; done
 	@.venv/bin/python -m bearing_twin compile bearing_6203_rig_1000N bearing_6203_run_up --set cage.kind=pockets > $(LOGS)/kernels.txt
+	@.venv/bin/python -m bearing_twin compile bearing_6203_run_up $(TILTING) --set cage.kind=none > $(LOGS)/kernels.txt
+	@.venv/bin/python -m bearing_twin compile bearing_6203_run_up $(TILTING) --set cage.kind=pockets > $(LOGS)/kernels.txt
 	@.venv/bin/python -m bearing_twin compile bearing_6203_guided_cage --set drive.kind=torque > $(LOGS)/kernels.txt
 	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) > $(LOGS)/kernels.txt
 	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) --set $(SPOT) > $(LOGS)/kernels.txt
