@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing.forces.layout import CAGE_X, CAGE_Y, PLACES
 from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.sample import Channel, Columns, Sample, layout_of
+from bearing_twin.sample import Channel, Columns, Layout, Sample, layout_of
 
 IN_PLANE = ("in_plane",)  # axes: x and y
 OWN = len(OWN_WIDTHS)  # channels with a ball's own numbers
@@ -133,18 +133,23 @@ def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     return Rows(layout, np.empty((count, layout.width)))
 
 
-def outputs_alone(bearing, drive, times, states, orientations, borders) -> dict[str, np.ndarray]:
+@functools.cache
+def _alone() -> Layout:
+    """The layout of one ball by itself: a channel of each ball has no axis of balls."""
+    channels = _channels(1)
+    return layout_of((*(one._replace(shape=one.shape[1:]) for one in channels[:OWN]), *channels[OWN:]))
+
+
+def outputs_alone(bearing, drive, times, states, orientations, borders) -> Columns:
     """Channels (count, n, ...) of n balls that know nothing of each other, from states (count, n, columns) at `times`.
 
     `borders` (n, BORDER) are ring and cage, which are held. Sums over the balls are those of each.
     """
-    (count, balls), layout = states.shape[:2], layout_of(_channels(1))
-    rows = Rows(layout, np.empty((count * balls, layout.width)))
+    (count, balls), layout = states.shape[:2], _alone()
+    numbers = np.empty((count * balls, layout.width))
     alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), np.tile(borders, (count, 1))
-    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, False, _places(1), rows.numbers, 0)
-    # A channel of each ball has one ball here.
-    shapes = (channel.shape[1:] if place < OWN else channel.shape for place, channel in enumerate(layout.channels))
-    return {name: rows[name].reshape(count, balls, *shape) for name, shape in zip(layout.places, shapes, strict=True)}
+    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, False, _places(1), numbers, 0)
+    return Columns(layout, numbers.reshape(count, balls, -1))
 
 
 def _tilting(partners, borders: np.ndarray) -> np.ndarray:
