@@ -5,10 +5,9 @@ import re
 import signal
 import sys
 
-import numba
 import pytest
 from numba.core.registry import cpu_target
-from test_compiled import cache, edited, files, numba_is_ready, started, warm  # noqa: F401 - fixtures
+from test_compiled import cache, edited, files, numba_is_ready, started, started_beside, warm  # noqa: F401 - fixtures
 
 from bearing_twin import code_cache, code_linking, source_state
 
@@ -45,10 +44,8 @@ def root(tmp_path):
 def compiled_once(tmp_path_factory):
     """A cache in which UPPER is, with all that it takes."""
     folder = tmp_path_factory.mktemp("once")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
-        patch.setattr(numba.config, "CACHE_DIR", "")
-        assert started(made(folder / "checkout"), [UPPER]) == ([TRUTH], ["half", "long", "short", "upper"], "")
+    found = started_beside(made(folder / "checkout"), [UPPER])
+    assert found == ([TRUTH], ["half", "long", "short", "upper"], "")
     return folder / "cache" / "bearing_twin"
 
 

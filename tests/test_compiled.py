@@ -78,10 +78,7 @@ def known():
 def compiled_once(tmp_path_factory):
     """A cache in which all of `CALLS` is."""
     folder = tmp_path_factory.mktemp("once")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
-        patch.setattr(numba.config, "CACHE_DIR", "")
-        assert started(made(folder / "checkout")) == (VALUES, ["four_times", "square", "twice"], "")
+    assert started_beside(made(folder / "checkout")) == (VALUES, ["four_times", "square", "twice"], "")
     return folder / "cache" / "bearing_twin"
 
 
@@ -156,6 +153,14 @@ def ended(process, pipe):
 def started(root, calls=CALLS, between=lambda: None):
     """(values, names of the functions compiled, what was said on standard error) of one start."""
     return ended(*begun(root, calls, between))
+
+
+def started_beside(root, calls=CALLS):
+    """As `started`, with the cache in a folder beside this checkout."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(root.parent / "cache"))
+        patch.setattr(numba.config, "CACHE_DIR", "")
+        return started(root, calls)
 
 
 def files(cache):

@@ -80,7 +80,7 @@ def rosenbrock_step(method, rates, jacobian, system, time, state, step, work):
 
     `rates(system, time, state, slopes)` fills the slopes; `jacobian(system, state, matrix)`, called after the rates of
     the same state, their derivatives (numbers, moving) by the first, moving numbers: the others are sums over time.
-    The stages that `rosenbrock_dense` wants are left in `work.stages`.
+    `dense_terms` are those of the step made last.
     """
     moving, numbers = work.jacobian.shape[1], len(state)
     inverse = 1.0 / (method.gamma * step)
@@ -118,3 +118,14 @@ def rosenbrock_step(method, rates, jacobian, system, time, state, step, work):
     for n in range(moving):
         error += (last[n] / work.scales[n]) ** 2
     return math.sqrt(error / moving)
+
+
+@kernel
+def dense_terms(method, work, third, fourth):
+    """Fills the two terms (numbers,) of the last step's interpolant, `rosenbrock_dense`."""
+    third[:] = 0.0
+    fourth[:] = 0.0
+    for j in range(len(method.alpha) - 1):
+        for n in range(len(third)):
+            third[n] += method.dense[0, j] * work.stages[j, n]
+            fourth[n] += method.dense[1, j] * work.stages[j, n]

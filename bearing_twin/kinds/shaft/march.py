@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
 from bearing_twin.kinds.shaft.outputs import write_row
 from bearing_twin.kinds.shaft.rotor import BEARING_WORK, DISSIPATED, LOAD_WORK, STATE, jacobian, rates
-from bearing_twin.numerics.rosenbrock_step import rosenbrock_step
+from bearing_twin.numerics.rosenbrock_step import dense_terms, rosenbrock_step
 from bearing_twin.numerics.runge_kutta import longest_step
 from bearing_twin.numerics.statuses import EVALUATIONS, OK, REJECTIONS, STALLED, STEPS, STOPPED, TOO_DEEP
 from bearing_twin.numerics.steppers import rosenbrock_dense
@@ -36,10 +36,7 @@ def _keep_step(method, work, kept):
     """The ends of the step just taken, and its interpolant."""
     for n in range(STATE):
         kept[START, n], kept[END, n] = kept[END, n], work.after[n]
-        kept[THIRD, n] = kept[FOURTH, n] = 0.0
-        for j in range(len(method.alpha) - 1):
-            kept[THIRD, n] += method.dense[0, j] * work.stages[j, n]
-            kept[FOURTH, n] += method.dense[1, j] * work.stages[j, n]
+    dense_terms(method, work, kept[THIRD], kept[FOURTH])
 
 
 @inlined
