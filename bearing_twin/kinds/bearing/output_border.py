@@ -75,23 +75,20 @@ def _write_moving(pockets, bearing, land, speed, state, border, row, first, shar
 
 
 @kernel
-def _hold_even(bearing, partners, state, border, row, first, force):
-    """Writes what an even cage does to each ball; column `force` is where the forces of the raceways begin."""
+def _hold_even(bearing, partners, state, border, row, first, places):
+    """Writes what an even cage does to each ball, from the forces of the raceways and the balls' places in `row`."""
     mass, speed = bearing.ball_mass, border[CAGE_SPEED]
     inertia, torque = partners.mass[CAGE], 0.0
-    for turn in range(2):
-        growth = torque / inertia
-        for k in range(bearing.balls):
-            cosine, sine = math.cos(state[k, ORBIT_ANGLE]), math.sin(state[k, ORBIT_ANGLE])
-            x = row[force + 3 * k] + mass * bearing.gravity[0]
-            y = row[force + 3 * k + 1] + mass * bearing.gravity[1]
-            along, radius = cosine * y - sine * x, state[k, AXIS_DISTANCE]
-            swing = 2.0 * mass * state[k, RADIAL_VELOCITY] * speed
-            if turn == 0:
-                torque += radius * (along - swing)
-                inertia += mass * radius * radius
-            else:
-                row[first + k] = mass * radius * growth + swing - along
+    for k in range(bearing.balls):
+        at, force, radius = places.position + 3 * k, places.force + 3 * k, state[k, AXIS_DISTANCE]
+        x, y = row[force] + mass * bearing.gravity[0], row[force + 1] + mass * bearing.gravity[1]
+        moment = row[at] * y - row[at + 1] * x - 2.0 * mass * state[k, RADIAL_VELOCITY] * speed * radius
+        row[first + k] = moment / radius
+        torque += moment
+        inertia += mass * radius * radius
+    growth = mass * torque / inertia
+    for k in range(bearing.balls):
+        row[first + k] = state[k, AXIS_DISTANCE] * growth - row[first + k]
 
 
 @inlined
@@ -137,7 +134,7 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
             row[cage], row[cage + 1] = border[CAGE], border[CAGE_SPEED]
             row[cage + 2] = 1.0 - border[CAGE_SPEED] / speed if speed != 0.0 else 0.0
             if partners.even:
-                _hold_even(bearing, partners, states[sample], border, row, pocket, places.force)
+                _hold_even(bearing, partners, states[sample], border, row, pocket, places)
             else:
                 state, pockets = states[sample], bearing.pockets
                 row[shared + 1] += _pocket_forces(pockets, bearing, state, border, row, pocket)
