@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from bearings import motion
 
+from bearing_twin import load_scene
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing import partners
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.models import choose
 
 RIG = "bearing_6203_rig_1000N"
 
@@ -73,3 +75,27 @@ def test_a_ring_that_rings_keeps_the_tolerance_with_its_share_of_the_error_and_n
         found = motion(*ringing, f"wanted.tolerance={tolerance}", scene=scene).advance(times, times[-1])
         off = np.abs(found.normal_load - exact.normal_load).max() / exact.normal_load.max()
         assert bool(off < tolerance) is kept
+
+
+def test_slow_balls_that_do_not_fall_keep_their_tolerance():
+    """At 50 rad/s balls that bear nothing fall off the outer raceway and hop, unless there is no gravity."""
+    slow = "drive.speed=50", "gravity=[0,0,0]"
+    _, exact = _outputs(1e-6, *slow, scene=RIG)
+    for tolerance in (1e-3, 1e-4):
+        moving, found = _outputs(tolerance, *slow, scene=RIG)
+        assert max(errors(moving, found, exact)) < tolerance
+
+
+@pytest.mark.parametrize(
+    ("overrides", "falls"),
+    [
+        ((), True),
+        (("drive.speed=80",), False),
+        (("gravity=[0,0,0]",), False),
+        (("gravity=[0,0,-9.80665]",), False),
+        (("geometry.radial_clearance=-5e-6", "rings.inner.load=[0,-10,0]"), False),
+    ],
+)
+def test_a_run_so_slow_that_loose_balls_fall_says_so(overrides, falls):
+    warnings = choose(load_scene(RIG, ["drive.speed=50", *overrides]).parameters).warnings
+    assert any("fall off the outer raceway" in one for one in warnings) is falls

@@ -4,7 +4,7 @@ import math
 
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
-from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of, weighed_support
 from bearing_twin.kinds.ranges import FASTEST_CHANGE
 from bearing_twin.units import CELSIUS
 
@@ -125,6 +125,25 @@ def untouched(parameters, speed: float, work: float | None) -> str | None:
         f"at {speed:g} rad/s the balls are thrown off the inner ring, so that it neither carries nor drives them: "
         "lower drive.speed, which is in rad/s, or press the rings together harder"
     )
+
+
+def of_falling_balls(parameters, law: str) -> list[str]:
+    """What is to be said of a ring so slow that balls which bear nothing at the start fall off the outer raceway.
+
+    At the top of their way, where their weight is more than their centrifugal load at the speed of rolling.
+    """
+    geometry = parameters.geometry
+    orbit = math.sqrt(math.hypot(*parameters.gravity[:2]) / (0.5 * geometry.pitch_diameter))
+    limit = orbit / (0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter))
+    if abs(parameters.drive.speed) >= limit:
+        return []
+    if solver_of(parameters, law).solve(weighed_support(parameters)).contacts.load[:, 0].min() > 0.0:
+        return []
+    return [
+        f"below {limit:.3g} rad/s the weight of balls is more than their centrifugal load: those that bear nothing "
+        "fall off the outer raceway and hop between the rings, which carries errors on, so that what is seen of them "
+        "at one instant keeps no tolerance; means do"
+    ]
 
 
 def cage_needed(parameters) -> str:

@@ -10,6 +10,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import (
     cage_needed,
     doubts,
+    of_falling_balls,
     of_held_ring,
     of_temperatures,
     share_at_start,
@@ -164,7 +165,7 @@ def choose(parameters) -> Choice:
         )
     if parameters.cage.kind != "none":
         reasons.append(f"the balls of the cage ({parameters.cage.kind}) share one step")
-    warnings += roughness(friction)
+    warnings += [*roughness(friction), *of_falling_balls(parameters, law)]
     setting = prediction.setting if prediction else parameters.wanted.tolerance
     predicted = prediction._asdict() if prediction else None
     return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings), setting, predicted)
