@@ -5,7 +5,7 @@ from bearings import motion
 
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.equations import RingDrive
-from bearing_twin.kinds.bearing.forces.jacobian import ring_jacobian
+from bearing_twin.kinds.bearing.forces.jacobian import rates_and_ring_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
     ANSWERING,
     AXIS_DISTANCE,
@@ -75,7 +75,7 @@ class System:
         if self.partners.land:
             self.ring[[CAGE_X, CAGE_Y]], self.ring[[PLACES + CAGE_X, PLACES + CAGE_Y]] = CENTRE_SCALE
 
-    def evaluated(self, state, border):
+    def evaluated(self, state, border, linear=False):
         coupling = new_coupling(self.near, self.balls, self.partners, border)
         blocks, drive = new_blocks(len(state), SHAFT_ROWS), turning(coupling.border, self.drive, 0.0, at.NOW)
         into_blocks(state, blocks, AXIS_DISTANCE)
@@ -90,7 +90,10 @@ class System:
             lanes[BORDER_MOTION * LANES : (BORDER_MOTION + 2 * PLACES) * LANES] = np.repeat(moving, LANES)
             for k in range(LANES):
                 put(lanes, RING_SPEED, k, drive.speed)
-            lane_rates(self.bearing, lanes)
+            if linear:
+                rates_and_ring_jacobian(self.bearing.ring, coupling.border, self.bearing, lanes)
+            else:
+                lane_rates(self.bearing, lanes)
         if self.near.any():
             add_pairs(self.bearing, coupling.pairs, blocks, blocks, LANE_RATES)
         border_rates(self.bearing, drive, coupling.border, 0.0, blocks)
@@ -103,10 +106,7 @@ class System:
         return found, coupling.border.numbers[at.RATES : at.RATES + BORDER].copy()
 
     def linear(self):
-        coupling, blocks = self.evaluated(self.state, self.border)
-        for lanes in blocks:
-            ring_jacobian(self.bearing.ring, coupling.border, self.bearing, lanes)
-        return coupling, blocks
+        return self.evaluated(self.state, self.border, linear=True)
 
     def jacobian(self):
         """By balls: (balls, COLUMNS, MOTION); balls by border; accelerations of the border by balls and by itself."""

@@ -7,7 +7,7 @@ from bearings import asking, motion
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.bearing.forces.equations import RingDrive
-from bearing_twin.kinds.bearing.forces.jacobian import lane_jacobian
+from bearing_twin.kinds.bearing.forces.jacobian import rates_and_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
     AHEAD_BY_OWN,
     AXIS_DISTANCE,
@@ -89,9 +89,10 @@ def test_a_law_of_any_power_has_its_derivative(power):
 
 def check_entries(bearing, lanes, close):
     """The Jacobian of the lanes against central differences of the rates."""
-    lane_rates(bearing, lanes)
-    lane_jacobian(bearing.spot, bearing, lanes)
+    rates_and_jacobian(bearing.spot, bearing, lanes)
     found = lanes[JACOBIAN * LANES :].reshape(COLUMNS, MOTION, LANES)
+    together, alone = lanes[LANE_RATES * LANES :][: COLUMNS * LANES], rates(bearing, lanes, 0, 0.0).ravel()
+    assert np.all(np.abs(together - alone) <= 1e-12 * np.abs(alone).max())  # both write the same rates
     for column in range(MOTION):
 
         def slope(step, column=column):
@@ -177,8 +178,7 @@ def coupled(bearing, state, near, drive):
     for lanes in blocks:
         for k in range(LANES):
             put(lanes, RING_SPEED, k, drive.speed)
-        lane_rates(bearing, lanes)
-        lane_jacobian(bearing.spot, bearing, lanes)
+        rates_and_jacobian(bearing.spot, bearing, lanes)
     add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
     add_answers(bearing, coupling.pairs, blocks)
     return coupling, blocks

@@ -405,6 +405,14 @@ def put_rates(bearing, gravity, position, velocity, spin, inner, outer, lanes, k
 
 
 @inlined
+def put_ball_rates(ring, bearing, place, cosine, sine, position, velocity, spin, inner, outer, lanes, k):
+    """`put_rates`, and what the ball does to the ring at `place`, in motion `ring`."""
+    put_rates(bearing, about_z(cosine, -sine, bearing.gravity), position, velocity, spin, inner, outer, lanes, k)
+    put(lanes, AXIAL_PUSH, k, -inner.axial_moment)
+    _put_push(ring, place, cosine, sine, position, inner, lanes, k)
+
+
+@inlined
 def rates_of_raceways(bearing, lanes):
     """`raceway_rates`, put into its caller: to hand over a bearing, number by number, costs as much as a contact."""
     for k in range(LANES):
@@ -413,14 +421,11 @@ def rates_of_raceways(bearing, lanes):
         position = lane_position(lanes, k)
         velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
         place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
-        gravity = about_z(cosine, -sine, bearing.gravity)
         given = get(lanes, GIVEN_INNER, k)
         inner = ring_contact(ring, bearing, given, place, cosine, sine, inner_speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
         outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
-        put_rates(bearing, gravity, position, velocity, spin, inner, outer, lanes, k)
-        put(lanes, AXIAL_PUSH, k, -inner.axial_moment)
-        _put_push(ring, place, cosine, sine, position, inner, lanes, k)
+        put_ball_rates(ring, bearing, place, cosine, sine, position, velocity, spin, inner, outer, lanes, k)
 
 
 @kernel

@@ -1,14 +1,15 @@
 """The Jacobian of `lane_rates`: how the raceways' answer changes with a ball's motion, balls side by side.
 
+The same contacts give the rates, which a step wants at the same motion: a sixth of its evaluations.
 Exact for friction at a point; `spot_jacobian` says how friction over the spot adds to it.
 """
 
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elasticity import carries, lane_given, looked_up
+from bearing_twin.contact.elasticity import carries, in_lanes, lane_given, looked_up
 from bearing_twin.kinds.bearing.forces.carried import carried_coefficient, gap_at
-from bearing_twin.kinds.bearing.forces.equations import lane_position
+from bearing_twin.kinds.bearing.forces.equations import give_coefficients, lane_position, put_ball_rates
 from bearing_twin.kinds.bearing.forces.gradient import CURVATURE_STEP, contact_gradient
 from bearing_twin.kinds.bearing.forces.layout import (
     ANSWERING,
@@ -50,6 +51,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_jacobian_block,
     put_vector,
 )
+from bearing_twin.kinds.bearing.forces.rates import add_others
 from bearing_twin.kinds.bearing.forces.ring_gradient import inner_gradient, of_ball, put_answers, seated_gradient
 from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane
 from bearing_twin.kinds.bearing.forces.spot_jacobian import add_spot_slopes
@@ -130,12 +132,12 @@ def _given_slope(bearing, raceway, offset):
 
 
 @inlined
-def _put_ball(bearing, lanes, k, gravity, contact, inner):
-    """Writes a ball's own Jacobian from its contact with the inner ring and the derivatives of that."""
+def _put_ball(ring, bearing, lanes, k, place, cosine, sine, contact, inner):
+    """Writes a ball's rates and own Jacobian from its contact with the inner ring and the derivatives of that."""
     position, still = lane_position(lanes, k), (0.0, 0.0, 0.0)
     velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
     given, slope = get(lanes, GIVEN_OUTER, k), get(lanes, GIVEN_SLOPE_OUTER, k)
-    _, outer = contact_gradient(bearing, bearing.outer, given, slope, still, still, 0.0, position, velocity, spin)
+    other, outer = contact_gradient(bearing, bearing.outer, given, slope, still, still, 0.0, position, velocity, spin)
     for row in range(entry(AXIS_DISTANCE, AXIS_DISTANCE), entry(VELOCITY, AXIS_DISTANCE)):
         put(lanes, row, k, 0.0)
     force_p, torque_p = plus(inner.force_p, outer.force_p), plus(inner.torque_p, outer.torque_p)
@@ -146,12 +148,13 @@ def _put_ball(bearing, lanes, k, gravity, contact, inner):
     gross_p = scaled(math.copysign(1.0, contact.drive_power), inner.power_p)
     put_vector(lanes, entry(GROSS_WORK, AXIS_DISTANCE), k, gross_p)
     put_resistance(bearing, position, velocity, spin, contact.drive_power, inner, outer, lanes, k)
-    _add_frame(lanes, k, position, velocity, spin, gravity)
+    _add_frame(lanes, k, position, velocity, spin, about_z(cosine, -sine, bearing.gravity))
+    put_ball_rates(ring, bearing, place, cosine, sine, position, velocity, spin, contact, other, lanes, k)
 
 
 @kernel
 def _fill(bearing, lanes):
-    """The Jacobian of each lane from the motion and the given coefficients."""
+    """Rates and Jacobian of each lane from the motion and the given coefficients."""
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         speed = get(lanes, RING_SPEED, k)
@@ -162,7 +165,7 @@ def _fill(bearing, lanes):
         contact, inner = inner_gradient(
             ring, bearing, given, slope, place, cosine, sine, speed, position, velocity, spin
         )
-        _put_ball(bearing, lanes, k, about_z(cosine, -sine, bearing.gravity), contact, inner)
+        _put_ball(ring, bearing, lanes, k, place, cosine, sine, contact, inner)
 
 
 @kernel
@@ -176,7 +179,7 @@ def _fill_with_ring(ring, bearing, lanes):
             get(lanes, RING_SPEED, k), lane_position(lanes, k), get_vector(lanes, VELOCITY, k),
             get_vector(lanes, SPIN, k),
         )  # fmt: skip
-        _put_ball(bearing, lanes, k, about_z(cosine, -sine, bearing.gravity), found.contact, of_ball(found))
+        _put_ball(moving, bearing, lanes, k, place, cosine, sine, found.contact, of_ball(found))
         put_answers(bearing, found, lanes, k, cosine, sine)
         # Nothing of a cage yet: what stands there is of the last step.
         for rate in range(ANSWERING):
@@ -191,29 +194,46 @@ def _fill_with_ring(ring, bearing, lanes):
             put(lanes, BORDER_BY_BORDER + CAGE * 2 * PLACES + column, k, 0.0)
 
 
-@kernel
-def lane_jacobian(spot, bearing, lanes):
-    """d(rates)/d(motion) of each lane by whatever law and friction; `spot` is the bearing's."""
+@inlined
+def _give_laws(bearing, lanes):
+    """What a law that is not evaluated in lanes gives, and its slopes."""
+    if not in_lanes(bearing.inner.law):
+        give_coefficients(bearing, lanes)
     if looked_up(bearing.inner.law):
         _give_slopes(bearing, lanes)
+
+
+@kernel
+def rates_and_jacobian(spot, bearing, lanes):
+    """`lane_rates`, and d(rates)/d(motion), of each lane by whatever law and friction; `spot` is the bearing's."""
+    _give_laws(bearing, lanes)
     _fill(bearing, lanes)
+    add_others(bearing, lanes)
     add_spot_slopes(spot, bearing, lanes)
 
 
 @inlined
-def ring_jacobian(ring, border, bearing, lanes):
-    """`lane_jacobian` of balls that meet a `border`, and how they and the ring in it answer to each other.
+def rates_and_ring_jacobian(ring, border, bearing, lanes):
+    """`rates_and_jacobian` of balls that may meet a `border`, and how they and the ring in it answer to each other.
 
-    `ring` is the bearing's.
+    `ring` is the bearing's; `border` is empty where balls are alone.
     """
+    if len(border) > 0:
+        _with_border(ring, border, bearing, lanes)
+    else:
+        rates_and_jacobian(bearing.spot, bearing, lanes)
+
+
+@inlined
+def _with_border(ring, border, bearing, lanes):
     if len(ring) > 0 and len(border.ring) > 0:
-        if looked_up(bearing.inner.law):
-            _give_slopes(bearing, lanes)
+        _give_laws(bearing, lanes)
         _fill_with_ring(ring, bearing, lanes)
+        add_others(bearing, lanes)
         add_spot_slopes(bearing.spot, bearing, lanes)
     else:
         clear_rows(lanes, BALL_BY_BORDER, BALL_TILE)
-        lane_jacobian(bearing.spot, bearing, lanes)
+        rates_and_jacobian(bearing.spot, bearing, lanes)
 
 
 @inlined

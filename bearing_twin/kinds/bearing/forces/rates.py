@@ -29,6 +29,12 @@ def rates_in_lanes(bearing, lanes):
     if not in_lanes(bearing.inner.law):
         give_coefficients(bearing, lanes)
     rates_of_raceways(bearing, lanes)
+    add_others(bearing, lanes)
+
+
+@inlined
+def add_others(bearing, lanes):
+    """Adds to the rates of raceways what friction over the spots and the pockets of a cage do."""
     add_spots(bearing.spot, bearing, lanes)
     add_pockets(bearing.pockets, bearing, lanes)
     add_moving_pockets(bearing.pockets, bearing, lanes)

@@ -4,7 +4,7 @@ from bearing_twin.compiled import inlined
 from bearing_twin.contact.elasticity import in_lanes
 from bearing_twin.kinds.bearing.forces.equations import give_coefficients, lane_position, put_rates, raceway_contact
 from bearing_twin.kinds.bearing.forces.gradient import driven, raceway_slopes
-from bearing_twin.kinds.bearing.forces.jacobian import lane_jacobian, put_resistance
+from bearing_twin.kinds.bearing.forces.jacobian import put_resistance, rates_and_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_INNER,
     GIVEN_OUTER,
@@ -18,7 +18,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     get_jacobian_block,
     get_vector,
 )
-from bearing_twin.kinds.bearing.forces.rates import lane_rates
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus
 
 STILL = (0.0, 0.0, 0.0)
@@ -40,8 +39,7 @@ def rates_and_resistance(spot, ring, bearing, lanes):
     Friction over the spots and a ring that tilts take the whole Jacobian.
     """
     if len(spot) > 0 or len(ring) > 0:
-        lane_rates(bearing, lanes)
-        lane_jacobian(spot, bearing, lanes)
+        rates_and_jacobian(spot, bearing, lanes)
     else:
         if not in_lanes(bearing.inner.law):
             give_coefficients(bearing, lanes)

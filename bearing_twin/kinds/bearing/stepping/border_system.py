@@ -129,7 +129,7 @@ def _sum_entry(numbers, inverse, r, c, lanes):
 
 @lean_kernel
 def border_jacobian(pockets, bearing, drive, border, time, blocks):
-    """How balls and border answer to each other, at the motion of the last `border_rates`, after `ring_jacobian`."""
+    """How balls and border answer to each other, at the motion of the last `border_rates`; after that of balls."""
     numbers = border.numbers
     for block in range(len(blocks)):
         lanes = blocks[block]

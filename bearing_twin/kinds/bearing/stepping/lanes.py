@@ -2,7 +2,7 @@
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at
-from bearing_twin.kinds.bearing.forces.jacobian import lane_jacobian, ring_jacobian
+from bearing_twin.kinds.bearing.forces.jacobian import rates_and_ring_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
     ERROR,
     LANE_RATES,
@@ -50,7 +50,7 @@ def _moment(alpha, blocks):
 
 @inlined
 def _rates(task, coupling, stage, alpha, blocks):
-    """The rates of balls, ring and cage in a stage."""
+    """The rates of balls, ring and cage in a stage; in the first with the Jacobians of balls."""
     bearing, border, method, time = task.bearing, border_of(coupling), task.method, _moment(alpha, blocks)
     if len(coupling) > 0:
         if stage > 0:
@@ -63,7 +63,10 @@ def _rates(task, coupling, stage, alpha, blocks):
             place_stage(border, now, alpha, method.a[stage], blocks[block])
         else:
             place_start(method.gamma, border, now, alpha, blocks[block])
-        rates_in_lanes(bearing, blocks[block])
+        if stage == 0:
+            rates_and_ring_jacobian(bearing.ring, border, bearing, blocks[block])
+        else:
+            rates_in_lanes(bearing, blocks[block])
     if len(coupling) > 0:
         if coupling.pairs.touching:
             add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
@@ -75,14 +78,8 @@ def _rates(task, coupling, stage, alpha, blocks):
 
 @inlined
 def _linearise(task, coupling, varies, blocks):
-    """The Jacobian where the steps start, after the rates, and the factors."""
+    """What couples the balls in the Jacobian where the steps start, and the factors."""
     bearing, time = task.bearing, _moment(0.0, blocks)
-    for block in range(len(blocks)):
-        if len(coupling) > 0:
-            ring_jacobian(bearing.ring, coupling.border, bearing, blocks[block])
-        else:
-            lane_jacobian(bearing.spot, bearing, blocks[block])
-            factorise_alone(blocks[block])
     if len(coupling) > 0:
         if varies:
             border_slope(SLOPE_STEP, coupling.border.numbers)
@@ -90,6 +87,9 @@ def _linearise(task, coupling, varies, blocks):
         couple_jacobians(bearing.pockets, bearing, drive, time, coupling, blocks)
         factorise_together(coupling, blocks)
         factorise_shaft(coupling.border.shaft, drive, bearing, time, coupling, blocks)
+    else:
+        for block in range(len(blocks)):
+            factorise_alone(blocks[block])
 
 
 @inlined
