@@ -273,6 +273,23 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     assert report["missing_outputs"] == 0
 
 
+@pytest.mark.parametrize(
+    ("words", "kept"),
+    [
+        (["report", "run.mcap"], ""),
+        (["report", "run.mcap", "--plot=run.png"], "; what was written so far is kept"),
+        (["chart", "laws"], "; what was written so far is kept"),
+    ],
+)
+def test_an_interrupted_command_speaks_of_files_where_it_writes_some(words, kept, monkeypatch, capsys):
+    def run(arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(COMMANDS, words[0], COMMANDS[words[0]]._replace(run=run))
+    assert main(words) == INTERRUPTED
+    assert capsys.readouterr().err == f"bearing_twin: interrupted{kept}\n"
+
+
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
 def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatch, capsys):
     def run(arguments):

@@ -22,6 +22,7 @@ from bearing_twin.spelling import harmless
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
+WRITING = {"--out", "--plot", "chart", "layouts", "recover", "view"}  # options, and commands without, that write files
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
@@ -78,7 +79,9 @@ def _told(argv) -> int:
         print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("bearing_twin: interrupted; what was written so far is kept", file=sys.stderr)
+        writes = {word.partition("=")[0] for word in argv} & WRITING
+        kept = "; what was written so far is kept" if writes else ""
+        print(f"bearing_twin: interrupted{kept}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         raise  # see `while_read`

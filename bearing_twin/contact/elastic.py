@@ -11,6 +11,9 @@ from bearing_twin.compiled import inlined
 HERTZIAN = 1.5
 """Power of a point contact between smooth curved bodies."""
 
+RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
+LASTING, RESTING = 20.0, 2.0  # of 1/sqrt(k/m): beyond the first a contact is no bounce; the error control sets the step
+
 
 class Elastic(NamedTuple):
     """A contact's coefficient [N/m^p], load [N], stiffness d(load)/dh [N/m] and stored energy [J]."""
@@ -72,3 +75,9 @@ def greatest_approaches(coefficient, power, mass, speed):
 
 approach_of_load = inlined(approaches_of_loads)
 greatest_approach = inlined(greatest_approaches)
+
+
+@inlined
+def longest_contact_step(lasted, rate):
+    """The longest step [s] in a contact that has `lasted` [s]; `rate` [1/s] is sqrt(k/m) at the stiffness ahead."""
+    return (RESOLUTION if lasted * rate < LASTING else RESTING) / rate

@@ -1,7 +1,8 @@
 """A contact that opens and closes: what the motions of an ellipsoid on a plane and of two bodies share.
 
 Each has a kernel `advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop)` in a
-module that also names the entries of its clock and record. Their counts begin with COUNTED.
+module that also names the entries of its clock, beside those of `numerics.adaptive`, and record. Their counts begin
+with COUNTED.
 """
 
 import functools
@@ -16,6 +17,7 @@ from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.materials import Material, compliance
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.second_run import SHORT, WithSecondRun, is_watched
+from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME
 from bearing_twin.numerics.statuses import FULL, OK, STOPPED
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
@@ -83,7 +85,7 @@ class BouncingMotion:
         """Back to the start."""
         kernels = self.kernels
         self.state, self.clock = self.start(), np.zeros(kernels.CLOCK)
-        self.clock[kernels.STEP] = math.inf
+        self.clock[STEP] = math.inf
         self.record, self.counts = np.zeros(kernels.RECORD), np.zeros(COUNTS, np.int64)
         self._ended: list[np.ndarray] = []  # contacts since records were taken
         self._touched = -math.inf  # begin [s] of the last touch recorded
@@ -116,7 +118,7 @@ class BouncingMotion:
         self.keep()
         kernels, due, until = self.kernels, self._now + np.asarray(times, float), self._now + duration
         states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, kernels.RECORD))
-        self.clock[kernels.CURSOR] = 0.0
+        self.clock[CURSOR] = 0.0
         status = FULL
         while status == FULL:
             status, count = kernels.advance(
@@ -125,7 +127,7 @@ class BouncingMotion:
             )  # fmt: skip
             self._ended.extend(finished[:count].copy())
         if status == STOPPED:
-            raise Stopped(f"the computation was stopped at {self.clock[kernels.TIME]:.9g} s")
+            raise Stopped(f"the computation was stopped at {self.clock[TIME]:.9g} s")
         if status != OK:
             raise self.failure(status)
         self._now = until
@@ -133,7 +135,7 @@ class BouncingMotion:
 
     def failure(self, status: int) -> IntegrationError:
         """When it cannot go on, why, and what to do."""
-        return IntegrationError(f"at {self.clock[self.kernels.TIME]:.9g} s {self.failures[status]}")
+        return IntegrationError(f"at {self.clock[TIME]:.9g} s {self.failures[status]}")
 
     def take_records(self) -> dict[str, np.ndarray]:
         """The touches and the ends of contacts since the last call."""

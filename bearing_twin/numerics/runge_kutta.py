@@ -12,6 +12,13 @@ from bearing_twin.numerics.statuses import EVALUATIONS, REJECTIONS
 from bearing_twin.numerics.steppers import next_step
 
 
+@inlined
+def copy_numbers(source, target):
+    """Writes the numbers of one array into another; `target[:] = source` compiles texts of errors, too."""
+    for n in range(len(source)):
+        target[n] = source[n]
+
+
 @template
 def runge_kutta_step(method, rates, system, state, step, loaded, moving, work, out):
     """Writes the state `step` [s] later to `out`; returns the error as a root mean square in units of `work.scales`.
@@ -22,14 +29,14 @@ def runge_kutta_step(method, rates, system, state, step, loaded, moving, work, o
     """
     stages = len(method.weights)
     for i in range(stages):
-        work.trial[:] = state
+        copy_numbers(state, work.trial)
         for j in range(i):
             weight = step * method.a[i, j]
             if weight != 0.0:
                 for n in range(moving):
                     work.trial[n] += weight * work.stages[j, n]
         rates(system, work.trial, loaded, work.stages[i])
-    out[:] = state
+    copy_numbers(state, out)
     fifth = third = 0.0
     for n in range(moving):
         change = wide = narrow = 0.0

@@ -1,7 +1,8 @@
 """A sphere on a beam while they touch: modes and a Hertz spring, by collocation with exact modal propagation.
 
 Within a step the force is the cubic through its values at the four Gauss-Lobatto points; every mode answers such a
-force exactly (`beam.propagate`), so the step follows the duration of the contact, not the highest mode. The values
+force exactly (`beam.propagate`), so the step follows the duration of the contact, not the highest mode, which would set
+that of an explicit method. The values
 obey  f = c alpha^1.5,  alpha = s - w(x_c) - tail f  (paper 2, eqs. 1 and 5) and are found by Newton's method.
 
 The force starts and ends as (time)^1.5, so steps double from a short first one and halve again towards separation,

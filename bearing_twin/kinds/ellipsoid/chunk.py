@@ -1,16 +1,9 @@
-"""A chunk of the motion of an ellipsoid on a plane: steps taken, contacts kept, outputs written.
-
-Outputs are steps of their own from the start of the step they fall into, and a step that reaches beyond the chunk is
-left to the next one, so neither touches the motion.
-"""
+"""A chunk of the motion of an ellipsoid on a plane: what the loop of steps does with contacts (`numerics.adaptive`)."""
 
 import math
 
-import numpy as np
-
-from bearing_twin.compiled import kernel
+from bearing_twin.compiled import inlined, kernel, template
 from bearing_twin.kinds.ellipsoid.equations import (
-    COLUMNS,
     QUATERNION,
     begin_shape,
     finish_shape,
@@ -21,22 +14,23 @@ from bearing_twin.kinds.ellipsoid.equations import (
 from bearing_twin.kinds.ellipsoid.steps import (
     ROUNDING,
     TOUCHES,
-    adaptive_step,
     contact_scales,
     expected_approach,
+    fill,
     flight_scales,
     greatest_spin,
     landed,
     one_step,
     safe_flight,
-    separation,
 )
-from bearing_twin.numerics.events import parabola_top
-from bearing_twin.numerics.statuses import EVALUATIONS, FULL, NOT_FINITE, OK, STALLED, STEPS, STOPPED, TOO_DEEP
+from bearing_twin.numerics.adaptive import REPEAT, STEP, TIME, advance_adaptively
+from bearing_twin.numerics.events import landing_step, look_at_top
+from bearing_twin.numerics.runge_kutta import copy_numbers
+from bearing_twin.numerics.statuses import EVALUATIONS, OK, TOO_DEEP
 
-TIME, STEP, IN_CONTACT, DRIFT, CURSOR = range(5)
+IN_CONTACT, DRIFT = 2, 3
 CLOCK = 5
-"""Of the clock: seconds, next step, whether in contact, greatest drift of the quaternion's norm, outputs written."""
+"""Of the clock beside those of `numerics.adaptive`: in contact, greatest drift of the quaternion's norm; all."""
 
 (
     BEGAN, ENDED, PEAK_LOAD, PEAK_APPROACH, PEAK_SMALL, PEAK_LARGE, PEAK_COEFFICIENT, SPEED_IN, SPEED_OUT,
@@ -59,26 +53,6 @@ DEEPEST = 0.5  # of the shortest semi-axis
 
 
 @kernel
-def note_peak(body, plan, state, step, record, counts, work, spare):
-    """Keeps the greatest load of a contact: where three ends of steps show a peak, the load at their parabola's top.
-
-    `state` is the start of the step whose end is in `work.after`; `work.before` the start of the step before.
-    """
-    load = touch_of(body, work.after, pose_of(body, work.after)).normal_load
-    first, middle, back = record[LOAD_BEFORE], record[LOAD_LAST], record[LAST_STEP]
-    if middle >= first and middle > load and middle > 0.9 * record[PEAK_LOAD] and back > 0.0:
-        top = parabola_top(-back, 0.0, step, first, middle, load)
-        if top >= 0.0:
-            one_step(body, plan.method, state, top, True, work, spare)
-        else:
-            one_step(body, plan.method, work.before, back + top, True, work, spare)
-        counts[EVALUATIONS] += len(plan.method.weights)
-        keep_peak(touch_of(body, spare, pose_of(body, spare)), record)
-    keep_peak(touch_of(body, state, pose_of(body, state)), record)
-    record[LOAD_BEFORE], record[LOAD_LAST], record[LAST_STEP] = middle, load, step
-
-
-@kernel
 def keep_peak(touch, record):
     """Takes a load into the record if it is the greatest so far."""
     if touch.normal_load > record[PEAK_LOAD]:
@@ -87,12 +61,38 @@ def keep_peak(touch, record):
         record[PEAK_COEFFICIENT] = touch.coefficient
 
 
+@template
+def _load_at(what, back, place):
+    """The load [N] `place` [s] after `state`, or before it, from where the step began that was `back` [s] long."""
+    body, plan, state, record, counts, work = what
+    if place >= 0.0:
+        one_step(body, plan.method, state, place, True, work, work.spare)
+    else:
+        one_step(body, plan.method, work.before, back + place, True, work, work.spare)
+    counts[EVALUATIONS] += len(plan.method.weights)
+    touch = touch_of(body, work.spare, pose_of(body, work.spare))
+    keep_peak(touch, record)
+    return touch.normal_load
+
+
+@kernel
+def note_peak(body, plan, state, step, record, counts, work):
+    """Keeps the greatest load of a contact: where three ends of steps show a peak, the load at their parabola's top.
+
+    `state` is the start of the step whose end is in `work.after`; `work.before` the start of the step before.
+    """
+    load = touch_of(body, work.after, pose_of(body, work.after)).normal_load
+    trail = record[LOAD_BEFORE : LAST_STEP + 1]
+    look_at_top(_load_at, (body, plan, state, record, counts, work), trail, step, load, record[PEAK_LOAD], 1)
+    keep_peak(touch_of(body, state, pose_of(body, state)), record)
+
+
 @kernel
 def begin_contact(body, plan, state, clock, record):
     """Opens the record of a contact at this state; the next step suits its onset."""
     begin_shape(body, state)
     touch = touch_of(body, state, pose_of(body, state))
-    record[:] = 0.0
+    fill(record, 0, RECORD, 0.0)
     record[BEGAN], record[ENDED], record[SPEED_IN] = clock[TIME], math.nan, touch.approach_rate
     record[IMPULSE_X], record[IMPULSE_Y], record[IMPULSE_Z] = state[7], state[8], state[9]
     clock[IN_CONTACT] = 1.0
@@ -115,7 +115,7 @@ def end_contact(body, state, clock, record):
 
 
 @kernel
-def commit(body, state, step, clock, counts, work):
+def commit(body, state, clock, work):
     """Takes the step: the quaternion is brought back to unit length, its drift kept."""
     if clock[IN_CONTACT] > 0.0:
         finish_shape(body, work.after)
@@ -123,78 +123,79 @@ def commit(body, state, step, clock, counts, work):
     clock[DRIFT] = max(clock[DRIFT], abs(norm - 1.0))
     for i in range(QUATERNION, QUATERNION + 4):
         work.after[i] /= norm
-    work.before[:] = state
-    state[:] = work.after
-    clock[TIME] += step
-    counts[STEPS] += 1
+    copy_numbers(state, work.before)
+    copy_numbers(work.after, state)
 
 
-@kernel
-def write_outputs_until(body, plan, state, clock, end, times, states, work, spare):
-    """States at the output times up to `end` [s], each by a step of its own from the start of this one."""
-    loaded = clock[IN_CONTACT] > 0.0
-    while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= end:
-        row = int(clock[CURSOR])
-        one_step(body, plan.method, state, times[row] - clock[TIME], loaded, work, spare)
-        states[row] = spare
-        clock[CURSOR] += 1.0
+@inlined
+def _look(body, state):
+    return 0.0
+
+
+@template
+def _put_right(body, state):
+    """An output's quaternion is taken at unit length where it is given out."""
+
+
+@inlined
+def _approach(body, state):
+    return gap_of(body, state)[0]
+
+
+@template
+def _begin(body, plan, state, clock, record, seen, counts, work):
+    """Opens a contact where the body has landed; how far the next step may go."""
+    if clock[IN_CONTACT] == 0.0 and landed(body, state):
+        begin_contact(body, plan, state, clock, record)
+        counts[TOUCHES] += 1
+    contact = clock[IN_CONTACT] > 0.0
+    if contact:
+        longest = contact_scales(body, plan, state, clock[TIME] - record[BEGAN], work)
+        wanted = min(clock[STEP], plan.fixed if plan.fixed > 0.0 else longest)
+    else:
+        flight_scales(plan, work)
+        wanted = min(clock[STEP], min(safe_flight(body, plan, state), LONGEST_FLIGHT))
+        if plan.fixed > 0.0:
+            wanted = min(wanted, FLIGHT_TURN / max(greatest_spin(body, state), 1e-9))
+    return OK, wanted, 1e-9 * plan.floor, contact
+
+
+@template
+def _end(body, plan, method, state, clock, seen, step, loaded, counts, work):
+    """Ends a step in contact where the bodies part; returns (status, step, whether they have)."""
+    status, ended = OK, False
+    if loaded:
+        shortest = min(body.semi_axes[0], min(body.semi_axes[1], body.semi_axes[2]))
+        approach = _approach(body, work.after)
+        ended = approach <= 0.0
+        if approach > DEEPEST * shortest:
+            status = TOO_DEEP
+        if ended:
+            if _approach(body, state) > ROUNDING * (abs(state[2]) + shortest):
+                nearest = ROUNDING * (abs(state[2]) + 1e-3)
+                step = landing_step(_approach, one_step, body, method, state, step, nearest, work, counts)
+            elif step > plan.floor:
+                clock[STEP] = 0.25 * step  # a touch that leaves at once: find out how long it lasts
+                status = REPEAT
+    return status, step, ended
+
+
+@template
+def _accept(body, plan, method, state, clock, record, seen, step, following, loaded, ended, counts, work):
+    """Takes the step, and completes the record of a contact that it has ended."""
+    if loaded:
+        note_peak(body, plan, state, step, record, counts, work)
+    commit(body, state, clock, work)
+    clock[STEP] = following if plan.fixed == 0.0 else math.inf
+    if ended:
+        end_contact(body, state, clock, record)
+    return OK, seen, ended
 
 
 @kernel
 def advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop):
-    """Steps from the clock's time until `until` [s] lies in the next step; returns (status, contacts completed).
-
-    `states` (outputs, COLUMNS) receives the states at `times` [s]; completed contacts go to `records`. A step that
-    reaches beyond `until` is not taken, so the motion does not depend on how it is cut. Looks at `stop` (1,) before
-    every step.
-    """
-    completed, spare = 0, np.empty(COLUMNS)
-    shortest = min(body.semi_axes[0], min(body.semi_axes[1], body.semi_axes[2]))
-    while True:
-        if stop[0] != 0:
-            return STOPPED, completed
-        if clock[IN_CONTACT] == 0.0 and landed(body, state):
-            begin_contact(body, plan, state, clock, record)
-            counts[TOUCHES] += 1
-        contact = clock[IN_CONTACT] > 0.0
-        if contact:
-            longest = contact_scales(body, plan, state, clock[TIME] - record[BEGAN], work)
-            wanted = min(clock[STEP], plan.fixed if plan.fixed > 0.0 else longest)
-        else:
-            flight_scales(plan, work)
-            wanted = min(clock[STEP], min(safe_flight(body, plan, state), LONGEST_FLIGHT))
-            if plan.fixed > 0.0:
-                wanted = min(wanted, FLIGHT_TURN / max(greatest_spin(body, state), 1e-9))
-        step, following = adaptive_step(body, plan, state, wanted, contact, counts, work)
-        if step < 0.0:
-            return STALLED, completed
-        ended = False
-        if contact:
-            approach, _ = gap_of(body, work.after)
-            if approach <= 0.0:
-                ended = True
-                start, _ = gap_of(body, state)
-                if start > ROUNDING * (abs(state[2]) + shortest):
-                    step = separation(body, plan, state, step, counts, work)
-                elif step > plan.floor:
-                    clock[STEP] = 0.25 * step  # a touch that leaves at once: find out how long it lasts
-                    continue
-            if approach > DEEPEST * shortest:
-                return TOO_DEEP, completed
-        if not np.all(np.isfinite(work.after)):
-            return NOT_FINITE, completed
-        end = clock[TIME] + step
-        if end > until:
-            write_outputs_until(body, plan, state, clock, until, times, states, work, spare)
-            return OK, completed
-        write_outputs_until(body, plan, state, clock, end, times, states, work, spare)
-        if contact:
-            note_peak(body, plan, state, step, record, counts, work, spare)
-        commit(body, state, step, clock, counts, work)
-        clock[STEP] = following
-        if ended:
-            end_contact(body, state, clock, record)
-            records[completed] = record
-            completed += 1
-            if completed == len(records):
-                return FULL, completed
+    """`advance_adaptively` of the ellipsoid: returns (status, contacts completed), which are in `records`."""
+    return advance_adaptively(
+        _look, _begin, one_step, _end, _put_right, _accept,
+        body, plan, plan.method, state, clock, record, times, until, states, records, counts, work, stop,
+    )  # fmt: skip

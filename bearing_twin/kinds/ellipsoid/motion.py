@@ -96,7 +96,7 @@ class EllipsoidMotion(BouncingMotion):
 
     def work(self) -> Work:
         """Room for a step."""
-        return Work(np.zeros((len(self.plan.method.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(4)))
+        return Work(np.zeros((len(self.plan.method.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(5)))
 
     def outputs(self, states: np.ndarray):
         """The outputs at states (n, COLUMNS)."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import kernel
-from bearing_twin.contact.elastic import elastic, greatest_approach
+from bearing_twin.contact.elastic import elastic, greatest_approach, longest_contact_step
 from bearing_twin.kinds.ellipsoid.equations import (
     COLUMNS,
     MOMENTUM,
@@ -27,15 +27,12 @@ from bearing_twin.kinds.ellipsoid.equations import (
     pose_of,
     touch_of,
 )
-from bearing_twin.numerics.runge_kutta import longest_step, runge_kutta_step
-from bearing_twin.numerics.statuses import EVALUATIONS
+from bearing_twin.numerics.runge_kutta import runge_kutta_step
 from bearing_twin.numerics.steppers import RungeKutta
 
 TOUCHES, COUNTS = 3, 4
 """Of what is counted: touches, after the first three of `numerics.statuses`; all."""
 
-RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
-LASTING, RESTING = 20.0, 2.0  # of 1/sqrt(k/m): beyond the first a contact is no bounce; the error control sets the step
 ROUNDING = 1e-15  # of the body's size: gaps below are none
 
 
@@ -55,13 +52,17 @@ class Plan(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays to work in: stages (stages, COLUMNS), a trial state, the state after a step and that before the last."""
+    """Arrays to work in.
+
+    Stages (stages, COLUMNS), states of a trial, after a step and before the last, error scales, a state to look at.
+    """
 
     stages: np.ndarray
     trial: np.ndarray
     after: np.ndarray
     before: np.ndarray
     scales: np.ndarray
+    spare: np.ndarray
 
 
 @kernel
@@ -101,7 +102,7 @@ def contact_scales(body, plan, state, lasted, work):
     fill(work.scales, MOMENTUM, 3, max(plan.tolerance * speed, ROUNDING * size * rate) * body.mass * size)
     fill(work.scales, VISCOUS, 2, max(plan.tolerance * speed, ROUNDING * size * rate) * body.mass * speed)
     fill(work.scales, SHAPE, 3, 10.0 * max(plan.tolerance, ROUNDING))
-    return (RESOLUTION if lasted * rate < LASTING else RESTING) / rate
+    return longest_contact_step(lasted, rate)
 
 
 @kernel
@@ -136,47 +137,3 @@ def landed(body, state):
     approach, rate = gap_of(body, state)
     size = max(body.semi_axes[0], max(body.semi_axes[1], body.semi_axes[2]))
     return approach > 0.0 or (rate > 0.0 and approach >= -ROUNDING * (abs(state[2]) + size))
-
-
-@kernel
-def adaptive_step(body, plan, state, wanted, loaded, counts, work):
-    """Takes the longest step up to `wanted` [s] that meets the tolerance; returns (step, the next to try).
-
-    The step is negative where none is short enough.
-    """
-    least = 1e-9 * plan.floor
-    step, following = longest_step(one_step, body, plan.method, state, wanted, least, loaded, work, counts)
-    return step, following if plan.fixed == 0.0 or step < 0.0 else math.inf
-
-
-@kernel
-def separation(body, plan, state, step, counts, work):
-    """Length [s] of the step at whose end the bodies part, between contact at its start and a gap after `step`.
-
-    Regula falsi with Illinois' weights on the approach; the state there is left in `work.after`.
-    """
-    low, high = 0.0, step
-    approach_low, _ = gap_of(body, state)
-    approach_high, _ = gap_of(body, work.after)
-    side, length = 0, step
-    for _ in range(100):
-        length = (low * approach_high - high * approach_low) / (approach_high - approach_low)
-        if not low < length < high:
-            length = 0.5 * (low + high)
-        one_step(body, plan.method, state, length, True, work, work.after)
-        counts[EVALUATIONS] += len(plan.method.weights)
-        approach, _ = gap_of(body, work.after)
-        if approach > 0.0:
-            low, approach_low = length, approach
-            approach_high = 0.5 * approach_high if side == 1 else approach_high
-            side = 1
-        else:
-            high, approach_high = length, approach
-            approach_low = 0.5 * approach_low if side == -1 else approach_low
-            side = -1
-        if approach <= 0.0 and (approach >= -ROUNDING * (abs(state[2]) + 1e-3) or high - low <= 4e-16 * step):
-            break
-    if approach > 0.0:
-        length = high
-        one_step(body, plan.method, state, high, True, work, work.after)
-    return length

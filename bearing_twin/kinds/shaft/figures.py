@@ -108,10 +108,11 @@ class _Late:
 
 
 class _OfBearing:
-    """What figures need of one bearing: greatest loads with their angles (2,), sums for its lives."""
+    """What figures need of one bearing: greatest loads with their angles (2,) and ellipses, sums for its lives."""
 
     def __init__(self):
         self.load, self.angle = np.zeros(2), np.zeros(2)
+        self.spots: tuple = ()  # once they are asked for
         self.late = _Late(4)  # radial and axial force, mean powers of the loads on inner and outer raceway
 
     def add(self, load, angle, force, late) -> None:
@@ -120,6 +121,7 @@ class _OfBearing:
         for side, row in enumerate(flat.argmax(axis=0)):
             if flat[row, side] > self.load[side]:
                 self.load[side], self.angle[side] = flat[row, side], angle.reshape(-1, 2)[row, side]
+                self.spots = ()
         powers = [(load[..., side] ** power).mean(axis=1) for side, power in enumerate(POWERS)]
         radial, axial = np.hypot(force[:, 0], force[:, 1]), np.abs(force[:, 2])
         self.late.add(np.stack([radial, axial, *powers], axis=1), late)
@@ -206,20 +208,24 @@ class ShaftFigures:
             "reference_life_mrev": float(lives.reference),
         }
 
-    def _spots(self, side: str):
+    def _spots(self, side: str) -> tuple:
         """The ellipses at the greatest load on each raceway."""
         own, setting, materials = self.bearings[side], self._settings[side], self._scenes[side].materials
-        for k, (raceway, ring) in enumerate(
-            ((setting.inner, materials.inner_ring), (setting.outer, materials.outer_ring))
-        ):
-            small, large = curvatures_at(setting, raceway, 2.0 * k - 1.0, math.cos(own.angle[k]))
-            yield ellipse(small, large, effective_modulus(materials.ball, ring), float(own.load[k]))
+        if not own.spots:
+            found = []
+            for k, (raceway, ring) in enumerate(
+                ((setting.inner, materials.inner_ring), (setting.outer, materials.outer_ring))
+            ):
+                small, large = curvatures_at(setting, raceway, 2.0 * k - 1.0, math.cos(own.angle[k]))
+                found.append(ellipse(small, large, effective_modulus(materials.ball, ring), float(own.load[k])))
+            own.spots = tuple(found)
+        return own.spots
 
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
         found = []
         for side in SIDES:
-            mounted, spots = getattr(self.parameters, side), list(self._spots(side))
+            mounted, spots = getattr(self.parameters, side), self._spots(side)
             geometry, materials = mounted.geometry, mounted.materials
             limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
             conformities = geometry.inner_conformity, geometry.outer_conformity

@@ -1,4 +1,4 @@
-"""The motion of the shaft step by step, and what is given out between the ends of steps.
+"""The motion of the shaft step by step, by a linearly implicit method: its contacts are stiff.
 
 A step that reaches beyond what is asked for is kept, with its interpolant, so that a run does not depend on how it is
 cut. Steps end where the drive changes. Outputs have balls of their own: looking at a motion does not touch it.

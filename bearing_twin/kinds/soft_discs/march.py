@@ -8,7 +8,8 @@ The wall is y = 0. A point of the rim at a depth d below it is pressed up by k d
 each has a frame of its own, y away from the other (`rims`).
 
 Kinetic energy is v(n - 1/2) M v(n + 1/2) / 2: with it the energy of a linear body is constant to round-off, whatever
-the step. All numbers of the history are those of the whole disc; energies, stretch and det F those of both.
+the step, which stability sets and no error estimate. All numbers of the history are those of the whole disc; energies,
+stretch and det F those of both.
 """
 
 import math

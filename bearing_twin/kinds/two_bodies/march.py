@@ -1,14 +1,8 @@
-"""The motion of two bodies step by step, the records of their contacts, and what is given out.
-
-Outputs are steps of their own from the start of the step they fall into, and a step that reaches beyond the chunk is
-left to the next one: neither touches the motion.
-"""
+"""The motion of two bodies: what the loop of steps does with contacts, and their records (`numerics.adaptive`)."""
 
 import math
 
-import numpy as np
-
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import kernel, template
 from bearing_twin.contact.elasticity import carries
 from bearing_twin.kinds.two_bodies.equations import carry_on
 from bearing_twin.kinds.two_bodies.pair import CARRIED, COLUMNS, FLAT, LOAD_IMPULSE, RUB_IMPULSE
@@ -21,15 +15,16 @@ from bearing_twin.kinds.two_bodies.steps import (
     one_step,
     touch_now,
 )
-from bearing_twin.numerics.events import halved, parabola_top
-from bearing_twin.numerics.runge_kutta import hermite, longest_step
-from bearing_twin.numerics.statuses import EVALUATIONS, FULL, NOT_FINITE, OK, STALLED, STEPS, STOPPED, TOO_DEEP
+from bearing_twin.numerics.adaptive import STEP, TIME, advance_adaptively
+from bearing_twin.numerics.events import crossing, look_at_top
+from bearing_twin.numerics.runge_kutta import copy_numbers
+from bearing_twin.numerics.statuses import EVALUATIONS, OK, TOO_DEEP
 from bearing_twin.shapes.tracking import FOUND
 
 COUNTS = 3  # of those of `numerics.statuses`
-TIME, STEP, IN_CONTACT, DRIFT, OFF, CURSOR, CLOCK = range(7)
-"""Of the clock: seconds, next step, whether in contact, greatest drift of a quaternion's norm and greatest distance [m]
-of the opposing points from meeting their equations at the end of a step, outputs written."""
+IN_CONTACT, DRIFT, OFF, CLOCK = 2, 3, 5, 6
+"""Of the clock beside those of `numerics.adaptive`: whether in contact, greatest drift of a quaternion's norm and
+greatest distance [m] of the opposing points from meeting their equations at the end of a step; all."""
 
 (
     ENDED, BEGAN, PEAK_LOAD, PEAK_APPROACH, PEAK_SMALL, PEAK_LARGE, PEAK_COEFFICIENT, PEAK_MAJOR, PEAK_MINOR,
@@ -54,12 +49,16 @@ def keep_peak(touch, record):
         record[PEAK_MAJOR], record[PEAK_MINOR] = touch.semi_major, touch.semi_minor
 
 
-@kernel
-def load_after(pair, state, step, work):
-    """The contact `step` [s] after a state."""
-    one_step(pair, METHOD, state, step, True, work, work.spare)
+@template
+def _load_at(what, back, place):
+    """The load [N] `place` [s] after the last step began, seen from where the step before did, `back` [s] before."""
+    pair, record, counts, work = what
+    one_step(pair, METHOD, work.before, back + place, True, work, work.spare)
     finish(pair, work.spare)
-    return touch_now(pair, work.spare)
+    counts[EVALUATIONS] += len(METHOD.weights)
+    touch = touch_now(pair, work.spare)
+    keep_peak(touch, record)
+    return touch.normal_load
 
 
 @kernel
@@ -68,36 +67,8 @@ def note_peak(pair, step, touch, record, counts, work):
 
     `work.before` is the start of the step before the last, `touch` the contact at the end of the last, of `step` [s].
     """
-    first, middle, last, back = record[LOAD_BEFORE], record[LOAD_LAST], touch.normal_load, record[LAST_STEP]
-    record[LOAD_BEFORE], record[LOAD_LAST], record[LAST_STEP] = middle, last, step
-    if not (middle >= first and middle > last and middle > 0.9 * record[PEAK_LOAD] and back > 0.0):
-        return
-    low, at, high = -back, 0.0, step
-    for _ in range(PEAK_ROUNDS):
-        top = parabola_top(low, at, high, first, middle, last)
-        peak = load_after(pair, work.before, back + top, work)
-        counts[EVALUATIONS] += len(METHOD.weights)
-        keep_peak(peak, record)
-        if peak.normal_load <= middle or abs(top - at) <= 1e-3 * (high - low):
-            return
-        if top > at:
-            low, first = at, middle
-        else:
-            high, last = at, middle
-        at, middle = top, peak.normal_load
-
-
-@inlined
-def _not_crossed(ends, share):
-    step, before, before_rate, after, after_rate = ends
-    return (hermite(share, step, before, before_rate, after, after_rate) > 0.0) == (before > 0.0)
-
-
-@kernel
-def crossing(step, before, before_rate, after, after_rate):
-    """Share of a step at which the approach, a cubic with these ends and rates, changes its sign."""
-    low, high, _ = halved(_not_crossed, (step, before, before_rate, after, after_rate), 1.0, 1e-14)
-    return 0.5 * (low + high)
+    what, trail = (pair, record, counts, work), record[LOAD_BEFORE : LAST_STEP + 1]
+    look_at_top(_load_at, what, trail, step, touch.normal_load, record[PEAK_LOAD], PEAK_ROUNDS)
 
 
 @kernel
@@ -128,67 +99,58 @@ def note(clock, step, before, touch, state, record):
     return True
 
 
-@kernel
-def write_outputs_until(pair, state, clock, end, times, states, loaded, work):
-    """States at the output times up to `end` [s], each by a step of its own from the start of this one."""
-    while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= end:
-        row = int(clock[CURSOR])
-        one_step(pair, METHOD, state, times[row] - clock[TIME], loaded, work, states[row])
-        finish(pair, states[row])
-        clock[CURSOR] += 1.0
+@template
+def _put_right(pair, state):
+    finish(pair, state)
+
+
+@template
+def _begin(pair, plan, state, clock, record, touch, counts, work):
+    """How far the next step may go: in flight never into a contact but by the shortest step, which may press."""
+    loaded, least = touch.approach > 0.0, 1e-6 * plan.floor
+    if touch.kind != FOUND:
+        return UNTRACKED, 0.0, least, loaded
+    step = flight_step(pair, plan, state)
+    if not loaded and step > plan.floor:
+        flight_scales(pair, plan, work.scales)
+        return OK, step, least, False
+    lasted = clock[TIME] - record[BEGAN] if clock[IN_CONTACT] > 0.0 else 0.0
+    longest = contact_scales(pair, plan, touch, lasted, work.scales)
+    return OK, min(clock[STEP], longest) if loaded else plan.floor, least, True
+
+
+@template
+def _end(pair, plan, method, state, clock, touch, step, loaded, counts, work):
+    """Puts the end of a step right; returns (status, step, (drift, how far the points were off))."""
+    return OK, step, finish(pair, work.after)
+
+
+@template
+def _accept(pair, plan, method, state, clock, record, before, step, following, loaded, off, counts, work):
+    """Takes the step, and opens or completes the record of a contact where it has begun or ended."""
+    copy_numbers(state, work.now)
+    copy_numbers(work.after, state)
+    touch = touch_now(pair, state)
+    if carries(pair.law) and touch.curvature_small > FLAT * touch.curvature_large:
+        carry_on(pair.law, state[CARRIED:COLUMNS], touch.curvature_small / touch.curvature_large)
+    if touch.approach > DEEPEST * pair.size:
+        return TOO_DEEP, touch, False
+    clock[DRIFT], clock[OFF] = max(clock[DRIFT], off[0]), max(clock[OFF], off[1])
+    clock[STEP] = following if touch.approach > 0.0 and loaded else math.inf
+    ended = note(clock, step, before, touch, state, record)
+    if clock[IN_CONTACT] > 0.0:
+        note_peak(pair, step, touch, record, counts, work)
+    copy_numbers(work.now, work.before)
+    return OK, touch, ended
 
 
 @kernel
 def advance(pair, plan, state, clock, times, until, states, record, records, counts, work, stop):
-    """Steps from the clock's time until `until` [s] lies in the next step; returns (status, contacts completed).
+    """`advance_adaptively` of two bodies: returns (status, contacts completed), which are in `records`.
 
-    `states` (outputs, COLUMNS) receives the states at `times` [s]; completed contacts go to `records`; `stop` (1,) is
-    looked at before every step. The step in contact begins and ends by itself: `loaded` unless it is sure to be flight.
+    The step in contact begins and ends by itself: bodies can press unless it is sure to be flight.
     """
-    completed = 0
-    touch = touch_now(pair, state)
-    while True:
-        if stop[0] != 0:
-            return STOPPED, completed
-        if touch.kind != FOUND:
-            return UNTRACKED, completed
-        loaded = touch.approach > 0.0
-        step = flight_step(pair, plan, state)
-        if loaded or step <= plan.floor:  # what may begin to press
-            lasted = clock[TIME] - record[BEGAN] if clock[IN_CONTACT] > 0.0 else 0.0
-            longest = contact_scales(pair, plan, touch, lasted, work.scales)
-            step = min(clock[STEP], longest) if loaded else plan.floor
-            loaded = True
-        else:
-            flight_scales(pair, plan, work.scales)
-        least = 1e-6 * plan.floor
-        step, following = longest_step(one_step, pair, METHOD, state, step, least, loaded, work, counts)
-        if step < 0.0:
-            return STALLED, completed
-        drift, off = finish(pair, work.after)
-        if not np.all(np.isfinite(work.after)):
-            return NOT_FINITE, completed
-        end = clock[TIME] + step
-        write_outputs_until(pair, state, clock, min(end, until), times, states, loaded, work)
-        if end > until:
-            return OK, completed
-        before = touch
-        work.now[:] = state
-        state[:] = work.after
-        touch = touch_now(pair, state)
-        if carries(pair.law) and touch.curvature_small > FLAT * touch.curvature_large:
-            carry_on(pair.law, state[CARRIED:COLUMNS], touch.curvature_small / touch.curvature_large)
-        if touch.approach > DEEPEST * pair.size:
-            return TOO_DEEP, completed
-        clock[TIME], clock[DRIFT], clock[OFF] = end, max(clock[DRIFT], drift), max(clock[OFF], off)
-        clock[STEP] = following if touch.approach > 0.0 and loaded else math.inf
-        counts[STEPS] += 1
-        ended = note(clock, step, before, touch, state, record)
-        if clock[IN_CONTACT] > 0.0:
-            note_peak(pair, step, touch, record, counts, work)
-        work.before[:] = work.now
-        if ended:
-            records[completed] = record
-            completed += 1
-            if completed == len(records):
-                return FULL, completed
+    return advance_adaptively(
+        touch_now, _begin, one_step, _end, _put_right, _accept,
+        pair, plan, METHOD, state, clock, record, times, until, states, records, counts, work, stop,
+    )  # fmt: skip

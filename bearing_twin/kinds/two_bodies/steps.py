@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import kernel
-from bearing_twin.contact.elastic import elastic, greatest_approach
+from bearing_twin.contact.elastic import elastic, greatest_approach, longest_contact_step
 from bearing_twin.kinds.two_bodies.equations import pair_rates, touch_of
 from bearing_twin.kinds.two_bodies.pair import (
     ALGEBRAIC,
@@ -39,8 +39,6 @@ from bearing_twin.shapes.tracking import LAMBDA, MU, projected
 
 METHOD = DOP853
 
-RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
-LASTING, RESTING = 20.0, 2.0  # of 1/sqrt(k/m): beyond the first a contact is no bounce; the error control sets the step
 LONGEST_FLIGHT, TURN = 0.05, 0.1  # s and rad a step in flight
 ROUNDING = 1e-15
 
@@ -163,7 +161,7 @@ def contact_scales(pair, plan, touch, lasted, scales):
     if pair.tracking == DIFFERENTIAL:
         scales[UNKNOWNS : UNKNOWNS + 6] = place
         scales[UNKNOWNS + LAMBDA], scales[UNKNOWNS + MU] = place / size, place
-    return (RESOLUTION if lasted * rate < LASTING else RESTING) / rate
+    return longest_contact_step(lasted, rate)
 
 
 @kernel

@@ -65,7 +65,7 @@ class Driven(NamedTuple):
     loss_s: tuple
 
 
-class Place(NamedTuple):
+class ContactMotion(NamedTuple):
     """Where a contact is and how it moves: the ball's centre against the ring's, the ring's speed, u and its parts."""
 
     offset: tuple
@@ -242,7 +242,9 @@ def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, rin
     by = driven(contact, slopes, raceway_velocity)
 
     # What displacements do: along the radial and axial directions, and with the orbit angle.
-    place = Place(offset=offset, ring_speed=ring_speed, raceway_velocity=raceway_velocity, spin=spin, relative=relative)
+    place = ContactMotion(
+        offset=offset, ring_speed=ring_speed, raceway_velocity=raceway_velocity, spin=spin, relative=relative
+    )
     one = _along(bearing, raceway, contact, slopes, place, (1.0, 0.0, 0.0))
     two = _along(bearing, raceway, contact, slopes, place, by_angle)
     three = _along(bearing, raceway, contact, slopes, place, (0.0, 0.0, 1.0))

@@ -8,7 +8,7 @@ from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.kinds.bearing.forces.equations import ball_on_ball
 from bearing_twin.kinds.bearing.forces.gradient import (
     SHALLOWEST,
-    Place,
+    ContactMotion,
     Slopes,
     displaced,
     driven,
@@ -61,7 +61,9 @@ def pair_gradient(bearing, may_touch, between, velocity, spin, turn):
     )
     slopes = Slopes(*slopes[:3], 0.0, *slopes[4:10], contact.normal_load)
     relative = add(velocity, cross(spin, contact.arm))
-    place = Place(offset=between, ring_speed=0.0, raceway_velocity=(0.0, 0.0, 0.0), spin=spin, relative=relative)
+    place = ContactMotion(
+        offset=between, ring_speed=0.0, raceway_velocity=(0.0, 0.0, 0.0), spin=spin, relative=relative
+    )
     by = driven(contact, slopes, place.raceway_velocity)
     one = _apart(contact, slopes, place, (1.0, 0.0, 0.0))
     two = _apart(contact, slopes, place, (0.0, 1.0, 0.0))
