@@ -195,7 +195,7 @@ def test_gyroscopic_torque_needs_a_contact_angle():
 
 
 def least_gap(moving):
-    return min(meeting(moving.bearing, moving.state, k)[0] for k in range(moving.bearing.balls))
+    return min(meeting(moving.bearing.ball_radius, moving.state, k)[0] for k in range(moving.bearing.balls))
 
 
 def test_balls_push_each_other_off():
@@ -239,8 +239,10 @@ def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
     for nearest in (apart, -0.5):  # closer than `reach`, or past the other
         near = np.zeros(bearing.balls, bool)
         states[1, 3, ORBIT_ANGLE] = states[1, 4, ORBIT_ANGLE] - nearest
-        mark_met(bearing, states, reach, near)
+        found = mark_met(bearing.ball_radius, moving.state, states, reach, near)
+        assert found
         assert near.tolist() == [k == 3 for k in range(bearing.balls)]
+        assert not mark_met(bearing.ball_radius, states[1], states[:0], reach, near)
 
 
 CLOSING = 0.5  # m/s

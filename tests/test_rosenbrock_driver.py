@@ -22,7 +22,7 @@ from bearing_twin.numerics.lanes import (
     START,
     STEP,
     TIME,
-    from_lane,
+    UNTIL,
     get,
     new_blocks,
     put,
@@ -31,19 +31,18 @@ from bearing_twin.numerics.rosenbrock import (
     IDLE,
     advance_lanes,
     cut_to_end,
-    dense_terms,
     fill_lanes,
-    interpolate,
+    inside,
     mixed_stages,
     rosenbrock_stages,
+    take_terms,
 )
 from bearing_twin.numerics.statuses import JACOBIANS, NOT_FINITE, OK, REJECTIONS, STALLED, STEPS, STOPPED
 from bearing_twin.numerics.steppers import RODAS4, ROSENBROCK, five
 
 DURATION, TIMES = 2.0, np.linspace(0.1, 2.0, 20)
 STIFFNESS = COLUMNS  # the row of a body's own, the first after its state
-Toy = namedtuple("Toy", ["method", "stiffness", "begin", "tolerance", "event", "out", "last", "ends", "dense", "wrong"])
-Dense = namedtuple("Dense", ["start", "end", "third", "fourth", "between"])
+Toy = namedtuple("Toy", ["method", "stiffness", "begin", "tolerance", "event", "out", "last", "ends", "wrong"])
 Results = namedtuple("Results", ["counts", "failure", "stop"])
 Rod = namedtuple("Rod", ["bodies", "room", "accepted"])
 
@@ -140,16 +139,15 @@ def accept_all(toy, coupling, instant, blocks):
 
 
 @inlined
-def give_out(toy, number, instant, until, lanes, k):
-    dense = toy.dense
-    from_lane(lanes, START, k, dense.start)
-    from_lane(lanes, END, k, dense.end)
-    dense_terms(toy.method.dense, lanes, k, dense)
-    while instant < len(TIMES) and TIMES[instant] <= until:
-        interpolate(dense, (TIMES[instant] - get(lanes, TIME, k)) / get(lanes, STEP, k), dense.between)
-        toy.out[number, instant] = dense.between[0]
-        instant += 1
-    return instant
+def give_out(toy, held, cursor, blocks):
+    for block in range(len(blocks)):
+        take_terms(toy.method.dense, blocks[block])
+    for place in range(len(held)):
+        lanes, k = blocks[place // LANES], place % LANES
+        while cursor[place] < len(TIMES) and TIMES[cursor[place]] <= get(lanes, UNTIL, k):
+            share = (TIMES[cursor[place]] - get(lanes, TIME, k)) / get(lanes, STEP, k)
+            toy.out[held[place], cursor[place]] = inside(share, lanes, 0, k)
+            cursor[place] += 1
 
 
 @inlined
@@ -181,9 +179,9 @@ def advanced(toy, coupling, bodies, steps, held, cursor, results, blocks):
 
 def run_of(stiffness, start, coupled=False, method=RODAS4, tolerance=1e-8, event=9.0, bodies=None, wrong=-1, stop=0):
     count = len(stiffness)
-    dense, out = Dense(*np.zeros((5, COLUMNS))), np.full((count, len(TIMES)), np.nan)
+    out = np.full((count, len(TIMES)), np.nan)
     ends = np.zeros(1, np.int64)
-    toy = Toy(method, np.array(stiffness), np.array(start), tolerance, event, out, np.zeros(count), ends, dense, wrong)
+    toy = Toy(method, np.array(stiffness), np.array(start), tolerance, event, out, np.zeros(count), ends, wrong)
     coupling = Rod(count, np.zeros((2, count)), np.zeros(1, np.int64)) if coupled else ()
     blocks = new_blocks(count if coupled else 1, AFTER_METHOD)
     held = np.full(LANES * len(blocks), IDLE)

@@ -33,12 +33,13 @@ LANE_RATES, METHOD_ROWS = np.array([47, 231])
 
 # Rosenbrock methods. A stage's right-hand side and what it solves to; a step's start and end; h times the explicit
 # change of the rates with time; 1 / h in every row; the stages; and of each lane: time, step, h gamma, the error
-# estimated, the share of the step to its first event, the step before its cut.
+# estimated, the share of the step to its first event, the step before its cut, the instant up to which it gives out.
 RIGHT, SOLUTION, START, END, SLOPE, INVERSE_STEP, _STAGES, TIME = rows(
     METHOD_ROWS, *(COLUMNS,) * 6, MOST_STAGES * COLUMNS
 )
 FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
-STEP, GAIN, ERROR, SHARE, WANTED, AFTER_METHOD = rows(TIME + 1, 1, 1, 1, 1, 1)
+STEP, GAIN, ERROR, SHARE, WANTED, UNTIL, AFTER_METHOD = rows(TIME + 1, 1, 1, 1, 1, 1, 1)
+THIRD, FOURTH = RIGHT, SOLUTION  # two terms of what lies inside a step, once it is made and nothing is to be solved
 
 
 @inlined
@@ -99,6 +100,26 @@ def put_vector(lanes, row, k, vector):
     lanes[row * LANES + k] = vector[0]
     lanes[(row + 1) * LANES + k] = vector[1]
     lanes[(row + 2) * LANES + k] = vector[2]
+
+
+@inlined
+def first_of(row):
+    """Where a row begins in the array."""
+    return row * LANES
+
+
+@inlined
+def put_beside(lanes, row, width, number, k, value):
+    """Writes number `number` of `width` of lane k where these stand side by side, lane after lane, from `row` on."""
+    lanes[row * LANES + width * k + number] = value
+
+
+@inlined
+def put_vector_beside(lanes, row, width, number, k, vector):
+    """Three such numbers from number `number` on."""
+    put_beside(lanes, row, width, number, k, vector[0])
+    put_beside(lanes, row, width, number + 1, k, vector[1])
+    put_beside(lanes, row, width, number + 2, k, vector[2])
 
 
 @inlined

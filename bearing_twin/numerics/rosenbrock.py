@@ -112,6 +112,22 @@ def dense_terms(weights, lanes, k, dense):
         dense.fourth[column] = mixed_stages(fourth, lanes, column, k)
 
 
+@lean_kernel
+def take_terms(weights, lanes):
+    """Fills THIRD and FOURTH, the two terms of every lane's interpolant, by the method's dense weights."""
+    third, fourth = five(weights[0]), five(weights[1])
+    for i in range(STATE_SPAN):
+        put(lanes, at.THIRD, i, mixed_stages(third, lanes, 0, i))
+        put(lanes, at.FOURTH, i, mixed_stages(fourth, lanes, 0, i))
+
+
+@inlined
+def inside(fraction, lanes, column, k):
+    """One column of a lane's state at `fraction` of its step, after `take_terms`."""
+    start, end = get(lanes, at.START + column, k), get(lanes, at.END + column, k)
+    return rosenbrock_dense(fraction, start, end, get(lanes, at.THIRD + column, k), get(lanes, at.FOURTH + column, k))
+
+
 @kernel
 def interpolate(dense, fraction, out):
     """The state (COLUMNS,) at `fraction` of a dense step."""
@@ -139,6 +155,18 @@ def _agree(row, least, bodies, blocks):
             agreed = value
     for place in range(len(blocks) * LANES):
         put(blocks[place // LANES], row, place % LANES, agreed)
+
+
+@inlined
+def _put_until(holds, duration, lanes, k):
+    """Notes up to where a lane's step may be given out: never where it is repeated, for ever at the stretch's end.
+
+    So that at the end no instant is lost to rounding.
+    """
+    accepted = holds and get(lanes, at.ERROR, k) <= 1.0 and get(lanes, at.SHARE, k) >= LANDED
+    moment = get(lanes, at.TIME, k) + get(lanes, at.STEP, k)
+    last = math.inf if moment >= duration * (1.0 - NOTHING) else moment
+    put(lanes, at.UNTIL, k, last if accepted else -math.inf)
 
 
 @inlined
@@ -173,8 +201,8 @@ def fill_lanes(begin, scene, coupling, duration, bodies, steps, held, blocks):
 
 
 @template
-def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held, cursor, counts, blocks):
-    """Makes a step of every lane and finds what it is worth: its error, and its share to the first event."""
+def _judge(one_step, landing, accept_all, scene, coupling, method, duration, bodies, held, cursor, counts, blocks):
+    """Makes a step of every lane and finds what it is worth: its error, its share to the first event, and UNTIL."""
     one_step(scene, coupling, blocks)
     if len(coupling) > 0:
         _agree(at.ERROR, False, bodies, blocks)
@@ -191,6 +219,8 @@ def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held,
         _agree(at.SHARE, True, bodies, blocks)
         if get(blocks[0], at.ERROR, 0) <= 1.0 and get(blocks[0], at.SHARE, 0) >= LANDED:
             accept_all(scene, coupling, cursor[0], blocks)
+    for place in range(len(held)):
+        _put_until(held[place] != IDLE, duration, blocks[place // LANES], place % LANES)
 
 
 @template
@@ -203,9 +233,10 @@ def advance_lanes(
     `cut(scene, coupling, blocks)` cuts the coming steps, to the end at least (`cut_to_end`), and returns the least [s]
     to go on with; `one_step(scene, coupling, blocks)` makes them and fills at.ERROR, in units of the tolerance;
     `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene, coupling, instant, blocks)`
-    comes before the coupled are moved on. Of a lane that accepts, `give_out(scene, number, instant, until, lanes, k)`
-    writes what is wanted up to `until` [s] and returns the next instant, `accept(scene, lanes, k)` follows when START
-    is moved on, `end(scene, coupling, number, lanes, k)` returns a status at the end. `cursor` begins as zeros.
+    comes before the coupled are moved on. `give_out(scene, held, cursor, blocks)` writes what is wanted of each lane up
+    to UNTIL [s] and sets its `cursor`, which begins as zeros, to the next instant. Of a lane that accepts,
+    `accept(scene, lanes, k)` follows when START is moved on, `end(scene, coupling, number, lanes, k)` returns a status
+    at the end.
     """
     running = waiting = min(len(held), len(bodies))
     proposed = judged = stepped = 0.0
@@ -214,8 +245,10 @@ def advance_lanes(
             return STOPPED
         resume = cut(scene, coupling, blocks)
         _judge(
-            one_step, landing, accept_all, scene, coupling, method, len(bodies), held, cursor, results.counts, blocks
-        )
+            one_step, landing, accept_all,
+            scene, coupling, method, duration, len(bodies), held, cursor, results.counts, blocks,
+        )  # fmt: skip
+        give_out(scene, held, cursor, blocks)
         for place in range(len(held)):
             number, lanes, k = held[place], blocks[place // LANES], place % LANES
             if number == IDLE:
@@ -223,7 +256,7 @@ def advance_lanes(
             error, step, share = get(lanes, at.ERROR, k), get(lanes, at.STEP, k), get(lanes, at.SHARE, k)
             if error != judged or step != stepped:  # as nearly never among coupled bodies, whose steps are one
                 judged, stepped, proposed = error, step, next_step(step, error, method.order)
-            if not error <= 1.0 or share < LANDED:
+            if get(lanes, at.UNTIL, k) < 0.0:
                 results.counts[REJECTIONS] += 1
                 again = step * share if error <= 1.0 else proposed
                 put(lanes, at.STEP, k, again)
@@ -232,13 +265,10 @@ def advance_lanes(
                     return STALLED
                 continue
             results.counts[STEPS] += 1
-            following, moment = max(proposed, resume), get(lanes, at.TIME, k) + step
-            finished = moment >= duration * (1.0 - NOTHING)
-            # At the end no instant is lost to rounding.
-            cursor[place] = give_out(scene, number, cursor[place], math.inf if finished else moment, lanes, k)
+            following = max(proposed, resume)
             _move_on(following, lanes, k)
             accept(scene, lanes, k)
-            if not finished:
+            if get(lanes, at.UNTIL, k) < math.inf:
                 continue
             # A step cut short by the end: what it proposes counts only if it is longer.
             steps[number] = max(get(lanes, at.WANTED, k), following)

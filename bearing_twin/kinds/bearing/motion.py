@@ -42,7 +42,6 @@ LONGEST_ALONE, LONGEST_EVEN = 0.4, 0.2  # s asked for in one go: balls alone; ro
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
-
 bearing_motion = late("bearing_twin.kinds.bearing.moving:moving_by")  # see there
 
 
@@ -150,10 +149,10 @@ class BearingMotion:
 
         A new goal speed is approached at the drive's acceleration; the scene's change of the drive comes at its time.
         """
-        if not np.all(np.isfinite(self.border)):
+        if not math.isfinite(np.vdot(self.border, self.border)):  # as quick as can be, for every chunk
             sentence = "the state of the inner ring or the cage is not finite; reset, and lower the load"
             raise IntegrationError(sentence, "not finite", self.elapsed, "inner ring")
-        if not np.all(np.isfinite(self.state)):
+        if not math.isfinite(np.vdot(self.state, self.state)):
             ball = int(np.argmin(np.isfinite(self.state).all(axis=1)))
             sentence = f"the state of ball {ball} is not finite; reset, and shorten solver.step"
             raise IntegrationError(sentence, "not finite", self.elapsed, f"ball {ball}")
@@ -175,7 +174,7 @@ class BearingMotion:
         missing = self.goal_speed - self.drive.speed
         pieces = [duration]
         if not self.partners.even:
-            apart = time_apart(self.bearing, self.state, NEAR * self.bearing.ball_radius)
+            apart = time_apart(self.bearing.ball_radius, self.state, NEAR * self.bearing.ball_radius)
             together = min(duration, LONGEST_TOGETHER)
             pieces.append(0.99 * apart if apart > TOGETHER * together else together)
         jump = self.loading.until_next(self.elapsed) if self.partners.active else 0.0
@@ -253,18 +252,15 @@ class BearingMotion:
         filled = self._instants.empty(len(times), self.bearing.balls)
         moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]
-        near, after = np.zeros((2, self.bearing.balls), np.bool_)
+        near, radius = np.zeros(self.bearing.balls, np.bool_), self.bearing.ball_radius
         if not partners.even:
-            mark_near(self.bearing, self.state, NEAR * self.bearing.ball_radius, duration, near)
+            mark_near(radius, self.state, NEAR * radius, duration, near)
         pointer = self._integrate(drive, partners, near, times, duration, filled)
-        if not partners.even:
-            states = np.concatenate((self.state[None], filled[0]))
-            mark_met(self.bearing, states, 0.5 * NEAR * self.bearing.ball_radius, after)
-        if np.any(after & ~near):
+        if not partners.even and mark_met(radius, self.state, filled[0], 0.5 * NEAR * radius, near):
             # Balls came together that were integrated apart: once more, all together.
             for one, kept in zip(moving, before, strict=True):
                 one[:] = kept
-            mark_near(self.bearing, self.state, EVERYWHERE, 0.0, near)
+            mark_near(radius, self.state, EVERYWHERE, 0.0, near)
             pointer = self._integrate(drive, partners, near, times, duration, filled)
         write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
         given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])

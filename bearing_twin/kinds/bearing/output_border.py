@@ -1,4 +1,4 @@
-"""What a bearing gives out of its ring with mass and its cage, added to the rows that `output_lanes` has written."""
+"""What a bearing gives out of its ring with mass and its cage, added to the rows that `output_rows` has written."""
 
 import math
 
@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     WORK_DONE,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage import seen, wall
-from bearing_twin.kinds.bearing.output_lanes import DRIVE_TORQUE
+from bearing_twin.kinds.bearing.output_rows import DRIVE_TORQUE
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, outside_load
 
 

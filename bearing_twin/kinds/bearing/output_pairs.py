@@ -2,20 +2,20 @@
 
 import math
 
-from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.forces.equations import neighbour_angle, pair_contact, touchable
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import about_z, add, scaled
 
 
-@kernel
+@lean_kernel
 def neighbour_gaps(bearing, state, position, row, approach, near):
     """Writes the approach of each ball and the next ahead; marks the pairs that touch, returns whether any does."""
     balls, touching = bearing.balls, False
     for k in range(balls):
-        j, near[k] = (k + 1) % balls, False
+        j, near[k] = k + 1 if k + 1 < balls else 0, False
         row[approach + k] = 0.0
-        if balls > 2 or (balls == 2 and neighbour_angle(bearing, state, k, 1) <= math.pi):
+        if balls > 2 or (balls == 2 and neighbour_angle(state, k, 1) <= math.pi):
             x = row[position + 3 * j] - row[position + 3 * k]
             y = row[position + 3 * j + 1] - row[position + 3 * k + 1]
             z = row[position + 3 * j + 2] - row[position + 3 * k + 2]
@@ -25,7 +25,7 @@ def neighbour_gaps(bearing, state, position, row, approach, near):
     return touching
 
 
-@kernel
+@lean_kernel
 def write_pairs(bearing, state, near, elastic, load, row):
     """Writes the contacts of balls that touch: loads, then points, normals and friction of all balls; their energy."""
     balls = bearing.balls

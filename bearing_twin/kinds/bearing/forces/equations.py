@@ -19,6 +19,8 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
@@ -287,10 +289,19 @@ def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spi
     return raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
 
 
+@inlined
+def _neighbour(balls, k, side):
+    """The number of the next ball ahead of ball k (side = 1) or behind it (side = -1); a division would cost more."""
+    j = k + side
+    if j == balls:
+        return 0
+    return j if j >= 0 else balls - 1
+
+
 @kernel
-def neighbour_angle(bearing, state, k, side):
+def neighbour_angle(state, k, side):
     """Orbit angle [rad] from ball k to its neighbour ahead (side = 1) or behind (side = -1)."""
-    j = (k + side) % bearing.balls
+    j = _neighbour(len(state), k, side)
     angle = state[j, ORBIT_ANGLE] - state[k, ORBIT_ANGLE]
     if j != k + side:
         angle += side * 2.0 * math.pi
@@ -339,8 +350,8 @@ def pair_contact(bearing, state, k, side):
 
     Balls never pass each other in the groove, so neighbours stay neighbours. All zeros when they are apart.
     """
-    angle = neighbour_angle(bearing, state, k, side)
-    j = (k + side) % bearing.balls
+    angle = neighbour_angle(state, k, side)
+    j = _neighbour(len(state), k, side)
     cosine, sine = math.cos(angle), math.sin(angle)
     between = minus(about_z(cosine, sine, ball_position(state, j)), ball_position(state, k))
     velocity = minus(ball_vector(state, k, VELOCITY), about_z(cosine, sine, ball_vector(state, j, VELOCITY)))
@@ -459,47 +470,59 @@ def give_coefficients(bearing, lanes):
 
 
 @kernel
-def meeting(bearing, state, k):
+def meeting(ball_radius, state, k):
     """Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it.
 
     A gap that cannot close, because there is no other ball or the way round is the longer one, is infinite; one that
     ball k has passed through is less than - 2 R.
     """
-    if bearing.balls == 1 or (bearing.balls == 2 and neighbour_angle(bearing, state, k, 1) > math.pi):
+    angle = neighbour_angle(state, k, 1)
+    if len(state) == 1 or (len(state) == 2 and angle > math.pi):
         return math.inf, 0.0
-    j = (k + 1) % bearing.balls
-    angle = neighbour_angle(bearing, state, k, 1)
+    j = _neighbour(len(state), k, 1)
     other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
     between = minus(other, ball_position(state, k))
-    gap = math.copysign(math.sqrt(dot(between, between)), angle) - 2.0 * bearing.ball_radius
+    gap = math.copysign(math.sqrt(dot(between, between)), angle) - 2.0 * ball_radius
     return gap, 2.0 * abs(state[j, TANGENTIAL_VELOCITY] - state[k, TANGENTIAL_VELOCITY])
 
 
 @kernel
-def mark_near(bearing, state, reach, ahead, near):
+def mark_near(ball_radius, state, reach, ahead, near):
     """Sets `near[k]` where ball k and the next ahead may come closer than `reach` [m] within `ahead` [s]."""
-    for k in range(bearing.balls):
-        gap, closing = meeting(bearing, state, k)
+    for k in range(len(state)):
+        gap, closing = meeting(ball_radius, state, k)
         near[k] = gap < reach + ahead * closing
 
 
 @kernel
-def mark_met(bearing, states, reach, near):
-    """Sets `near[k]` where ball k was closer than `reach` [m] to the next ahead in any of states (instants, N, ...)."""
-    for k in range(bearing.balls):
-        first = 0
-        for instant in range(len(states)):
-            if neighbour_angle(bearing, states[instant], k, 1) < neighbour_angle(bearing, states[first], k, 1):
-                first = instant
-        near[k] |= meeting(bearing, states[first], k)[0] < reach
+def mark_met(ball_radius, state, states, reach, near):
+    """Sets `near[k]` where ball k was closer than `reach` [m] to the next ahead; returns whether any was not set yet.
+
+    In `state` (N, ...) or any of `states` (instants, N, ...).
+    """
+    balls, found = len(state), False
+    closest, least = np.full(balls, -1), np.empty(balls)
+    for k in range(balls):
+        least[k] = neighbour_angle(state, k, 1)
+    for instant in range(len(states)):
+        for k in range(balls):
+            angle = neighbour_angle(states[instant], k, 1)
+            if angle < least[k]:
+                closest[k], least[k] = instant, angle
+    for k in range(balls):
+        there = states[closest[k]] if closest[k] >= 0 else state
+        if meeting(ball_radius, there, k)[0] < reach:
+            found = found or not near[k]
+            near[k] = True
+    return found
 
 
 @kernel
-def time_apart(bearing, state, reach):
+def time_apart(ball_radius, state, reach):
     """Seconds for which no two balls can come closer than `reach` [m], by their present speeds."""
     least = math.inf
-    for k in range(bearing.balls):
-        gap, closing = meeting(bearing, state, k)
+    for k in range(len(state)):
+        gap, closing = meeting(ball_radius, state, k)
         least = min(least, max(gap - reach, 0.0) / (closing + 1e-300))
     return least
 

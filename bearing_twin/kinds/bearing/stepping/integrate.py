@@ -113,14 +113,17 @@ def _by_rosenbrock(task, partners, near, moving, results) -> int:
 
     Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
     """
-    groups, status = [np.array(group, np.int64) for group in groups_of(near)], OK
     if partners.active:
-        groups = [np.arange(len(near))]
-    alone = [group for group in groups if len(group) == 1 and not partners.active]
-    if alone:
-        status = rosenbrock_chunk(task, (), np.concatenate(alone), *moving, results)
-    for group in groups:
-        if status == OK and (len(group) > 1 or partners.active):
-            coupling = new_coupling(near, group, partners, results.last_border)
-            status = rosenbrock_chunk(task, coupling, group, *moving, results)
+        alone, together = [], [range(len(near))]
+    elif near.any():
+        groups = groups_of(near)
+        alone, together = [group[0] for group in groups if len(group) == 1], [one for one in groups if len(one) > 1]
+    else:
+        alone, together = range(len(near)), []
+    status = rosenbrock_chunk(task, (), np.array(alone), *moving, results) if len(alone) else OK
+    for group in together:
+        if status == OK:
+            balls = np.array(group)
+            coupling = new_coupling(near, balls, partners, results.last_border)
+            status = rosenbrock_chunk(task, coupling, balls, *moving, results)
     return status

@@ -23,6 +23,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     STEP,
     TIME,
     TORQUE_ERROR,
+    UNTIL,
     VELOCITY,
     entry,
     get,
@@ -88,15 +89,19 @@ def point_out(coupling, pointer, blocks):
 
 
 @lean_kernel
-def note_error(pointer, number, cell, lanes, k):
-    """Notes an accepted step of ball `number` before instant `cell` in `pointer` (N, cells, POINTED), if there is one.
+def note_errors(pointer, held, cursor, first, lanes):
+    """Notes the accepted steps of a block in `pointer` (N, cells, POINTED), if there is one.
 
-    Kept are the greatest errors of the ball's acceleration [m/s^2] and angular acceleration [rad/s^2] in the cell.
+    The block's first place is number `first`; its balls are `held`, their next instants in `cursor` are the cells. Kept
+    are the greatest errors of a ball's acceleration [m/s^2] and angular acceleration [rad/s^2] in the cell.
     """
     if len(pointer) > 0:
-        at = min(cell, pointer.shape[1] - 1)
-        for kind, row in ((OF_FORCE, FORCE_ERROR), (OF_TORQUE, TORQUE_ERROR)):
-            pointer[number, at, kind] = max(pointer[number, at, kind], math.sqrt(get(lanes, row, k)))
-        pointer[number, at, STEPS_IN] += 1.0
-        for rate in range(SPIN + 3 - VELOCITY):
-            put(lanes, LAST_RATES + rate, k, get(lanes, LANE_RATES + VELOCITY + rate, k))
+        for k in range(LANES):
+            if get(lanes, UNTIL, k) < 0.0:
+                continue
+            number, at = held[first + k], min(cursor[first + k], pointer.shape[1] - 1)
+            for kind, row in ((OF_FORCE, FORCE_ERROR), (OF_TORQUE, TORQUE_ERROR)):
+                pointer[number, at, kind] = max(pointer[number, at, kind], math.sqrt(get(lanes, row, k)))
+            pointer[number, at, STEPS_IN] += 1.0
+            for rate in range(SPIN + 3 - VELOCITY):
+                put(lanes, LAST_RATES + rate, k, get(lanes, LANE_RATES + VELOCITY + rate, k))

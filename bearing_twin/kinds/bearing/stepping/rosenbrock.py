@@ -34,15 +34,15 @@ from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.stepping.border import bearing_at, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.stepping.border_step import border_at, border_inside, copy_state
 from bearing_twin.kinds.bearing.stepping.flight import cut_steps
+from bearing_twin.kinds.bearing.stepping.instants import give_out
 from bearing_twin.kinds.bearing.stepping.lanes import rosenbrock_step
-from bearing_twin.kinds.bearing.stepping.pointing import note_error, point_out
+from bearing_twin.kinds.bearing.stepping.pointing import note_errors, point_out
 from bearing_twin.kinds.bearing.stepping.step_ends import dense_ends
 from bearing_twin.kinds.bearing.stepping.steps import (
     DenseStep,
     Results,
     changes_contact,
     check_ball,
-    give_out,
     landing,
     new_dense_step,
 )
@@ -117,16 +117,14 @@ def _landing(run, lanes, k):
 
 
 @inlined
-def _give_out(run, number, cursor, until, lanes, k):
-    """Notes what a ball's step errs by and gives out the instants in it; returns the next one."""
-    task, dense = run.task, run.dense
-    note_error(run.results.pointer, number, cursor, lanes, k)
-    if cursor < len(task.times) and task.times[cursor] <= until:
-        dense_ends(lanes, k, dense)
-        dense_terms(task.method.dense, lanes, k, dense)
-        time, step = get(lanes, TIME, k), get(lanes, STEP, k)
-        return give_out(task.times, cursor, until, time, step, number, dense, run.results)
-    return cursor
+def _give_out(run, held, cursor, blocks):
+    """Notes what accepted steps err by and gives out the instants in them."""
+    task, results, first = run.task, run.results, 0
+    for block in range(len(blocks)):
+        note_errors(results.pointer, held, cursor, first, blocks[block])
+        where = results.states, results.orientations
+        give_out(task.times, task.method.dense, held, cursor, first, blocks[block], *where)
+        first += LANES
 
 
 @inlined

@@ -125,7 +125,6 @@ def weigh_light(pockets, bearing, border, scales, lanes):
 
 @lean_kernel
 def dense_ends(lanes, k, dense):
-    """Fills the start, the end and the first orientation of one lane's dense step."""
+    """Fills the start and the end of one lane's dense step."""
     from_lane(lanes, START, k, dense.start)
     from_lane(lanes, END, k, dense.end)
-    from_lane(lanes, ORIENTATION, k, dense.orientation)

@@ -18,27 +18,17 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     COLUMNS,
-    LANES,
     RADIAL_SPIN,
     SPIN,
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
     get,
     get_vector,
-    new_lanes,
-    put,
-    put_quaternion,
 )
 from bearing_twin.numerics.events import halved
 from bearing_twin.numerics.rosenbrock import interpolate
-from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
-from bearing_twin.numerics.steppers import rosenbrock_dense
 
-# Rows of instants inside a step: their states from 0 on, half way to them the columns from TURNING_FROM on and the
-# distance from the axis, the orientation, the share of the step.
-TURNING_FROM, TURNING = TANGENTIAL_VELOCITY, SPIN + 3 - TANGENTIAL_VELOCITY
-HALFWAY, HALFWAY_DISTANCE, INSTANT_TURNED, INSTANT, INSTANT_ROWS = COLUMNS + np.cumsum((0, TURNING, 1, 4, 1))
 TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
 
@@ -74,17 +64,14 @@ class Results(NamedTuple):
 class DenseStep(NamedTuple):
     """One ball's Rosenbrock step: its start, its end, and the two terms of `rosenbrock_dense`, each (COLUMNS,).
 
-    `orientation` (4,) is that at the start, `between` (COLUMNS,) room for a state inside the step, `lanes` for LANES
-    instants in it: their states, their shares of the step, and the states and orientations `turned` needs.
+    `between` (COLUMNS,) is room for a state inside the step.
     """
 
     start: np.ndarray
     end: np.ndarray
     third: np.ndarray
     fourth: np.ndarray
-    orientation: np.ndarray
     between: np.ndarray
-    lanes: np.ndarray
 
 
 @inlined
@@ -125,9 +112,7 @@ def new_dense_step():
         end=np.zeros(COLUMNS),
         third=np.zeros(COLUMNS),
         fourth=np.zeros(COLUMNS),
-        orientation=np.zeros(4),
         between=np.zeros(COLUMNS),
-        lanes=new_lanes(INSTANT_ROWS),
     )
 
 
@@ -142,56 +127,6 @@ def _same_contacts(what, share):
 def landing(bearing, dense):
     """Share of a dense step, in which a contact with a raceway begins or ends, after which it just has."""
     return halved(_same_contacts, (bearing, dense), 1.0, 1e-6)[1]
-
-
-@inlined
-def _interpolate_lanes(dense, column, part, row):
-    """One column of the state in all lanes, at `part` of each lane's share of the step."""
-    start, end, third, fourth = dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
-    for k in range(LANES):
-        share = part * get(dense.lanes, INSTANT, k)
-        put(dense.lanes, row, k, rosenbrock_dense(share, start, end, third, fourth))
-
-
-@kernel
-def _fill_lanes(dense, step):
-    """States and orientations at the lanes' shares of the step [s]."""
-    lanes = dense.lanes
-    for column in range(COLUMNS):
-        _interpolate_lanes(dense, column, 1.0, column)
-    for column in range(TURNING):
-        _interpolate_lanes(dense, TURNING_FROM + column, 0.5, HALFWAY + column)
-    _interpolate_lanes(dense, AXIS_DISTANCE, 0.5, HALFWAY_DISTANCE)
-    before = (dense.orientation[0], dense.orientation[1], dense.orientation[2], dense.orientation[3])
-    first = relative_spin(dense.start)
-    for k in range(LANES):
-        spin = get_vector(lanes, HALFWAY + SPIN - TURNING_FROM, k)
-        speed = get(lanes, HALFWAY + TANGENTIAL_VELOCITY - TURNING_FROM, k)
-        middle = spin_in_frame(get(lanes, HALFWAY_DISTANCE, k), speed, spin)
-        spin = get_vector(lanes, SPIN, k)
-        last = spin_in_frame(get(lanes, AXIS_DISTANCE, k), get(lanes, TANGENTIAL_VELOCITY, k), spin)
-        put_quaternion(lanes, INSTANT_TURNED, k, turned(before, first, middle, last, get(lanes, INSTANT, k) * step))
-
-
-@kernel
-def give_out(times, cursor, until, time, step, ball, dense, results):
-    """Writes a ball's instants up to `until` inside its step from `time` on; returns the next instant to serve."""
-    lanes, states, orientations = dense.lanes, results.states, results.orientations
-    while cursor < len(times) and times[cursor] <= until:
-        count = 1
-        while count < LANES and cursor + count < len(times) and times[cursor + count] <= until:
-            count += 1
-        for k in range(LANES):
-            put(lanes, INSTANT, k, (times[cursor + min(k, count - 1)] - time) / step)
-        _fill_lanes(dense, step)
-        # Without a view of a row, which would be counted in and out.
-        for k in range(count):
-            for column in range(COLUMNS):
-                states[cursor + k, ball, column] = get(lanes, column, k)
-            for part in range(4):
-                orientations[cursor + k, ball, part] = get(lanes, INSTANT_TURNED + part, k)
-        cursor += count
-    return cursor
 
 
 @kernel
