@@ -1,6 +1,8 @@
 """The YAML files that come with the package, one folder of `config/` a kind, and the strict way they are read."""
 
 import contextlib
+import copy
+import functools
 import os
 import re
 import stat
@@ -17,6 +19,7 @@ from bearing_twin.permission import ROOM
 from bearing_twin.spelling import did_you_mean, nearest, unknown
 
 GREATEST_FILE = 128_000  # bytes
+LONGEST_KEPT = 10_000  # characters of a text whose data are kept
 MOST_VALUES = 20_000  # of a file, groups counted too: half a second to read
 GREATEST_DEPTH = 20
 LONGEST_NAME = 100
@@ -124,7 +127,7 @@ class Shelf(NamedTuple):
         if len(text) > GREATEST_FILE:
             raise self.error(f"{origin} is longer than {GREATEST_FILE} characters, so it is no {self.noun}")
         try:
-            return yaml.load(text, Loader=_StrictLoader)
+            return copy.deepcopy(_parsed(text)) if len(text) < LONGEST_KEPT else yaml.load(text, Loader=_StrictLoader)
         except yaml.YAMLError as error:
             problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be parsed"
             if problem.startswith("but") and getattr(error, "context", None):
@@ -177,6 +180,12 @@ class _StrictLoader(yaml.SafeLoader):
                 raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
             seen.add(key.value)
         return super().construct_mapping(node, deep)
+
+
+@functools.lru_cache(maxsize=256)
+def _parsed(text: str):
+    """The plain data in a YAML text, kept: a node is asked for the same study again and again, 10 ms each time."""
+    return yaml.load(text, Loader=_StrictLoader)
 
 
 def _implicit(tag: str, pattern: str, first: str) -> None:

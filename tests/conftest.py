@@ -10,6 +10,7 @@ import time
 
 import forks  # noqa: F401 - what forks do not collect
 import pytest
+import starts
 from domains import own_domain
 from hypothesis import settings
 
@@ -52,6 +53,12 @@ def quick_workers(monkeypatch):
     monkeypatch.setattr(
         multiprocessing, "get_context", lambda method=None: context("fork" if method == "spawn" else method)
     )
+
+
+@pytest.fixture
+def quick_starts(monkeypatch):
+    """Python programs that are started have imported what they need; that they import it is what tests without show."""
+    monkeypatch.setattr(subprocess, "Popen", starts.Forking)
 
 
 @pytest.fixture
@@ -189,6 +196,8 @@ class Named:
 
 
 def pytest_sessionfinish(session):
+    for one in starts.STEM:
+        one.end()
     if TIMES and hasattr(session.config, "cache") and not hasattr(session.config, "workerinput"):
         session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
 

@@ -239,7 +239,7 @@ def completions(line, tmp_path):
     return [word.strip() for word in re.split("[\v\x0b]", told.read_text(encoding="utf-8")) if word.strip()]
 
 
-def test_commands_options_names_and_keys_are_completed(tmp_path):
+def test_commands_options_names_and_keys_are_completed(tmp_path, quick_starts):
     assert completions("bearing_twin sim", tmp_path) == ["simulate"]
     assert "--load" in completions("bearing_twin bearing 6308 --lo", tmp_path)
     assert completions("bearing_twin bearing 630", tmp_path) == [f"630{k}" for k in range(10)]

@@ -553,7 +553,7 @@ def test_a_worker_that_dies_ends_the_study_with_what_is_done(quick_workers):
     assert children() == []
 
 
-def test_a_script_that_guards_nothing_is_told_so(tmp_path):
+def test_a_script_that_guards_nothing_is_told_so(tmp_path, quick_starts):
     script = tmp_path / "naked.py"
     lines = (
         f"mapping = { {**LOSSY, 'workers': 1}!r}",
@@ -561,10 +561,7 @@ def test_a_script_that_guards_nothing_is_told_so(tmp_path):
         "run_study(parse_study(mapping, 's'))",
     )
     script.write_text("\n".join(lines), encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        [sys.executable, script], env=environment, capture_output=True, text=True, timeout=600, check=False
-    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 1
     assert 'behind `if __name__ == "__main__":`' in done.stderr
 
@@ -589,13 +586,11 @@ def test_an_error_nobody_foresaw_is_the_failure_of_one_realisation(monkeypatch):
 @pytest.mark.parametrize(
     "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment), signal.SIGKILL]
 )
-def test_no_process_outlives_a_signal(number, tmp_path):
+def test_no_process_outlives_a_signal(number, tmp_path, quick_starts):
     path = tmp_path / "long.yaml"
     path.write_text(json.dumps(LONG_RUN), encoding="utf-8")
     command = [sys.executable, "-m", "bearing_twin", "study", str(path), "--json"]
-    process = subprocess.Popen(
-        command, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     workers = wait_for(lambda: [pid for pid in children(process.pid) if "spawn_main" in command_of(pid)], 300.0)
     time.sleep(0.5)
     process.send_signal(number)

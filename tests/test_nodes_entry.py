@@ -157,7 +157,7 @@ def test_the_executables_of_the_package_are_these():
     "number",
     [signal.SIGINT, *(pytest.param(one, marks=pytest.mark.environment) for one in (signal.SIGTERM, signal.SIGHUP))],
 )
-def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
+def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number, quick_starts):
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:
         heard_here = heard(plain_node(executor), [("/bearing/samples", cdr.SAMPLE_BLOCK)])["/bearing/samples"]

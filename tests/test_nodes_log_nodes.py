@@ -226,7 +226,7 @@ def test_what_cannot_be_logged_or_played_is_refused(node_class, parameters, erro
 
 
 @pytest.mark.parametrize("topics", ["['']", "['/nothing']"])
-def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics):
+def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics, quick_starts):
     with ros_executor() as executor:
         talker, seen = plain_node(executor), []
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)

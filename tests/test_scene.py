@@ -17,7 +17,7 @@ from bearing_twin.kinds.sections import RunSettings, resolved_run
 from bearing_twin.parameters import describe
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import KINDS, load_scene, parse_scene, read_logged, scene_names
-from bearing_twin.shelf import GREATEST_FILE
+from bearing_twin.shelf import GREATEST_FILE, SCENES
 from bearing_twin.uq.study_file import load_study
 
 
@@ -348,3 +348,10 @@ def test_outputs_are_a_whole_multiple_of_a_publish_rate_that_stands_alone(publis
 def test_a_study_is_no_scene_and_is_told_as_one(read, name, words):
     with pytest.raises((SceneError, StudyError), match=words):
         read(name)
+
+
+def test_what_one_reader_does_to_data_no_other_sees():
+    """The data of a text are kept."""
+    first = SCENES.load("a: {b: [1, 2]}", "x")
+    first["a"]["b"].append(3)
+    assert SCENES.load("a: {b: [1, 2]}", "x") == {"a": {"b": [1, 2]}}

@@ -207,7 +207,7 @@ def test_no_signal_is_lost_while_handlers_are_given_back(give_back, monkeypatch)
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.environment)]
 )
-def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code):
+def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code, quick_starts):
     path, words = tmp_path / "run.mcap", [word for one in ENDLESS for word in ("--set", one)]
     command = [sys.executable, "-m", "bearing_twin", "simulate", "bearing_6203", *words, "--out", str(path)]
     root = Path(__file__).parents[1]

@@ -68,7 +68,7 @@ def test_what_a_row_beside_the_others_did_not_tell_counts_as_not_survived(tmp_pa
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment)])
-def test_a_signal_ends_the_torture_and_all_that_it_started(number):
+def test_a_signal_ends_the_torture_and_all_that_it_started(number, quick_starts):
     words = [sys.executable, torture.__file__, "--only", "kill"]
     process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, start_new_session=True)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")

@@ -20,7 +20,7 @@ SLOW = (
     ],
     ids=lambda one: getattr(one, "__name__", one),
 )
-def test_a_short_torture_of_nodes_loses_nothing(torture, share, tmp_path):
+def test_a_short_torture_of_nodes_loses_nothing(torture, share, tmp_path, quick_starts):
     found = torture(share, tmp_path)
     assert found.tried > 0
     assert (found.lost, found.silent) == (0, 0), found.figures

@@ -86,8 +86,9 @@ def estimate(sample, statistic, replicates=1) -> Estimate:
         return _quantile(kept, statistic)
     if name == "quantile":
         # Hazen's rule is right for points spread evenly; taken from all at once it would throw the even spread away.
-        parts = (every[first::replicates][good[first::replicates]] for first in range(replicates))
-        found = np.array([np.quantile(part, statistic, method="hazen") for part in parts])
+        parts = [every[first::replicates][good[first::replicates]] for first in range(replicates)]
+        hazen = functools.partial(np.quantile, q=statistic, axis=-1, method="hazen")
+        found = hazen(parts) if fewest * replicates == len(kept) else np.array([hazen(part) for part in parts])
         return interval(float(found.mean()), found - found.mean(), replicates)
     value, influence = _moment(kept, statistic, replicates)
     spread = np.full(len(every), np.nan)
@@ -229,8 +230,7 @@ def density(sample, low=-math.inf, kind="even") -> Density:
     if kind not in REFLECTIONS:
         raise StatisticError(f"{echo(kind)} is no kind of density; {unknown(kind, REFLECTIONS)}")
     bandwidth = silverman_bandwidth(kept)
-    low = max(low, kept.min() - 6.0 * bandwidth)
-    high = kept.max() + 6.0 * bandwidth
+    low, high = max(low, kept.min() - 6.0 * bandwidth), kept.max() + 6.0 * bandwidth
     bins = int(np.clip(BINS_PER_BANDWIDTH * (high - low) / bandwidth, LEAST_BINS, GREATEST_BINS))
     bins = fft.next_fast_len(bins, real=True)
     width = (high - low) / bins
