@@ -435,6 +435,16 @@ def test_the_second_motion_tells_the_error_of_the_first():
     assert 0.3 < said / off < 10.0
 
 
+def test_the_greatest_speed_tells_what_balance_is_worth_whichever_way_the_shaft_turns():
+    """A shaft that slows down, from a speed below zero too: the centrifugal load is that of its start."""
+    slows = "drive.change.time=0.05", "drive.change.speed=1000"
+    told = [
+        choose(load_scene("shaft_two_6203", changes)).reason
+        for changes in (("drive.speed=-1200", *slows), ("drive.speed=-1200",), ("drive.speed=-900",))
+    ]
+    assert told[0] == told[1] != told[2]
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
