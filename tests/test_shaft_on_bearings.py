@@ -13,6 +13,7 @@ from scipy.optimize import root
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of
+from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.modes import critical_speeds, matrices_of, modes_at, modes_of, unbalance_response
 from bearing_twin.kinds.shaft.motion import ShaftMotion
@@ -417,11 +418,17 @@ def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
     assert critical_speeds(matrices_of(rotor._replace(polar=1.5e-3), stiffness)) == pytest.approx(slender[1:])
 
 
-def test_the_second_motion_tells_the_error_of_the_first():
+@pytest.fixture(scope="module")
+def angular_run():
+    """A short run of the shaft on two angular contact bearings, and all its outputs."""
+    run = simulate(load_scene("shaft_angular_pair", ("run.duration=0.02",)))
+    return run, joined(list(run.blocks()))
+
+
+def test_the_second_motion_tells_the_error_of_the_first(angular_run):
     """What a run says of its ball loads against a motion at a thousandth of its tolerance."""
-    scene = load_scene("shaft_angular_pair", ("run.duration=0.02",))
-    run = simulate(scene)
-    whole = joined(list(run.blocks()))
+    run, whole = angular_run
+    scene = run.scene
     said = run.report.errors["wanted_errors"]["ball_loads"]["error"]
     exact = ShaftMotion(scene.parameters, run.choice, 1e-3)
     loads = [exact.first_outputs()["left_normal_load"]]
@@ -433,6 +440,20 @@ def test_the_second_motion_tells_the_error_of_the_first():
     assert off <= scene.parameters.wanted.tolerance
     assert 0.0 < said <= scene.parameters.wanted.tolerance
     assert 0.3 < said / off < 10.0
+
+
+def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run):
+    run, whole = angular_run
+    late, figures = whole.time_ns >= 0.01e9, run.report.figures
+    assert 0 < np.count_nonzero(~late) < np.count_nonzero(late)
+    for place, side in enumerate(SIDES):
+        scene, loads = bearing_scene(run.scene.parameters, side), whole.values[f"{side}_normal_load"][late]
+        rated, force = ratings_of(scene), whole.values["bearing_force"][late, place]
+        life = reference_life(scene.geometry, rated.dynamic, loads[..., 0], loads[..., 1])
+        assert figures[f"{side}_reference_life_mrev"] == pytest.approx(life, rel=1e-12)
+        radial, axial = np.hypot(force[:, 0], force[:, 1]).mean(), np.abs(force[:, 2]).mean()
+        basic = (rated.dynamic / equivalent_load(scene.geometry, radial, axial)) ** 3
+        assert figures[f"{side}_basic_life_mrev"] == pytest.approx(basic, rel=1e-12)
 
 
 def test_the_greatest_speed_tells_what_balance_is_worth_whichever_way_the_shaft_turns():
