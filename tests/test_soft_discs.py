@@ -9,6 +9,7 @@ from runs import reported
 
 from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.soft_discs import solve as solving
 from bearing_twin.kinds.soft_discs.derived import contact_time, disc_mass, fitting, nodes_of, of_other, predicted_error
 from bearing_twin.kinds.soft_discs.elements import ORDERS, lobatto
 from bearing_twin.kinds.soft_discs.figures import SoftDiscFigures
@@ -390,6 +391,13 @@ def test_a_run_is_long_enough_for_its_contact():
         lasted = found.step * np.flatnonzero(found.column("force"))[-1]
         assert found.ended
         assert 0.85 < lasted / contact_time(parameters) < 1.3
+
+
+def test_a_disc_that_has_not_left_the_wall_is_no_result(monkeypatch):
+    """Given up in the middle of its contact, where energy and momentum add up."""
+    monkeypatch.setattr(solving, "LONGEST", 0.5)
+    found = reported("soft_discs_mean", *COARSE, "run.duration=0.03", "solver.companion=off")
+    assert found.status == "failed: the disc has not left the wall"
 
 
 def test_doubts_are_said():
