@@ -109,6 +109,7 @@ def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
     assert by_topic((m.topic.name, m.data) for m in logged) == sent
     assert {m.topic.metadata["topic_type_hash"] for m in logged} == {cdr.type_hash(ros_type) for _, ros_type in NAMES}
     assert all(began <= m.publish_time <= m.log_time <= time.time_ns() for m in logged)
+    assert any(m.publish_time < m.log_time for m in logged)  # when it was sent, not when it came
     stored = read_log(path)
     assert bits(stored) == bits(BLOCK)
     assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "0"
