@@ -1,5 +1,6 @@
 """recorder_node and replay_node on the wire: the bytes sent are in the log, and the bytes in the log are sent."""
 
+import itertools
 import signal
 import time
 
@@ -9,6 +10,7 @@ from ros import (
     Clock,
     DiagnosticArray,
     Float64,
+    QoSCompatibility,
     SetBool,
     call,
     executable,
@@ -16,6 +18,7 @@ from ros import (
     message_class,
     padded,
     plain_node,
+    qos_check_compatible,
     qos_profile,
     ros_executor,
     spin_for,
@@ -34,6 +37,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.log_room import SteadyTime
+from bearing_twin.nodes.messages import qos_words, suited
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode
@@ -113,6 +117,17 @@ def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
     stored = read_log(path)
     assert bits(stored) == bits(BLOCK)
     assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "0"
+
+
+def test_a_subscription_is_suited_to_all_publishers_of_its_topic():
+    """It asks for what is kept for late comers where all of them keep it."""
+    offers = itertools.product(["reliable", "best_effort"], ["transient_local", "volatile"])
+    for two in itertools.product(offers, repeat=2):
+        profiles = [qos_profile(Qos(10, *words)) for words in two]
+        asked = suited(profiles, 100)
+        assert QoSCompatibility.ERROR not in [qos_check_compatible(one, asked)[0] for one in profiles]
+        kept = {durability for _, durability in two} == {"transient_local"}
+        assert qos_words(asked).durability == ("transient_local" if kept else "volatile")
 
 
 def test_lost_outputs_are_counted_and_said(tmp_path):
