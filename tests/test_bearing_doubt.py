@@ -459,6 +459,9 @@ def test_an_error_that_grows_by_itself_beyond_what_is_wanted_is_a_horizon():
     assert (grown.grown, grown.kept) == (pytest.approx(2000.0), 0.02)
     assert "beyond 0.02 s" in grown.notes["horizon"]
     assert "only statistics" in grown.notes["horizon"]
+    # Of several balls the first that cannot be foretold counts, in whatever order they are heard of.
+    balls = ((0.02, 0.0, 2, 1e-6), (0.03, 0.0, 2, 2e-2)), ((0.01, 0.0, 3, 1e-6), (0.04, 0.0, 3, 2e-2))
+    assert [followed(*one, *other).kept for one, other in (balls, balls[::-1])] == [0.01, 0.01]
     # Great from the start, within what is wanted, or of another ball or begin: none of them is growth.
     assert not followed((0.01, 0.0, 2, 1e-2), (0.02, 0.0, 2, 1.0)).notes
     assert not followed((0.01, 0.0, 2, 1e-9), (0.02, 0.0, 2, 9e-5)).notes
