@@ -20,10 +20,11 @@ from bearing_twin.kinds.shaft.motion import ShaftMotion
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.rotor import RATE
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
+from bearing_twin.kinds.shaft.topics import wrenches
 from bearing_twin.numerics.rosenbrock_step import factorise, solve_factorised
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.sample import joined
 
 STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
@@ -406,6 +407,26 @@ def test_a_critical_speed_is_where_a_forward_whirl_meets_the_shaft():
         nearest = np.abs(modes.frequencies * 2.0 * math.pi / speed - 1.0).argmin()
         assert modes.frequencies[nearest] * 2.0 * math.pi == pytest.approx(speed, rel=1e-6)
         assert modes.forward[nearest] >= 0.5
+
+
+def test_a_shaft_that_turns_backward_whirls_as_it_turns():
+    parameters = parameters_of()
+    matrices = matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 314.159).stiffness)
+    ahead, backward = (modes_at(matrices, speed) for speed in (1000.0, -1000.0))
+    assert backward.frequencies == pytest.approx(ahead.frequencies, rel=1e-9)
+    assert backward.forward == pytest.approx(ahead.forward, abs=1e-6)
+    assert ahead.forward.max() > 0.9
+
+
+def test_the_wrench_of_both_bearings_about_the_centre_of_mass_holds_weight_and_loads():
+    place, *load = loads = [0.02, 30.0, -80.0, 10.0, 1.0, -0.5]
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[]", f"shaft.loads=[{loads}]"))
+    sample = Simulation(scene).advance(1)[0]
+    whole = wrenches(scene.parameters, sample)[0]
+    weight = np.array([0.0, -9.80665 * scene.parameters.shaft.mass, 0.0])
+    assert whole.force == pytest.approx(-weight - np.array(load[:3]), rel=1e-6, abs=1e-6)
+    moment = np.cross([0.0, 0.0, place], load[:3]) + np.array([*load[3:], 0.0])
+    assert whole.torque == pytest.approx(-moment, rel=1e-6, abs=1e-8)
 
 
 def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
