@@ -9,6 +9,7 @@ from made_up_run import a_choice, bits, made_up_block, made_up_run, made_up_scen
 from ros import (
     Clock,
     DiagnosticArray,
+    DiagnosticStatus,
     Float64,
     QoSCompatibility,
     SetBool,
@@ -196,6 +197,22 @@ def test_a_replay_sends_the_bytes_of_the_log_and_ends(log):
         logged = by_topic((m.topic.name, m.data) for m in raw_messages(log))
         spin_until_heard(executor, lists, logged)
     assert {name: [padded(data) for data in found] for name, found in lists.items()} == logged
+
+
+def test_a_replay_that_cannot_keep_up_warns(log, monkeypatch):
+    told = []
+    with ros_executor() as executor:
+        node = started(executor, ReplayNode, log=str(log), start_paused=True, discovery=0.0)
+        monkeypatch.setattr(node._heartbeat, "say", lambda *status: told.append(status))
+        pacer = node.loop.paced.pacer
+        pacer.start(0, 0)
+        for late in (0.05, 0.25):  # s
+            pacer.delivered(round(1e9 * (1.0 + late)), 1_000_000_000)
+            node._on_diagnostics()
+    assert [status[:2] for status in told] == [
+        (DiagnosticStatus.OK, "paused"),
+        (DiagnosticStatus.WARN, "cannot keep up: 0.25 s behind"),
+    ]
 
 
 def test_a_replay_can_loop_start_later_and_pause(log):
