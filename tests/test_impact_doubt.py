@@ -191,6 +191,15 @@ def test_what_is_left_out_of_an_impact_stands_beside_its_figures():
         assert found == pytest.approx(0.5 * share(speed / bar), rel=0.05)
 
 
+def test_the_error_of_a_law_of_line_contact_holds_what_a_better_one_gives():
+    other, johnson = (reported("two_discs", f"contact.normal={law}") for law in ("line", "johnson"))
+    told = other.errors["errors_by_source"]
+    for key in ("contact_duration_s", "peak_force_n"):
+        apart = abs(other.figures[key] - johnson.figures[key])
+        assert 0.02 * other.figures[key] < apart < told[key]["law"] < 3.0 * apart
+    assert other.errors["wanted_errors"]["peaks"]["error"] > 0.02
+
+
 def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
     assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 12, 30]
     for own, other in ((24, 12), (6, 12)):
