@@ -200,6 +200,14 @@ def test_the_error_of_a_law_of_line_contact_holds_what_a_better_one_gives():
     assert other.errors["wanted_errors"]["peaks"]["error"] > 0.02
 
 
+def test_the_error_of_eulers_beam_is_what_timoshenkos_gives():
+    wanted = "wanted.outputs=peaks", ALONE
+    euler, shear = (reported("sphere_on_beam", f"beam.theory={name}", *wanted) for name in ("euler", "timoshenko"))
+    for key in ("peak_force_n", "contact_duration_s", "greatest_approach_m"):
+        apart = abs(euler.figures[key] - shear.figures[key])
+        assert euler.errors["errors_by_source"][key]["law"] == pytest.approx(apart, rel=0.1)
+
+
 def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
     assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 12, 30]
     for own, other in ((24, 12), (6, 12)):
