@@ -463,6 +463,17 @@ def test_the_second_motion_tells_the_error_of_the_first(angular_run):
     assert 0.3 < said / off < 10.0
 
 
+def test_what_balance_leaves_out_of_a_load_it_leaves_out_of_its_pressure_by_the_cube_root(angular_run):
+    report = angular_run[0].report
+    for side in SIDES:
+        load, pressure = (
+            report.errors["errors_by_source"][key]["left_out"] / report.figures[key]
+            for key in (f"{side}_greatest_ball_load_n", f"{side}_peak_pressure_pa")
+        )
+        assert (1.0 + load) ** (1.0 / 3.0) - 1.0 == pytest.approx(pressure, rel=1e-2)
+        assert load > 0.0
+
+
 def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run):
     run, whole = angular_run
     late, figures = whole.time_ns >= 0.01e9, run.report.figures
