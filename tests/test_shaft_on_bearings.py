@@ -26,6 +26,7 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.sample import joined
+from bearing_twin.uq.quantities import quantities_of
 
 STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
 LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is loaded alike along its axis
@@ -461,6 +462,16 @@ def test_the_second_motion_tells_the_error_of_the_first(angular_run):
     assert off <= scene.parameters.wanted.tolerance
     assert 0.0 < said <= scene.parameters.wanted.tolerance
     assert 0.3 < said / off < 10.0
+
+
+def test_studies_ask_for_lengths_and_the_least_frequencies_of_a_shaft(angular_run):
+    figures = angular_run[0].report.figures
+    found = {name: row.figure(figures) for name, row in quantities_of("shaft").items()}
+    assert found["first_natural_frequency"] == figures["natural_frequencies_hz"][0]
+    assert found["first_critical_speed"] == figures["critical_speeds_rad_s"][0]
+    lengths = {"displacement": "displacement_m", "vibration": "displacement_range_m", "tilt": "tilt_rad"}
+    for name, key in (lengths | {f"{side}_force": f"{side}_force_n" for side in SIDES}).items():
+        assert found[name] == pytest.approx(np.linalg.norm(figures[key]), rel=1e-12)
 
 
 def test_what_balance_leaves_out_of_a_load_it_leaves_out_of_its_pressure_by_the_cube_root(angular_run):
