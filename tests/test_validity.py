@@ -29,6 +29,7 @@ CALM = {
     "sphere_on_beam": ("beam.theory=auto",),
 }
 OUTSIDE = "solver.allow_invalid=on"
+ROUGH = "beam.theory=timoshenko", "wanted.tolerance=1e-2", "solver.companion=off"
 DOUBTFUL = [
     ("bearing_6203", "yield pressure", "materials.ball.yield_strength=3e8"),
     ("bearing_6203", "keep dents", "geometry.radial_clearance=-1.2e-4"),
@@ -44,7 +45,7 @@ DOUBTFUL = [
     ("sphere_on_beam", "yield pressure", "sphere.material.yield_strength=1e6"),
     ("sphere_on_beam", "half-space", "blow.speed=30"),
     ("sphere_on_beam", "a wave takes through", "beam.height=0.05", "blow.speed=10", OUTSIDE),
-    ("sphere_on_beam", "is large for a span", "beam.height=0.002", "blow.speed=4", "beam.theory=auto"),
+    ("sphere_on_beam", "is large for a span", "beam.height=2e-3", "blow.speed=4", *ROUGH),
 ]
 
 
