@@ -28,6 +28,7 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, String
@@ -40,9 +41,10 @@ from bearing_twin.nodes.messages import message_class, qos_profile
 __all__ = [
     "PATIENCE", "ActionClient", "ActionServer", "BearingState",
     "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
-    "ParameterMessage", "ParameterValue", "PoseStamped", "Qos", "RunStudy", "SetBool", "SetParameters", "Step",
-    "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call", "deserialize_message", "executable",
-    "heard", "message_class", "padded", "plain_node", "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
+    "ParameterMessage", "ParameterValue", "PoseStamped", "QoSCompatibility", "Qos", "RunStudy", "SetBool",
+    "SetParameters", "Step", "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call",
+    "deserialize_message", "executable", "heard", "message_class", "padded", "plain_node", "qos_check_compatible",
+    "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
     "spin_until_heard", "started",
 ]  # fmt: skip
 

@@ -299,6 +299,23 @@ def test_spots_that_do_not_spin_hold_no_drilling_and_slow_ones_little():
     assert 0.0 < smooth[0] < 0.7 * sharp[0]
 
 
+def test_the_error_of_friction_over_spots_holds_what_its_quadrature_is_off():
+    run = simulate(load_scene("bearing_6203", ("run.duration=0.02", "contact.friction=spot")))
+    last, torques = [block[-1] for block in run.blocks()][-1], {}
+    figures = run.report.figures
+    for model in ("spot", "spot_fine"):
+        torques[model] = [
+            friction_of(
+                friction_number(model), last["normal_load"][0, side], figures[f"semi_major_{name}_m"][0],
+                figures[f"semi_minor_{name}_m"][0], 0.0, 0.0, last["spin_rate"][0, side], 0.08, 0.01,
+            ).torque
+            for side, name in enumerate(("inner", "outer"))
+        ]  # fmt: skip
+    told = run.report.errors["errors_by_source"]["friction_torque_nm"]["friction_model"][0]
+    off, drills = np.abs(np.subtract(*torques.values())).sum(), np.abs(torques["spot_fine"]).sum()
+    assert 0.0 < off < told < drills
+
+
 @pytest.mark.parametrize(
     "words", [("bearing_6203_rig_1000N", "rings.inner.load=[0.0, -1000.0, 200.0]"), ("bearing_6203_tilted",)]
 )
@@ -345,6 +362,14 @@ def test_a_motion_in_a_plane_has_no_moment_across_it_and_no_doubt_about_one():
     assert told["ring_moment_nm"] == told["ring_moment_nm_error"] == [0.0, 0.0]
     assert told["ring_force_n_error"][0] > 0.0
     assert not any("ring moment" in flag for flag in run.report.flags)
+
+
+def test_a_free_ring_tilts_as_exactly_as_the_displacement_that_this_makes_at_the_balls():
+    run = reported("bearing_6203_step_load", "run.duration=0.02", "rings.inner.change.moment=[0.2,0.1]")
+    parts, pitch = run.report.errors["errors_by_source"], run.scene.parameters.geometry.pitch_diameter
+    moved, tilted = (parts[key]["method"] for key in ("ring_displacement_m", "misalignment_rad"))
+    assert tilted == pytest.approx([one / (0.5 * pitch) for one in moved[:2]], abs=0.0)
+    assert tilted[0] > 0.0
 
 
 def test_loads_of_balls_that_stand_do_not_change_because_they_go_round():
@@ -434,6 +459,9 @@ def test_an_error_that_grows_by_itself_beyond_what_is_wanted_is_a_horizon():
     assert (grown.grown, grown.kept) == (pytest.approx(2000.0), 0.02)
     assert "beyond 0.02 s" in grown.notes["horizon"]
     assert "only statistics" in grown.notes["horizon"]
+    # Of several balls the first that cannot be foretold counts, in whatever order they are heard of.
+    balls = ((0.02, 0.0, 2, 1e-6), (0.03, 0.0, 2, 2e-2)), ((0.01, 0.0, 3, 1e-6), (0.04, 0.0, 3, 2e-2))
+    assert [followed(*one, *other).kept for one, other in (balls, balls[::-1])] == [0.01, 0.01]
     # Great from the start, within what is wanted, or of another ball or begin: none of them is growth.
     assert not followed((0.01, 0.0, 2, 1e-2), (0.02, 0.0, 2, 1.0)).notes
     assert not followed((0.01, 0.0, 2, 1e-9), (0.02, 0.0, 2, 9e-5)).notes

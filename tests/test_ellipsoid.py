@@ -400,6 +400,13 @@ def test_flags_say_where_the_theory_ends():
     rubber = "body.material={young_modulus: 1e6, poisson_ratio: 0.45, density: 1000.0}"
     soft, _ = ran("ellipsoid_on_plane", rubber, "run.duration=0.6", "contact.restitution=0.5")
     assert any("half-space" in flag for flag in soft.flags)
+    thin, _ = ran("ellipsoid_tumbling", "body.semi_axes=[0.1,0.01,0.01]", "start.turn=[0,0,0]",
+                  rubber.replace("1e6", "1e7"), "start.angular_velocity=[0,0,0]", "run.duration=0.3")  # fmt: skip
+    assert any("above 0.1 of the radius 0.01 m" in flag for flag in thin.flags)  # across; along it is 1 m
+    # Steps in contact that are asked for, in which the body turns by half a radian.
+    coarse, _ = ran("ellipsoid_tumbling", rubber.replace("1e6", "1e5"), "solver.stepper=rk4", "solver.step=1e-4",
+                    "start.angular_velocity=[0,0,6000]", "start.height=1e-3", "run.duration=0.02")  # fmt: skip
+    assert any("quaternion's norm drifted by" in flag for flag in coarse.flags)
     long, _ = ran("ellipsoid_tumbling", "body.semi_axes=[0.1,0.005,0.005]", "start.turn=[0,0,0]",
                   "start.angular_velocity=[0,0,0]", "contact.normal=volumetric", OUTSIDE)  # fmt: skip
     assert any("outside its curve" in flag for flag in long.flags)

@@ -11,6 +11,7 @@ import pandas
 import pyarrow.parquet
 import pytest
 import xarray
+from made_up_run import made_up_run
 
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
 from bearing_twin.command import cli, export_command
@@ -18,7 +19,7 @@ from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
 from bearing_twin.run.axes import axes_of
-from bearing_twin.sample import Channel
+from bearing_twin.sample import Channel, joined
 
 ENDINGS = {"csv": ".csv", "parquet": ".parquet"}
 
@@ -43,6 +44,16 @@ def study(tmp_path_factory):
     words = ["--samples", "64", "--set", "modality=no", "--set", "sweep="]
     assert cli.main(["study", "spheres_alpha_4e-5", *words, "--out", str(path)]) == cli.DONE
     return path
+
+
+def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, capsys):
+    whole = joined(list(read_log(log).blocks()))
+    write_log(made_up_run(load_scene("bearing_6203"), [whole.part(0, 5), whole.part(9, 21)]), tmp_path / "gap.mcap")
+    words = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]
+    assert cli.main([*words, "--strict"]) == cli.DOUBTFUL
+    told = capsys.readouterr()
+    assert (json.loads(told.out)["rows"], json.loads(told.out)["missing_outputs"]) == (17, 4)
+    assert "4 outputs are missing from the log" in told.err
 
 
 def same_bits(found, wanted):

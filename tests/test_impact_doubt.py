@@ -9,12 +9,15 @@ from runs import reported
 
 from bearing_twin.command.cli import main
 from bearing_twin.kinds.beam.doubt import FINER, LEFT
+from bearing_twin.kinds.bouncing import motion_of
 from bearing_twin.kinds.ellipsoid import motion as ellipsoid
+from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
 from bearing_twin.kinds.impact import pair
-from bearing_twin.kinds.second_run import CHAOTIC, COMPANION, GROWN, KEPT, TIME
+from bearing_twin.kinds.second_run import CHAOTIC, COMPANION, FOLLOWED, GROWN, HEAD, KEPT, TIME
 from bearing_twin.kinds.soft_discs.doubt import second_divisions, share_of_difference
 from bearing_twin.kinds.two_bodies import motion as two_bodies
 from bearing_twin.pictures.worth import ROW
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.picture import worth_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -139,6 +142,33 @@ def test_a_motion_whose_errors_grow_says_up_to_when_it_can_be_foretold():
     assert apart[time < row[KEPT]].max() < 1e-4 < 1e-2 < apart.max()
 
 
+def test_errors_that_grow_and_stay_as_small_as_wanted_are_no_horizon():
+    scene = load_scene("ellipsoid_tumbling", ("wanted.tolerance=1e-2", "run.duration=1.3"))
+    simulation = Simulation(scene)
+    row = simulation.advance(scene.outputs).records[COMPANION][-1]
+    assert row[GROWN] > CHAOTIC
+    assert row[KEPT] == row[TIME]
+    report = simulation.report()
+    assert report.status == "done"
+    assert "horizon" not in report.errors["errors_unknown"]
+
+
+def test_what_a_companion_found_grows_once_a_contact_follows_that_it_did_not_see():
+    """None of the contacts that follow is harder than the first."""
+    scene, rows = load_scene("ellipsoid_tumbling", ("run.duration=1.0",)), []
+    parts = ellipsoid.channels, EllipsoidFigures, WATCH, ellipsoid.wanted_errors
+    moving = motion_of(ellipsoid.EllipsoidMotion, scene.parameters, choose(scene), *parts, short=200)
+    moving.first_outputs()
+    for _ in range(20):
+        moving.advance(np.array([0.025, 0.05]), 0.05)
+        rows.extend(moving.take_records().get(COMPANION, ()))
+    left, last = next(row for row in rows if row[TIME] > row[FOLLOWED]), rows[-1]
+    wanted, peak = len(HEAD), len(HEAD) + len(WATCH.outputs) + WATCH.figures.index("peak_force_n")
+    assert left[FOLLOWED] == last[FOLLOWED] < left[TIME] < last[TIME]
+    assert last[peak] == left[peak] > 0.0
+    assert last[wanted] == pytest.approx(left[wanted] * last[TIME] / last[FOLLOWED], abs=0.0)
+
+
 def test_a_long_run_leaves_its_companion_behind_and_says_so():
     report = reported("ellipsoid_rocking", "wanted.tolerance=1e-4")
     assert report.costs["companion_steps"] < 0.7 * report.costs["steps"]
@@ -149,14 +179,33 @@ def test_a_long_run_leaves_its_companion_behind_and_says_so():
 def test_what_is_left_out_of_an_impact_stands_beside_its_figures():
     """Rayleigh's v / (50 c) of the energy of two spheres, Hunter's 1.04 (v / c)^(3/5) of one on a half-space."""
     bar = math.sqrt(2.06e11 / 7800.0)
+    slow, of_spheres = "second.material.young_modulus=2.06e9", lambda mach: 0.02 * mach
     for scene, overrides, speed, share in (
-        (SPHERE, ("motion.first_velocity=2.0",), 2.0, lambda mach: 0.02 * mach),
+        (SPHERE, ("motion.first_velocity=2.0",), 2.0, of_spheres),
+        (SPHERE, ("motion.first_velocity=0.2", slow), 2.0, of_spheres),  # waves a tenth as fast in one of both
         ("ellipsoid_on_plane", ("start.height=0.1", "run.duration=0.4"), None, lambda mach: 1.04 * mach**0.6),
     ):
         report = reported(scene, *overrides)
         speed = speed or math.sqrt(2.0 * 9.80665 * 0.1)
         found = report.errors["errors_by_source"]["restitution"]["left_out"]
         assert found == pytest.approx(0.5 * share(speed / bar), rel=0.05)
+
+
+def test_the_error_of_a_law_of_line_contact_holds_what_a_better_one_gives():
+    other, johnson = (reported("two_discs", f"contact.normal={law}") for law in ("line", "johnson"))
+    told = other.errors["errors_by_source"]
+    for key in ("contact_duration_s", "peak_force_n"):
+        apart = abs(other.figures[key] - johnson.figures[key])
+        assert 0.02 * other.figures[key] < apart < told[key]["law"] < 3.0 * apart
+    assert other.errors["wanted_errors"]["peaks"]["error"] > 0.02
+
+
+def test_the_error_of_eulers_beam_is_what_timoshenkos_gives():
+    wanted = "wanted.outputs=peaks", ALONE
+    euler, shear = (reported("sphere_on_beam", f"beam.theory={name}", *wanted) for name in ("euler", "timoshenko"))
+    for key in ("peak_force_n", "contact_duration_s", "greatest_approach_m"):
+        apart = abs(euler.figures[key] - shear.figures[key])
+        assert euler.errors["errors_by_source"][key]["law"] == pytest.approx(apart, rel=0.1)
 
 
 def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():

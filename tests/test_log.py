@@ -109,7 +109,7 @@ def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_s
         yield told.append
 
     found = verify(read_log(tmp_path / "late.mcap"), before=before)
-    assert (found.samples, found.greatest) == (61, 0.0)
+    assert (found.samples, found.greatest, found.missing) == (61, 0.0, 0)
     assert told[0] == pytest.approx(0.06)
     assert told[-1] == 1.0
     assert main(["verify", str(tmp_path / "late.mcap"), "--json"]) == DONE

@@ -29,7 +29,10 @@ from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.recover import survey
 from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 SCENE = made_up_scene(balls=1)
 BLOCK = made_up_block(SCENE, 400)
@@ -41,6 +44,13 @@ def log_path(tmp_path, monkeypatch):
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 60_000)
     write_log(made_up_run(SCENE, [BLOCK]), tmp_path / "run.mcap", run_record=False)
     return tmp_path / "run.mcap"
+
+
+def test_records_are_no_samples_that_can_be_recovered(tmp_path):
+    run = simulate(load_scene("two_spheres"))
+    write_log(run, tmp_path / "run.mcap")
+    assert read_log(tmp_path / "run.mcap").has_records
+    assert survey(tmp_path / "run.mcap").samples == run.scene.outputs
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
@@ -500,6 +510,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.recover import survey
 log = RawLogWriter(sys.argv[1], safety=Safety(max_loss=0.05))
 number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
 for k in range(1000):

@@ -9,7 +9,9 @@ import pytest
 from bearing_twin import load_study, run_study
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.log.study_log import read_study, write_study
-from bearing_twin.uq.model_error import chosen, told_of_model
+from bearing_twin.uq.ensemble import Ensemble
+from bearing_twin.uq.model_error import chosen, model_errors, told_of_model
+from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.study_file import parse_study
 from bearing_twin.view.study_page import document_of_study
@@ -58,6 +60,17 @@ def test_the_error_of_a_law_is_what_another_law_gives():
     assert 1.0 < error / abs(other["mean"] - exact["mean"]) < 3.0
     assert exact["errors_by_source"]["law"] < 1e-12 * exact["mean"]
     assert other["error"] == pytest.approx(sum(other["errors_by_source"].values()))
+
+
+def test_a_sample_that_differs_from_what_a_companion_goes_with_is_off_by_that_as_well():
+    study = parse_study(SPHERES, "study of spheres")
+    task, at = task_of(study), study.joint.values(np.full((1, 1), 0.5))
+    with Ensemble(task, 1, "processes", lambda: False) as ensemble:
+        sample = ensemble.evaluate(at).quantities
+        exact, off = (model_errors(study, task, ensemble, at, share * sample).of for share in (1.0, 1.001))
+    for name, value in zip(study.quantities, sample[0], strict=True):
+        before, after = (one[name]["errors_by_source"]["method"] for one in (exact, off))
+        assert after - before == pytest.approx(1e-3 * value, rel=1e-6)
 
 
 def test_without_companions_the_errors_are_not_known_and_that_is_said():

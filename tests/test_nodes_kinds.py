@@ -72,10 +72,11 @@ def test_every_kind_is_played_here():
 @pytest.mark.parametrize("kind", PLAYED)
 def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     """Also the scene, of which a late recorder learns: a recording verifies and reports to the bit; a replay is it."""
-    path = tmp_path / "recording.mcap"
+    path, own, brief = tmp_path / "recording.mcap", tmp_path / "own.mcap", KINDS[kind].brief
     with ros_executor() as executor:
         # A bearing runs on, so it is told when to end; the others know.
-        node, scene = sim_node(executor, kind, start_paused=True, **({"duration": 0.1} if kind == "bearing" else {}))
+        more = {"duration": 0.1} if kind == "bearing" else {"log": str(own)} if brief else {}
+        node, scene = sim_node(executor, kind, start_paused=True, **more)
         recorder = started(executor, RecorderNode, log=str(path), full=kind == "bearing")
         services = plain_node(executor)
         spin_until_ready(executor, node)
@@ -98,10 +99,11 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     assert found.figures == run.report.figures
     assert (found.law, found.stepper, found.choice_reason) == (run.choice.law, run.choice.stepper, run.choice.reason)
     assert verify(log).greatest == 0.0
-    recorded, written = ({name: [] for name, _ in names} for _ in range(2))
-    for place, messages in ((path, recorded), (direct, written)):
+    recorded, written, logged = ({name: [] for name, _ in names} for _ in range(3))
+    for place, messages in ((path, recorded), (direct, written), *(((own, logged),) if brief else ())):
         for message in raw_messages(place):
             messages[message.topic.name].append(padded(message.data))
+    assert not brief or logged == written  # what is brief is logged whole, though others are thinned
     for name, ros_type in names:
         # A busy machine may lose what comes at the publish rate, ten deep, but no output.
         left = iter(written[name])

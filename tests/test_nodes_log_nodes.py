@@ -1,5 +1,6 @@
 """recorder_node and replay_node on the wire: the bytes sent are in the log, and the bytes in the log are sent."""
 
+import itertools
 import signal
 import time
 
@@ -8,7 +9,9 @@ from made_up_run import a_choice, bits, made_up_block, made_up_run, made_up_scen
 from ros import (
     Clock,
     DiagnosticArray,
+    DiagnosticStatus,
     Float64,
+    QoSCompatibility,
     SetBool,
     call,
     executable,
@@ -16,6 +19,7 @@ from ros import (
     message_class,
     padded,
     plain_node,
+    qos_check_compatible,
     qos_profile,
     ros_executor,
     spin_for,
@@ -34,6 +38,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.log_room import SteadyTime
+from bearing_twin.nodes.messages import qos_words, suited
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode
@@ -109,9 +114,21 @@ def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
     assert by_topic((m.topic.name, m.data) for m in logged) == sent
     assert {m.topic.metadata["topic_type_hash"] for m in logged} == {cdr.type_hash(ros_type) for _, ros_type in NAMES}
     assert all(began <= m.publish_time <= m.log_time <= time.time_ns() for m in logged)
+    assert any(m.publish_time < m.log_time for m in logged)  # when it was sent, not when it came
     stored = read_log(path)
     assert bits(stored) == bits(BLOCK)
     assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "0"
+
+
+def test_a_subscription_is_suited_to_all_publishers_of_its_topic():
+    """It asks for what is kept for late comers where all of them keep it."""
+    offers = itertools.product(["reliable", "best_effort"], ["transient_local", "volatile"])
+    for two in itertools.product(offers, repeat=2):
+        profiles = [qos_profile(Qos(10, *words)) for words in two]
+        asked = suited(profiles, 100)
+        assert QoSCompatibility.ERROR not in [qos_check_compatible(one, asked)[0] for one in profiles]
+        kept = {durability for _, durability in two} == {"transient_local"}
+        assert qos_words(asked).durability == ("transient_local" if kept else "volatile")
 
 
 def test_lost_outputs_are_counted_and_said(tmp_path):
@@ -180,6 +197,22 @@ def test_a_replay_sends_the_bytes_of_the_log_and_ends(log):
         logged = by_topic((m.topic.name, m.data) for m in raw_messages(log))
         spin_until_heard(executor, lists, logged)
     assert {name: [padded(data) for data in found] for name, found in lists.items()} == logged
+
+
+def test_a_replay_that_cannot_keep_up_warns(log, monkeypatch):
+    told = []
+    with ros_executor() as executor:
+        node = started(executor, ReplayNode, log=str(log), start_paused=True, discovery=0.0)
+        monkeypatch.setattr(node._heartbeat, "say", lambda *status: told.append(status))
+        pacer = node.loop.paced.pacer
+        pacer.start(0, 0)
+        for late in (0.05, 0.25):  # s
+            pacer.delivered(round(1e9 * (1.0 + late)), 1_000_000_000)
+            node._on_diagnostics()
+    assert [status[:2] for status in told] == [
+        (DiagnosticStatus.OK, "paused"),
+        (DiagnosticStatus.WARN, "cannot keep up: 0.25 s behind"),
+    ]
 
 
 def test_a_replay_can_loop_start_later_and_pause(log):

@@ -7,7 +7,7 @@ import socket
 import threading
 
 import pytest
-from ros import plain_node, ros_executor, spin_until, started
+from ros import WrenchStamped, plain_node, ros_executor, spin_until, started
 
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.log import cdr
@@ -94,6 +94,15 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
         assert (status, text.strip()) == (200, "speed 9.5493e+08 rpm sent")
         spin_until(executor, lambda: b"event: refused\n" in heard, "word of the refusal")
         assert any(b"command/speed refused" in line for line in heard)
+
+        loads, listener = [], plain_node(executor)
+        listener.create_subscription(WrenchStamped, "/bearing/command/load", loads.append, 10)
+        spin_until(executor, lambda: sim.count_subscribers("/bearing/command/load") == 2, "a second listener")
+        order = {"do": "load", "force": [1.0, 2.0, 3.0], "torque": [4.0, 5.0, 6.0]}
+        assert asked(executor, node, "POST", "/command", order) == (200, "load 1, 2, 3 N sent\n")
+        spin_until(executor, lambda: loads, "the load")
+        force, torque = loads[0].wrench.force, loads[0].wrench.torque
+        assert [force.x, force.y, force.z, torque.x, torque.y, torque.z] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
 
         wire.shutdown(socket.SHUT_RDWR)  # a close would wait for the thread that reads, and that for this one to spin
         answer.close()

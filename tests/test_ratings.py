@@ -161,6 +161,35 @@ def test_hollow_shafts_and_thin_housings_take_less():
     assert 0.0 < -thin.housing_fit < 0.8 * -clearance_of(parameters(*thick)).housing_fit
 
 
+def pressed(inner, outer, bore, seat, outside, interference):
+    """Displacements (2,) [m] of bore and outside of two rings pressed on each other: u = a r + b / r in each."""
+    rows, right = np.zeros((4, 4)), np.zeros(4)
+
+    def stress(material, radius):
+        """Of a and b: E/(1 - nu^2) ((1 + nu) a - (1 - nu) b / r^2) is the radial stress."""
+        e, nu = material.young_modulus, material.poisson_ratio
+        return np.array([1.0 + nu, (nu - 1.0) / radius**2]) * e / (1.0 - nu**2)
+
+    rows[0, :2], rows[1, 2:] = stress(inner, bore), stress(outer, outside)
+    rows[2, :2], rows[2, 2:] = stress(inner, seat), -stress(outer, seat)
+    rows[3], right[3] = [-seat, -1.0 / seat, seat, 1.0 / seat], 0.5 * interference
+    found = np.linalg.solve(rows / np.abs(rows).max(axis=1, keepdims=True), right / np.abs(rows).max(axis=1))
+    return found[:2] @ [bore, 1.0 / bore], found[2:] @ [outside, 1.0 / outside]
+
+
+def test_hollow_shafts_and_thin_housings_of_other_materials_press_as_elastic_rings_do():
+    seats = [f"fits.{part}.interference=10e-6" for part in ("shaft", "housing")]
+    seats += ["fits.shaft.diameter=17e-3", "fits.shaft.other_diameter=9e-3", "fits.shaft.material=silicon_nitride"]
+    seats += ["fits.housing.diameter=40e-3", "fits.housing.other_diameter=52e-3", "fits.housing.material=aluminium"]
+    given = parameters(*seats)
+    found, geometry, fits, rings = clearance_of(given), given.geometry, given.fits, given.materials
+    inner, outer = (0.5 * (geometry.pitch_diameter + sign * geometry.ball_diameter) for sign in (-1.0, 1.0))
+    _, grows = pressed(fits.shaft.material, rings.inner_ring, 4.5e-3, 8.5e-3, inner, 10e-6)
+    shrinks, _ = pressed(rings.outer_ring, fits.housing.material, outer, 20e-3, 26e-3, 10e-6)
+    assert found.shaft_fit == pytest.approx(-2.0 * grows, rel=1e-9)
+    assert found.housing_fit == pytest.approx(2.0 * shrinks, rel=1e-9)
+
+
 def test_a_run_has_the_operating_clearance():
     from bearing_twin.kinds.bearing.start import bearing_of
 

@@ -85,7 +85,12 @@ def test_tokens_differ_and_stand_behind_the_hash(server):
 
 @pytest.mark.parametrize(
     "headers",
-    [{"Origin": "http://evil.example"}, {"Origin": "null"}, {"Sec_Fetch_Site": "cross-site"}],
+    [
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec_Fetch_Site": "cross-site"},
+        {"Sec_Fetch_Site": "same-site"},
+    ],
 )
 def test_other_pages_are_refused_even_with_the_token(server, headers):
     assert command(server, **headers)[:2] == (403, "requests of other pages are refused\n")

@@ -13,17 +13,20 @@ from scipy.optimize import root
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of
+from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.modes import critical_speeds, matrices_of, modes_at, modes_of, unbalance_response
 from bearing_twin.kinds.shaft.motion import ShaftMotion
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.rotor import RATE
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
+from bearing_twin.kinds.shaft.topics import wrenches
 from bearing_twin.numerics.rosenbrock_step import factorise, solve_factorised
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.sample import joined
+from bearing_twin.uq.quantities import quantities_of
 
 STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
 LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is loaded alike along its axis
@@ -407,6 +410,26 @@ def test_a_critical_speed_is_where_a_forward_whirl_meets_the_shaft():
         assert modes.forward[nearest] >= 0.5
 
 
+def test_a_shaft_that_turns_backward_whirls_as_it_turns():
+    parameters = parameters_of()
+    matrices = matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 314.159).stiffness)
+    ahead, backward = (modes_at(matrices, speed) for speed in (1000.0, -1000.0))
+    assert backward.frequencies == pytest.approx(ahead.frequencies, rel=1e-9)
+    assert backward.forward == pytest.approx(ahead.forward, abs=1e-6)
+    assert ahead.forward.max() > 0.9
+
+
+def test_the_wrench_of_both_bearings_about_the_centre_of_mass_holds_weight_and_loads():
+    place, *load = loads = [0.02, 30.0, -80.0, 10.0, 1.0, -0.5]
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[]", f"shaft.loads=[{loads}]"))
+    sample = Simulation(scene).advance(1)[0]
+    whole = wrenches(scene.parameters, sample)[0]
+    weight = np.array([0.0, -9.80665 * scene.parameters.shaft.mass, 0.0])
+    assert whole.force == pytest.approx(-weight - np.array(load[:3]), rel=1e-6, abs=1e-6)
+    moment = np.cross([0.0, 0.0, place], load[:3]) + np.array([*load[3:], 0.0])
+    assert whole.torque == pytest.approx(-moment, rel=1e-6, abs=1e-8)
+
+
 def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
     """Tilt alone: (I_t - I_p) w^2 = k."""
     stiffness = np.diag([1e8, 1e8, 1e6, 1e4, 1e4])
@@ -417,11 +440,17 @@ def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
     assert critical_speeds(matrices_of(rotor._replace(polar=1.5e-3), stiffness)) == pytest.approx(slender[1:])
 
 
-def test_the_second_motion_tells_the_error_of_the_first():
+@pytest.fixture(scope="module")
+def angular_run():
+    """A short run of the shaft on two angular contact bearings, and all its outputs."""
+    run = simulate(load_scene("shaft_angular_pair", ("run.duration=0.02",)))
+    return run, joined(list(run.blocks()))
+
+
+def test_the_second_motion_tells_the_error_of_the_first(angular_run):
     """What a run says of its ball loads against a motion at a thousandth of its tolerance."""
-    scene = load_scene("shaft_angular_pair", ("run.duration=0.02",))
-    run = simulate(scene)
-    whole = joined(list(run.blocks()))
+    run, whole = angular_run
+    scene = run.scene
     said = run.report.errors["wanted_errors"]["ball_loads"]["error"]
     exact = ShaftMotion(scene.parameters, run.choice, 1e-3)
     loads = [exact.first_outputs()["left_normal_load"]]
@@ -433,6 +462,51 @@ def test_the_second_motion_tells_the_error_of_the_first():
     assert off <= scene.parameters.wanted.tolerance
     assert 0.0 < said <= scene.parameters.wanted.tolerance
     assert 0.3 < said / off < 10.0
+
+
+def test_studies_ask_for_lengths_and_the_least_frequencies_of_a_shaft(angular_run):
+    figures = angular_run[0].report.figures
+    found = {name: row.figure(figures) for name, row in quantities_of("shaft").items()}
+    assert found["first_natural_frequency"] == figures["natural_frequencies_hz"][0]
+    assert found["first_critical_speed"] == figures["critical_speeds_rad_s"][0]
+    lengths = {"displacement": "displacement_m", "vibration": "displacement_range_m", "tilt": "tilt_rad"}
+    for name, key in (lengths | {f"{side}_force": f"{side}_force_n" for side in SIDES}).items():
+        assert found[name] == pytest.approx(np.linalg.norm(figures[key]), rel=1e-12)
+
+
+def test_what_balance_leaves_out_of_a_load_it_leaves_out_of_its_pressure_by_the_cube_root(angular_run):
+    report = angular_run[0].report
+    for side in SIDES:
+        load, pressure = (
+            report.errors["errors_by_source"][key]["left_out"] / report.figures[key]
+            for key in (f"{side}_greatest_ball_load_n", f"{side}_peak_pressure_pa")
+        )
+        assert (1.0 + load) ** (1.0 / 3.0) - 1.0 == pytest.approx(pressure, rel=1e-2)
+        assert load > 0.0
+
+
+def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run):
+    run, whole = angular_run
+    late, figures = whole.time_ns >= 0.01e9, run.report.figures
+    assert 0 < np.count_nonzero(~late) < np.count_nonzero(late)
+    for place, side in enumerate(SIDES):
+        scene, loads = bearing_scene(run.scene.parameters, side), whole.values[f"{side}_normal_load"][late]
+        rated, force = ratings_of(scene), whole.values["bearing_force"][late, place]
+        life = reference_life(scene.geometry, rated.dynamic, loads[..., 0], loads[..., 1])
+        assert figures[f"{side}_reference_life_mrev"] == pytest.approx(life, rel=1e-12)
+        radial, axial = np.hypot(force[:, 0], force[:, 1]).mean(), np.abs(force[:, 2]).mean()
+        basic = (rated.dynamic / equivalent_load(scene.geometry, radial, axial)) ** 3
+        assert figures[f"{side}_basic_life_mrev"] == pytest.approx(basic, rel=1e-12)
+
+
+def test_the_greatest_speed_tells_what_balance_is_worth_whichever_way_the_shaft_turns():
+    """A shaft that slows down, from a speed below zero too: the centrifugal load is that of its start."""
+    slows = "drive.change.time=0.05", "drive.change.speed=1000"
+    told = [
+        choose(load_scene("shaft_two_6203", changes)).reason
+        for changes in (("drive.speed=-1200", *slows), ("drive.speed=-1200",), ("drive.speed=-900",))
+    ]
+    assert told[0] == told[1] != told[2]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """A soft disc on a wall by finite elasticity: patches, balances, published numbers, and where it breaks."""
 
+import dataclasses
 from functools import cache
 
 import numpy as np
@@ -9,9 +10,10 @@ from runs import reported
 
 from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.soft_discs import solve as solving
 from bearing_twin.kinds.soft_discs.derived import contact_time, disc_mass, fitting, nodes_of, of_other, predicted_error
 from bearing_twin.kinds.soft_discs.elements import ORDERS, lobatto
-from bearing_twin.kinds.soft_discs.figures import SoftDiscFigures
+from bearing_twin.kinds.soft_discs.figures import IMPACT, SoftDiscFigures
 from bearing_twin.kinds.soft_discs.march import inner_forces
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units, solve, stable_step
@@ -19,6 +21,7 @@ from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, energy
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
+from bearing_twin.sample import joined
 
 FORMULATIONS = ("stvk", "neo_hookean", "linear")
 COARSE = ("mesh.divisions=16", "mesh.order=1")
@@ -390,6 +393,26 @@ def test_a_run_is_long_enough_for_its_contact():
         lasted = found.step * np.flatnonzero(found.column("force"))[-1]
         assert found.ended
         assert 0.85 < lasted / contact_time(parameters) < 1.3
+
+
+def test_a_disc_that_has_not_left_the_wall_is_no_result(monkeypatch):
+    """Given up in the middle of its contact, where energy and momentum add up."""
+    monkeypatch.setattr(solving, "LONGEST", 0.5)
+    found = reported("soft_discs_mean", *COARSE, "run.duration=0.03", "solver.companion=off")
+    assert found.status == "failed: the disc has not left the wall"
+
+
+def test_a_force_that_is_not_what_the_disc_is_slowed_by_is_no_result():
+    """The record of a run as it is, and with pressures and accelerations a millionth of the peak force apart."""
+    run = simulate(load_scene("soft_discs_mean", (*COARSE, "solver.companion=off")))
+    block = joined(list(run.blocks()))
+    names = [column.name for column in IMPACT.columns]
+    for apart, status in ((1e-12, "done"), (1e-6, "failed: momentum")):
+        row = block.records["impact"].copy()
+        row[0, names.index("force_balance")] = apart * row[0, names.index("peak_force")]
+        figures = SoftDiscFigures(run.scene.parameters, run.choice)
+        figures.add(dataclasses.replace(block, records={"impact": row}))
+        assert figures.status() == status
 
 
 def test_doubts_are_said():

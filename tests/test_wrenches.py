@@ -145,6 +145,10 @@ def outputs_of(name, *overrides, count=300):
         ("soft_discs_fast", ("mesh.divisions=8",)),
         ("soft_discs_unequal", ("mesh.divisions=8",)),
         ("ellipsoid_rocking", ("contact.friction=spot", "run.output_rate=100000.0", "start.height=1e-5")),
+        (
+            "two_bodies_ellipsoid",
+            ("contact.friction=spot", "run.output_rate=100000.0", "first.position=[0,0,0.01476]"),
+        ),
     ],
 )
 def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
