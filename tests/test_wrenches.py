@@ -205,6 +205,41 @@ def test_the_point_of_contact_lies_between_the_bodies():
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "overrides", "radii"),
+    [
+        ("two_spheres", ("second.radius=0.03", "second.mass=0.0"), {"first": 0.01905, "second": 0.03}),
+        ("sphere_on_beam", ("blow.point=0.3",), {"sphere": 0.01}),
+    ],
+)
+def test_the_point_of_contact_lies_half_an_approach_inside_round_bodies(name, overrides, radii):
+    scene, outputs = outputs_of(name, *overrides)
+    kind = KINDS[scene.kind].topics(scene.parameters)
+    contact, frames = (next(row for row in kind if row.ros_type == one) for one in (CONTACTS, TRANSFORMS))
+    output = max(outputs, key=lambda one: one.sample["normal_load"])
+    fields, transforms = contact.fields(output), frames.fields(output)["transforms"]
+    placed = {one["child_frame_id"]: one["transform"]["translation"] for one in transforms}
+    assert fields["approach"][0] > 0.0
+    for body, radius in radii.items():
+        inside = radius - np.linalg.norm(fields["point"][0] - placed[body])
+        assert inside == pytest.approx(0.5 * fields["approach"][0], rel=1e-6)
+
+
+def test_the_pressure_on_the_line_of_contact_of_two_discs_carries_their_load():
+    """p0 sqrt(1 - x^2/b^2) over the length of the discs; its half-width as in Johnson, Contact Mechanics."""
+    scene, outputs = outputs_of("two_discs")
+    [row] = [row for row in KINDS["two_discs"].topics(scene.parameters) if row.ros_type == CONTACTS]
+    fields, disc = row.fields(max(outputs, key=lambda one: one.sample["normal_load"])), scene.parameters.disc
+    load, half_length, half_width, pressure = (
+        fields[name][0] for name in ("normal_load", "semi_major", "semi_minor", "peak_pressure")
+    )
+    assert load > 0.0
+    assert 2.0 * half_length == pytest.approx(disc.thickness)
+    assert 0.5 * math.pi * pressure * half_width * 2.0 * half_length == pytest.approx(load)
+    compliance = 2.0 * (1.0 - disc.material.poisson_ratio**2) / disc.material.young_modulus  # 1/E*
+    assert half_width == pytest.approx(math.sqrt(2.0 * load / disc.thickness * disc.radius * compliance / math.pi))
+
+
 def test_the_pose_of_the_inner_ring_places_the_groove_that_its_balls_see():
     """A ring tilted by a moment: inner contacts lie a groove's radius from where the pose puts the groove's centre."""
     scene, outputs = outputs_of(
