@@ -1,5 +1,6 @@
 """Study files: what they hold, what their overrides change, what is refused and in which words."""
 
+import dataclasses
 import itertools
 import math
 
@@ -8,6 +9,7 @@ import yaml
 
 from bearing_twin.errors import BearingTwinError, SceneError, StudyError
 from bearing_twin.kinds import KINDS
+from bearing_twin.run.gathering import BLOCK_OUTPUTS
 from bearing_twin.run.scene import load_scene, open_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import has_closed_form, quantities_of
@@ -221,6 +223,13 @@ def test_realisations_are_read_as_scenes_are_and_refused_in_the_same_words(name)
             assert found == read_or_refused(lambda changed=changed: parse_scene(changed, "one"))
             refused += isinstance(found, str)
     assert refused
+
+
+def test_the_last_report_is_the_report():
+    run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.03", "run.output_rate=3000"]))
+    assert sum(len(block) for block in run.blocks()) % BLOCK_OUTPUTS
+    before = run.report
+    assert dataclasses.replace(run.simulation.report(last=True), compute_seconds=before.compute_seconds) == before
 
 
 def test_put_leaves_the_original_alone():

@@ -156,7 +156,7 @@ def _by_simulation(task, values):
                 realised = _with_few_outputs(realised)
             run = simulate(realised)
             histories = _outputs(run, task)
-            report = run.report
+            report = run.simulation.report(last=True)
         except BearingTwinError as error:
             found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
             continue
