@@ -260,7 +260,7 @@ class BearingMotion:
         if not partners.even:
             states = np.concatenate((self.state[None], filled[0]))
             mark_met(self.bearing, states, 0.5 * NEAR * self.bearing.ball_radius, after)
-        if np.any(after & ~near):
+        if (after & ~near).any():
             # Balls came together that were integrated apart: once more, all together.
             for one, kept in zip(moving, before, strict=True):
                 one[:] = kept
