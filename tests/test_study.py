@@ -1,5 +1,6 @@
 """Study files: what they hold, what their overrides change, what is refused and in which words."""
 
+import dataclasses
 import itertools
 import math
 
@@ -8,12 +9,13 @@ import yaml
 
 from bearing_twin.errors import BearingTwinError, SceneError, StudyError
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.gathering import BLOCK_OUTPUTS
+from bearing_twin.run.scene import load_scene, open_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import has_closed_form, quantities_of
 from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.result import Tally
-from bearing_twin.uq.scene_keys import numeric_keys, put, replaced, value_at
+from bearing_twin.uq.scene_keys import Reader, numeric_keys, put, replaced, value_at
 from bearing_twin.uq.stopping import Rule, looks
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
@@ -200,6 +202,34 @@ def _plain(parameters):
     from bearing_twin.parameters import plain
 
     return plain(parameters)
+
+
+def read_or_refused(read):
+    try:
+        return read()
+    except SceneError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("name", QUICK_SCENES)
+def test_realisations_are_read_as_scenes_are_and_refused_in_the_same_words(name):
+    """Every number of one scene a kind: a little greater, and one that no scene takes."""
+    scene, refused = open_scene(name)[0], 0
+    for key in numeric_keys(scene["kind"]):
+        reader, value = Reader(scene, [(key,)]), float(value_at(scene, key))
+        for given in (1.01 * value, value + 1.0, -1e30):
+            found = read_or_refused(lambda reader=reader, given=given: reader.at([given], "one"))
+            changed = put(scene, key, given)
+            assert found == read_or_refused(lambda changed=changed: parse_scene(changed, "one"))
+            refused += isinstance(found, str)
+    assert refused
+
+
+def test_the_last_report_is_the_report():
+    run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.03", "run.output_rate=3000"]))
+    assert sum(len(block) for block in run.blocks()) % BLOCK_OUTPUTS
+    before = run.report
+    assert dataclasses.replace(run.simulation.report(last=True), compute_seconds=before.compute_seconds) == before
 
 
 def test_put_leaves_the_original_alone():

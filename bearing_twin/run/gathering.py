@@ -44,13 +44,17 @@ class Gathering:
                 else:
                     writer.add(piece)
 
-    def report(self, scene: str, compute_seconds: float = 0.0, costs: Mapping[str, int] | None = None) -> Report:
-        """The report so far; raises LogError without an output."""
+    def report(
+        self, scene: str, compute_seconds: float = 0.0, costs: Mapping[str, int] | None = None, last: bool = False
+    ) -> Report:
+        """The report so far; raises LogError without an output. After the `last` one nothing more is taken in."""
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
-        # Parameters never change, and copying them took longer than all figures: the copy shares them.
-        shared = getattr(self._writers[0], "parameters", None)
-        figures, doubt = copy.deepcopy(self._writers, {id(shared): shared})
+        figures, doubt = self._writers
+        if not last:
+            # Parameters never change, and copying them took longer than all figures: the copy shares them.
+            shared = getattr(figures, "parameters", None)
+            figures, doubt = copy.deepcopy(self._writers, {id(shared): shared})
         for piece in self._aligned.rest():
             figures.add(piece)
             doubt.add(piece)

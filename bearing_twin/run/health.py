@@ -5,6 +5,7 @@ energy appears than there was and was brought.
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,10 +63,7 @@ class Health:
     def __init__(self, kind: Kind, channels: tuple[Channel, ...]):
         places = layout_of(channels).places
         self._kind = kind
-        self._limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
-        self._quaternions = [one for one in channels if one.name == "orientation" and one.shape[-1:] == (4,)]
-        starts = [np.arange(at.start, at.stop, 4) for at in (places[one.name][0] for one in self._quaternions)]
-        self._rotations = np.concatenate([np.empty(0, np.int64), *starts])
+        self._limits, self._rotations = _allowed(channels)
         stored = tuple(places[name][0].start for name in STORED if name in places)
         self._stored = stored if len(stored) == len(STORED) else None
         self._brought = places["gross_work"][0].start if "gross_work" in places else -1
@@ -85,7 +83,7 @@ class Health:
             self._refuse(block, channel, ~np.isfinite(values), "not finite", "is not finite")
             far = f"is beyond {limit:g} {channel.unit}"
             self._refuse(block, channel, np.abs(values) > limit, "out of bounds", far)
-        for channel in self._quaternions:
+        for channel in filter(_is_rotation, block.channels):
             square = np.square(block.values[channel.name]).sum(axis=-1)
             bad = np.abs(square - 1.0) > 2.0 * UNIT_NORM
             self._refuse(block, channel, bad, "not a rotation", "is no unit quaternion")
@@ -119,6 +117,19 @@ class Health:
             body,
             contact,
         )
+
+
+@lru_cache(maxsize=64)
+def _allowed(channels: tuple[Channel, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """The limit of each number of all channels side by side, and where quaternions begin."""
+    places = (layout_of(channels).places[one.name][0] for one in filter(_is_rotation, channels))
+    starts = [np.arange(at.start, at.stop, 4) for at in places]
+    limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
+    return limits, np.concatenate([np.empty(0, np.int64), *starts])
+
+
+def _is_rotation(channel: Channel) -> bool:
+    return channel.name == "orientation" and channel.shape[-1:] == (4,)
 
 
 def _limit(channel: Channel) -> float:

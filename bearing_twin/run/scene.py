@@ -105,12 +105,17 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
     `source` is a name, a path or a scene's plain data.
     """
     mapping, origin = _opened(source, overrides)
-    return _parse(mapping, origin).resolved(), origin
+    return _possible(read_scene(mapping, origin), origin).resolved(), origin
 
 
 def parse_scene(text_or_mapping, origin: str) -> Scene:
     """The scene in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
-    return _resolve(_parse(text_or_mapping, origin))
+    return checked(read_scene(text_or_mapping, origin), origin)
+
+
+def checked(scene: Scene, origin: str) -> Scene:
+    """What `read_scene` gave, if it is possible, with what it leaves open chosen; raises SceneError."""
+    return _resolve(_possible(scene, origin))
 
 
 def read_logged(text: str, origin: str) -> Scene:
@@ -219,8 +224,8 @@ def _resolve(scene: Scene) -> Scene:
     return dataclasses.replace(scene, parameters=KINDS[scene.kind].resolve(scene.parameters))
 
 
-def _parse(text_or_mapping, origin: str) -> Scene:
-    """The scene as given, checked, with what it leaves to be chosen still open: overrides come before choices."""
+def read_scene(text_or_mapping, origin: str) -> Scene:
+    """As `parse_scene`, key by key: nothing is chosen yet, and numbers may contradict each other (see `checked`)."""
     mapping = _canonical(_mapping_of(text_or_mapping, origin))
     kind = _kind_of(mapping, origin)
     del mapping["kind"]
@@ -234,8 +239,13 @@ def _parse(text_or_mapping, origin: str) -> Scene:
     if not isinstance(description, str) or len(description) > LONGEST_DESCRIPTION:
         problems.append(f"description = {echo(description)} must be text of at most {LONGEST_DESCRIPTION} characters")
     raise_problems(origin, problems)
-    raise_problems(origin, KINDS[kind].check(parameters))
     return Scene(name, kind, description.strip(), parameters)
+
+
+def _possible(scene: Scene, origin: str) -> Scene:
+    """The scene, whose overrides come before choices; raises SceneError where its numbers contradict each other."""
+    raise_problems(origin, KINDS[scene.kind].check(scene.parameters))
+    return scene
 
 
 def _apply(parameters: type, mapping: dict, override: str) -> None:

@@ -37,14 +37,12 @@ class Simulation:
         self.scene, self._halt = scene, halt or Halt(SIGNALLED)
         self.kind = KINDS[scene.kind]
         self.chosen = self.choice = choose(scene)  # `choice` is in use, a reset goes back to what was chosen
-        self.channels = scene.channels
-        self.output_period_ns = scene.output_period_ns
-        self._motion = self._new_motion()
+        self.channels, self.output_period_ns = scene.channels, scene.output_period_ns
+        self._layout = layout_of(self.channels[:-1] if scene.marked else self.channels)  # of a motion's own outputs
+        self._solved_seconds, self._motion = 0.0, None
+        self.reset()
         longest = getattr(self._motion, "longest_chunk", None) or 1e-9 * CHUNK_NS
         self.chunk_outputs = chunk_outputs(scene, round(1e9 * longest))
-        self._layout = layout_of(self.channels[:-1] if scene.marked else self.channels)  # of a motion's own outputs
-        self._solved_seconds = 0.0
-        self.reset()
 
     def _new_motion(self):
         motion = self.kind.motion(self.scene.parameters, self.choice)
@@ -69,10 +67,11 @@ class Simulation:
 
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
-        if self.choice is not self.chosen:
+        if self._motion is None or self.choice is not self.chosen:
             self.choice = self.chosen
             self._motion = self._new_motion()
-        self._motion.reset()
+        else:
+            self._motion.reset()
         self._load = None, None  # commanded; None = the scene's own
         self.sequence, self.time_ns = -1, -self.output_period_ns
         self._pending = self._given = None  # blocks: computed and not given out yet; given out last
@@ -232,11 +231,12 @@ class Simulation:
         seconds = 1e-9 * self.time_ns if self.sequence >= 0 else None
         return placed(error, seconds, contact, self.scene, self._good, sequence, state)
 
-    def report(self) -> Report:
-        """What the run cost and how far to trust it, up to the last output given out."""
+    def report(self, last: bool = False) -> Report:
+        """What the run cost and how far to trust it, up to the last output given out; the `last` one of a run."""
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
-        return self._gathering.report(self.scene.name, share * self._compute_seconds, self.looks.costs(self._motion))
+        costs = self.looks.costs(self._motion)
+        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last)
 
 
 class Run:

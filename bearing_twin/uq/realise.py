@@ -14,7 +14,7 @@ from bearing_twin.run.doubt import FAILED
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import errors_of, quantities_of
-from bearing_twin.uq.scene_keys import placed, replaced
+from bearing_twin.uq.scene_keys import Reader, replaced
 
 NEVER_MEET = "the bodies never meet"
 _NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
@@ -148,15 +148,15 @@ def _upright(body):
 
 def _by_simulation(task, values):
     kind, found = task.scene["kind"], empty(task, len(values))
-    scene, known = only_what_is_wanted(task), quantities_of(kind)
+    reader, known = _reader_of(task), quantities_of(kind)
     for row, these in enumerate(values):
         try:
-            realised = parse_scene(placed(scene, task.targets, these), "a realisation")
+            realised = reader.at(these, "a realisation")
             if not task.histories and KINDS[kind].known_when_solved:
                 realised = _with_few_outputs(realised)
             run = simulate(realised)
             histories = _outputs(run, task)
-            report = run.report
+            report = run.simulation.report(last=True)
         except BearingTwinError as error:
             found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
             continue
@@ -178,6 +178,19 @@ def _by_simulation(task, values):
                 errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}
                 found.worth[row] = Worth(errors, report.errors["errors_unknown"])
     return found
+
+
+_LATEST: list[tuple[Task, Reader]] = []  # a worker gets one task in many messages
+
+
+def _reader_of(task: Task) -> Reader:
+    """What reads the scenes of a task, kept for the next call."""
+    for known, reader in _LATEST:
+        if known == task:
+            return reader
+    reader = Reader(only_what_is_wanted(task), task.targets)
+    _LATEST[:] = [(task, reader)]
+    return reader
 
 
 def only_what_is_wanted(task: Task) -> dict:

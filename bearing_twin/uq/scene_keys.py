@@ -8,9 +8,10 @@ import dataclasses
 import functools
 import re
 
-from bearing_twin.errors import StudyError
+from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds import KINDS
-from bearing_twin.parameters import Parameter, describe, echo, unknown
+from bearing_twin.parameters import Parameter, describe, echo, read_number, unknown
+from bearing_twin.run.scene import Scene, checked, parse_scene, read_scene
 
 _PLACE = re.compile(r"(.+)\[(\d+)\]")
 
@@ -58,6 +59,35 @@ def placed(scene: dict, targets, values) -> dict:
 def replaced(parameters, key: str, value):
     """A scene's dataclass with the value (a number or an array) at that key; nothing is checked."""
     return _replaced(parameters, words_of(key), value)
+
+
+class Reader:
+    """Scenes that differ in the numbers of their `targets` alone: what they have in common is read once.
+
+    `scene` is the plain data of one, whose keys are all there.
+    """
+
+    def __init__(self, scene: dict, targets):
+        self.scene, self.targets = scene, targets
+        known = numeric_keys(scene["kind"])
+        self._rows = [[(words_of(key), known[key]) for key in keys] for keys in targets]
+        try:
+            self._common: Scene | None = read_scene(scene, "a scene")
+        except SceneError:  # a number that each realisation replaces
+            self._common = None
+
+    def at(self, values, origin: str) -> Scene:
+        """As `parse_scene` of the `placed` values, to the bit, with its refusals."""
+        if self._common is None:
+            return parse_scene(placed(self.scene, self.targets, values), origin)
+        parameters = self._common.parameters
+        for rows, given in zip(self._rows, values, strict=True):
+            for words, row in rows:
+                value, problem = read_number(float(given), row.unit, row.bounds, integer=row.type == "integer")
+                if problem:  # told with all others there are
+                    return parse_scene(placed(self.scene, self.targets, values), origin)
+                parameters = _replaced(parameters, words, value)
+        return checked(dataclasses.replace(self._common, parameters=parameters), origin)
 
 
 def value_at(mapping, key: str):

@@ -64,10 +64,10 @@ class BearingDoubt:
             self.rubbed += stretch
         better = load.max(axis=0) > self.load
         if better.any():
-            at = load.argmax(axis=0)[None]
-            self.load[better] = np.take_along_axis(load, at, axis=0)[0][better]
+            at = load.argmax(axis=0)[better], *np.nonzero(better)
+            self.load[better] = load[at]
             for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
-                kept[better] = np.take_along_axis(block.values[name], at, axis=0)[0][better]
+                kept[better] = block.values[name][at]
 
     def _note_windows(self, block: Block, load, begins) -> None:
         """Takes in what a companion found; loads count up to the end of the stretch in which a window ends."""

@@ -15,13 +15,13 @@ from bearing_twin.kinds.bearing.adequacy import untouched
 from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, is_watched
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
-from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
-from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.kinds.bearing.law_error import law_error
+from bearing_twin.kinds.bearing.outputs import ellipses, moduli
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.run_up import RunUp
-from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING, Sums, centre_figures, columns_of, mean_torque, turning
+from bearing_twin.kinds.bearing.speeds import off_rolling, speed_figures
+from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING_COLUMNS, Sums, centre_figures, columns_of, mean_torque
 from bearing_twin.kinds.energy import ENERGY_GAIN, STORED
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Table
@@ -45,9 +45,11 @@ class BearingFigures:
         self._balls = parameters.geometry.balls
         self._sums, self._run_up = Sums(self._balls), RunUp(parameters)
         self._layout, self._columns = None, None
+        self._made: dict = {}  # of the outputs so far, what several figures and flags are made of
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
+        self._made = {}
         layout = block.values.layout
         if layout is not self._layout:
             self._layout, self._columns = layout, columns_of(layout)
@@ -95,6 +97,11 @@ class BearingFigures:
 
     def _second_half(self) -> tuple[dict, dict]:
         """The merged second half of the run, and the instant it starts from."""
+        if "halves" not in self._made:
+            self._made["halves"] = self._halved()
+        return self._made["halves"]
+
+    def _halved(self) -> tuple[dict, dict]:
         times, angles, turned = self._sums.ends()
         middle = 0.5 * (self.first["time"] + times[-1])
         first = min(int(np.searchsorted(times, middle, side="right")), len(times) - 1)
@@ -130,26 +137,21 @@ class BearingFigures:
 
     def _peaks(self) -> dict[str, np.ndarray]:
         """Ellipses and pressures at each contact's greatest load."""
-        greatest = {
-            **self.at_greatest,
-            "normal_load": self.greatest_load,
-            "approach": self.greatest_load,
-            "normal": np.broadcast_to([1.0, 0.0, 0.0], (*self.greatest_load.shape, 3)),
-        }
-        return contact_details(self.parameters, greatest)
+        if "peaks" not in self._made:
+            curvatures = (self.at_greatest[name] for name in ("curvature_small", "curvature_large"))
+            found = ellipses(moduli(self.parameters.materials), *curvatures, self.greatest_load)
+            self._made["peaks"] = dict(zip(("semi_major", "semi_minor", "peak_pressure"), found, strict=True))
+        return self._made["peaks"]
 
     def _law_doubt(self) -> str | None:
         """Doubt about the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
-        doubts = []
-        if LAWS[self.law].measured:
+        curvatures = [self.at_greatest[name] for name in ("curvature_small", "curvature_large")]
+        errors = law_error(self.parameters, self.law, *curvatures, self.greatest_load)
+        if errors is None or not errors.any():
             return None
-        for side, nominal in enumerate(nominal_curvatures(self.parameters.geometry)):
-            frozen = hertz_coefficient(*nominal, 1.0)
-            for ball in np.flatnonzero(self.greatest_load[:, side] > 0.0):
-                at = tuple(float(self.at_greatest[name][ball, side]) for name in ("curvature_small", "curvature_large"))
-                error = coefficient_of(self.law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
-                doubts.append((abs(error), law_doubt(self.law, error, axis_ratio(*at))))
-        return max(doubts, key=lambda pair: pair[0])[1] if doubts else None
+        side, ball = divmod(int(np.abs(errors.T).argmax()), len(errors))
+        at = (float(one[ball, side]) for one in curvatures)
+        return law_doubt(self.law, float(errors[ball, side]), axis_ratio(*at))
 
     def _smoothing_doubt(self, fastest: float) -> str | None:
         """Doubt about a drilling torque whose spots spin at most this fast [m/s] at their ends."""
@@ -189,8 +191,8 @@ class BearingFigures:
         off_even = float(self._sums.greatest.off_even[0])
         if off_even > UNEVEN:
             found.append(f"their spacing leaves even by {off_even:.2g} rad")
-        steady, figures = parameters.initial.motion == "rolling" and not parameters.drive.change.time, self.figures()
-        off = figures["cage_speed_rad_s"] / (figures["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
+        steady = parameters.initial.motion == "rolling" and not parameters.drive.change.time
+        off = off_rolling(speed_figures(parameters, *self._second_half())) if steady else 0.0
         if SLOW < abs(off) < 1.0:
             found.append(f"they go round {100.0 * off:+.2g} % off rolling")
         return f"nothing keeps the balls apart and {' and '.join(found)}; set cage.kind: even" if found else None
@@ -228,16 +230,10 @@ class BearingFigures:
 
     def figures(self) -> dict:
         """The run in numbers, SI unit at the end of a key; one value a ball where it is a list: see `figure_rows`."""
-        geometry = self.parameters.geometry
         late, before = self._second_half()
-        span = late["time"] - before["time"]
-        orbit = (late["orbit_angle"] - before["orbit_angle"]).mean()
-        speed = late["speed"] / late["count"]
-        diameters = geometry.ball_diameter, geometry.pitch_diameter
         peaks = self._peaks()
-        edges = np.cumsum(list(RING.values()))[:-1]
-        place, tilt, force, moment = np.split(late["ring"] / late["count"], edges)
-        moved, _, swing, _ = np.split(late["ring_greatest"] - late["ring_least"], edges)
+        place, tilt, force, moment = ((late["ring"] / late["count"])[columns] for columns in RING_COLUMNS)
+        moved, _, swing, _ = ((late["ring_greatest"] - late["ring_least"])[columns] for columns in RING_COLUMNS)
         pairs = {}
         for key, unit, array in (
             ("normal_load", "n", late["load"].reshape(-1, 2) / late["count"]),
@@ -249,14 +245,11 @@ class BearingFigures:
             ("share_without_contact", "", self._sums.greatest.without.reshape(-1, 2) / self.samples),
         ):
             for side, ring in enumerate(("inner", "outer")):
-                pairs[f"{key}_{ring}_{unit}".rstrip("_")] = [float(v) for v in array[:, side]]
+                pairs[f"{key}_{ring}_{unit}".rstrip("_")] = array[:, side].tolist()
         found = {
             "inner_ring_speed_at_end_rad_s": self.last["inner_ring_speed"],
             "run_up_time_s": self._run_up.time_to(self.last["inner_ring_speed"]),
-            "cage_speed_rad_s": turning(self.parameters, orbit / span) if span > 0.0 else 0.0,
-            "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
-            "roll_rate_rad_s": turning(self.parameters, late["roll_rate"] / late["count"]),
-            "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
+            **speed_figures(self.parameters, late, before),
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": self.last["dissipated"],

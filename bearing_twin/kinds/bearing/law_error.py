@@ -1,5 +1,7 @@
 """What is not right in a contact's load: its law against Hertz's, and Hertz's half-spaces against round bodies."""
 
+import functools
+
 import numpy as np
 
 from bearing_twin.contact.elasticity import coefficient_of
@@ -18,10 +20,18 @@ def law_error(parameters, law: str, curvature_small, curvature_large, load) -> n
     found = np.zeros_like(load)
     for side, nominal in enumerate(nominal_curvatures(parameters.geometry)):
         frozen = hertz_coefficient(*nominal, 1.0)
-        for ball in np.flatnonzero(load[:, side] > 0.0):
-            at = float(curvature_small[ball, side]), float(curvature_large[ball, side])
-            found[ball, side] = coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+        pairs = zip(curvature_small[:, side].tolist(), curvature_large[:, side].tolist(), strict=True)
+        for ball, (at, bears) in enumerate(zip(pairs, (load[:, side] > 0.0).tolist(), strict=True)):
+            if bears:
+                found[ball, side] = _error_at(law, frozen, *at)
     return found
+
+
+@functools.lru_cache(maxsize=1024)
+def _error_at(law: str, frozen: float, curvature_small: float, curvature_large: float) -> float:
+    """Kept, as figures and errors of a run ask for the same contacts."""
+    at = curvature_small, curvature_large
+    return coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
 
 
 def half_space_error(parameters, semi_major):

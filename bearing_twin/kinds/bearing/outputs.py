@@ -147,7 +147,9 @@ def outputs_alone(bearing, drive, times, states, orientations, borders) -> Colum
     """
     (count, balls), layout = states.shape[:2], _alone()
     numbers = np.empty((count * balls, layout.width))
-    alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), np.tile(borders, (count, 1))
+    held = np.empty((count, *borders.shape))
+    held[:] = borders
+    alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), held.reshape(-1, borders.shape[1])
     write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, False, _places(1), numbers, 0)
     return Columns(layout, numbers.reshape(count, balls, -1))
 
@@ -186,6 +188,12 @@ def _ellipses(moduli, small, large, load, semi_major, semi_minor, pressure):
                 pressure[k, side] = found.peak_pressure
 
 
+def moduli(materials) -> tuple[float, float]:
+    """E* [Pa] of a ball on the inner and on the outer raceway."""
+    ball = materials.ball
+    return effective_modulus(ball, materials.inner_ring), effective_modulus(ball, materials.outer_ring)
+
+
 def ellipses(moduli, small, large, load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the races' E*."""
     found = np.zeros_like(load), np.zeros_like(load), np.zeros_like(load)
@@ -200,14 +208,9 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
     across the groove; computed only for samples that are published. All with the rows of a sample of many outputs.
     """
     load = sample["normal_load"]
-    materials = parameters.materials
-    moduli = (
-        effective_modulus(materials.ball, materials.inner_ring),
-        effective_modulus(materials.ball, materials.outer_ring),
-    )
     flat = load.reshape(-1, 2)
     small, large = (sample[name].reshape(-1, 2) for name in ("curvature_small", "curvature_large"))
-    found = np.array(ellipses(moduli, small, large, flat))
+    found = np.array(ellipses(moduli(parameters.materials), small, large, flat))
     semi_major, semi_minor, pressure = found.reshape(3, *load.shape)
     normal = sample["normal"]
     axis = np.array([0.0, 0.0, 1.0]) - normal[..., 2:] * normal

@@ -1,6 +1,7 @@
 """Outputs of a bearing summed up output by output, so that sums do not depend on how a stream of them is cut."""
 
 import math
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ STANDING = 1e-12  # of the speed that friction is smoothed over: what slides mor
 MOST_STRETCHES = 256  # that are kept; more are added two by two
 RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
 RING_WIDTH = sum(RING.values())
+RING_COLUMNS = tuple(slice(end - RING[name], end) for name, end in zip(RING, accumulate(RING.values()), strict=True))
 AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
 _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.deviations import Part, untouched
 from bearing_twin.kinds.bearing.companion.meetings import until_met
-from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_in, window_at
+from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_before, steps_in, window_at
 from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS, COLUMNS
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.kinds.bearing.stepping.steps import Results
@@ -30,8 +30,7 @@ class Followed(NamedTuple):
 
 def loose(part: Part, window: Window) -> bool:
     """Whether the ball of a window touches neither raceway at an output from there on: bounces make errors grow."""
-    load = part.out["normal_load"][max(window.begin, 0) :, window.ball]
-    return window.ball >= 0 and bool((load.max(axis=1) == 0.0).any())
+    return window.ball >= 0 and bool(untouched(part)[max(window.begin, 0) :, window.ball].any())
 
 
 def bouncing(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[Window]:
@@ -41,7 +40,7 @@ def bouncing(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[W
     that may have met another until then are left out; those that are longest in flight come first, as many as the run
     took so many `steps` with.
     """
-    free, outputs = part.out["normal_load"].max(axis=2) == 0.0, len(part.times)
+    free, outputs = untouched(part), len(part.times)
     if part.partners.active or not free.any() or not len(part.pointer):
         return []
     rest = np.minimum(outputs - np.argmax(free[::-1], axis=0) + SETTLING, outputs)
@@ -61,12 +60,12 @@ def taking_off(part: Part, met: np.ndarray, but: set[int], steps: float) -> list
     One that is off there may fly where it should roll: nothing drives it then, and it comes late to where it next bears
     load. The shortest, as many as the run took so many `steps` in; none of balls that may have met another.
     """
-    free = part.out["normal_load"].max(axis=2) == 0.0
+    free = untouched(part)
     if part.partners.active or not free.any() or not len(part.pointer):
         return []
     taken, balls = part.pointer[..., STEPS_IN], np.flatnonzero(free.any(axis=0)).tolist()
     ends = np.maximum(free.argmax(axis=0) - 1, 0).tolist()  # windows go on for an output behind their ends
-    found = [window_at(ball, ends[ball], taken[ball]) for ball in balls]
+    found = [window_at(ball, ends[ball], steps_before(taken[ball])) for ball in balls]
     found = [one for one in found if one.ball not in but and until_met(one, met) == one]
     found.sort(key=lambda one: steps_in(one, one.ball, taken))
     spent = np.cumsum([steps_in(one, one.ball, taken) for one in found])
@@ -142,7 +141,7 @@ def room(length: int, balls: int, carried: np.ndarray, border: np.ndarray) -> Re
         np.zeros(2),
         np.zeros(1, np.uint8),
         carried,
-        np.tile(border, (length, 1)).reshape(length, BORDER),
+        np.full((length, BORDER), border),
         border,
         np.zeros((0, 0, 0)),
     )

@@ -1,6 +1,6 @@
 """How far a stretch of a bearing run is from what a companion found for it."""
 
-from collections.abc import Mapping
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
 )
 from bearing_twin.kinds.bearing.stepping.border import Partners
+from bearing_twin.sample import Columns, Layout
 
 LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
 
@@ -24,6 +25,12 @@ def drive_later(drive: RingDrive, start: float) -> RingDrive:
     """The drive `start` [s] later, while it accelerates evenly."""
     angle, speed, acceleration = drive
     return RingDrive(angle + start * (speed + 0.5 * acceleration * start), speed + acceleration * start, acceleration)
+
+
+def lengths(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors (..., 3), to the bit those of `np.linalg.norm`, in a third of its time."""
+    squares = vectors * vectors
+    return np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
 
 
 class Part(NamedTuple):
@@ -42,7 +49,7 @@ class Part(NamedTuple):
     duration: float
     begun: list
     filled: tuple
-    out: Mapping[str, np.ndarray]
+    out: Columns
     pointer: np.ndarray
     elapsed: float
     taken: int
@@ -56,16 +63,41 @@ class Part(NamedTuple):
         return drive_later(self.drive, start)
 
 
+def untouched(part: Part) -> np.ndarray:
+    """Which balls (outputs, balls) touch neither raceway."""
+    load = part.out["normal_load"]
+    return (load[..., 0] == 0.0) & (load[..., 1] == 0.0)
+
+
 class Found(NamedTuple):
     """What a companion found: channels and states (instants, balls, ...), and the steps it took in all.
 
     `last` are state, orientation, step sizes and what laws carry at the end, one row a ball, then ring and cage.
     """
 
-    out: Mapping[str, np.ndarray]
+    out: Columns
     states: np.ndarray
     last: tuple[np.ndarray, ...]
     steps: int
+
+
+_READ = "normal_load", "friction_force", "raceway_torque", "contact_angle", "roll_rate"
+LOADS, VECTORS, ANGLES, ROLL = slice(2), slice(2, 11), slice(11, 13), 13  # of what `_read` gives
+FORCES, TORQUE = slice(2), 2  # of these vectors
+
+
+@functools.cache
+def _places(layout: Layout) -> np.ndarray:
+    """Where the numbers of the channels of `_READ` stand in a row, one ball after the other (balls, ROLL + 1)."""
+    places = (layout.places[name] for name in _READ)
+    numbers = [np.arange(at.start, at.stop) for at, _ in places]
+    return np.column_stack([one.reshape(len(numbers[-1]), -1) for one in numbers])
+
+
+def _read(out: Columns, rows, ball: int | None) -> np.ndarray:
+    """The channels of `_READ` side by side, (outputs, ROLL + 1) of a ball, (outputs, balls, ROLL + 1) of all."""
+    places = _places(out.layout)
+    return out.numbers[rows].take(places if ball is None else places[ball], axis=1)
 
 
 def deviations(part: Part, window: Window, found: Found, place: int | None, greatest_load: float) -> list[float]:
@@ -73,52 +105,47 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
 
     `place` is that of the ball among those the companion took, None for all balls at once.
     """
-    exact = found.out
-    rows = slice(window.begin + 1, window.begin + 1 + window.length)
-    balls, own = (slice(None), slice(None)) if place is None else (slice(window.ball, window.ball + 1), place)
-    own = slice(own, own + 1) if isinstance(own, int) else own
-
-    def off(name: str) -> np.ndarray:
-        return part.out[name][rows, balls] - exact[name][:, own]
-
-    bearing, least = part.bearing, LEAST_LOAD * greatest_load
-    coefficient = bearing.friction_coefficient
-    load = exact["normal_load"][:, own]
-    torque = np.linalg.norm(off("raceway_torque"), axis=-1)
-    friction = 0.0
+    rows, alone = slice(window.begin + 1, window.begin + 1 + window.length), place is not None
+    run = _read(part.out, rows, window.ball if alone else None)
+    exact = _read(found.out, (slice(None), place) if alone else slice(None), 0 if alone else None)
+    off, bearing, least = run - exact, part.bearing, LEAST_LOAD * greatest_load
+    vectors = np.array([one[..., VECTORS] for one in (run, exact, off)])
+    long = lengths(vectors.reshape(*vectors.shape[:-1], 3, 3))
+    coefficient, load, torque = bearing.friction_coefficient, exact[..., LOADS], long[2, ..., TORQUE]
+    sizes, friction = np.abs(off), 0.0
+    greatest = sizes.reshape(-1, ROLL + 1).max(axis=0).tolist()
     if coefficient > 0.0 and least > 0.0:
-        force = np.linalg.norm(off("friction_force"), axis=-1) / np.maximum(load, least)
-        turned = torque / bearing.ball_radius / np.maximum(load.sum(axis=-1), least)
+        force = long[2, ..., FORCES] / np.maximum(load, least)
+        turned = torque / bearing.ball_radius / np.maximum(load[..., 0] + load[..., 1], least)
         friction = float(max(force.max(), turned.max())) / coefficient
-    turns = [
-        np.linalg.norm(one, axis=-1)
-        for one in (part.out["raceway_torque"][rows, balls], exact["raceway_torque"][:, own])
-    ]
-    mean = (turns[0] - turns[1]).mean(axis=0)
-    mine, theirs = part.filled[0][rows, balls], found.states[:, own]
+    turns = long[0, ..., TORQUE] - long[1, ..., TORQUE]
+    mean = np.add.reduce(turns.reshape(len(turns), -1), axis=0) / len(turns)
+    balls = (window.ball, place) if alone else (slice(None), slice(None))
+    mine, theirs = part.filled[0][rows, balls[0]], found.states[:, balls[1]]
     orbit = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, theirs)]
     before = 0.0 if window.begin < 0 else part.times[window.begin]
     seconds = float(part.times[rows][-1] - before)
-    integrals = np.abs((mine - theirs)[-1].mean(axis=0))  # what one ball gets too much another may get too little
+    last = (mine[-1] - theirs[-1]).reshape(-1, mine.shape[-1])  # one row a ball
+    integrals = np.abs(last[0] if alone else last.mean(axis=0))  # what one ball gets too much another gets too little
     speed = abs(part.drive.speed) + abs(part.drive.acceleration) * part.duration
     if part.partners.shaft:
         speed = float(np.abs(part.out["inner_ring_speed"][rows]).max())
     ring = [0.0, 0.0]
-    if place is None:
+    if not alone:
         names = "inner_ring_offset", "inner_ring_force"
-        ring = [float(np.abs(part.out[one][rows] - exact[one]).max()) for one in names]
+        ring = [float(np.abs(part.out[one][rows] - found.out[one]).max()) for one in names]
     return [
-        float(np.abs(off("normal_load")).max()),
+        max(greatest[LOADS]),
         friction,
         float(torque.max()),
-        float((np.abs(off("contact_angle")) * (load > 0.0)).max()),
-        float(np.abs((mine - theirs)[-1, :, ORBIT_ANGLE]).max()),
+        float((sizes[..., ANGLES] * (load > 0.0)).max()),
+        max(map(abs, last[:, ORBIT_ANGLE].tolist())),
         float(np.abs(orbit[0] - orbit[1]).max()),
-        float(np.abs(off("roll_rate")).max()),
+        greatest[ROLL],
         float(integrals[DRIVE_WORK]) / (speed * seconds) if speed > 0.0 else 0.0,
         float(integrals[DISSIPATED]) / seconds,
         *ring,
-        float(mean[np.abs(mean).argmax()]),
+        max(mean.tolist(), key=abs),
     ]
 
 
@@ -142,6 +169,8 @@ def off_in_flight(part: Part, window: Window, found: Found, place: int | None) -
     if place is None:
         return 0.0
     rows = slice(window.begin + 1, window.begin + 1 + window.length)
-    free = part.out["normal_load"][rows, window.ball].max(axis=-1) == 0.0
+    free = untouched(part)[rows, window.ball]
+    if not free.any():
+        return 0.0
     off = part.filled[0][rows, window.ball, AXIS_DISTANCE] - found.states[:, place, AXIS_DISTANCE]
     return float(np.abs(off[free]).max(initial=0.0))

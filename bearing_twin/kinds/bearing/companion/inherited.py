@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.elastic import elastic
-from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
-from bearing_twin.kinds.bearing.companion.pointers import lengths
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, lengths, untouched
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
@@ -60,7 +59,7 @@ def rubbing(part: Part, greatest: float) -> np.ndarray:
 def landed(part: Part) -> np.ndarray:
     """Which contacts (outputs, balls, 2) bear load where their ball touched neither raceway at the output before."""
     load = part.out["normal_load"]
-    free, bears = load.max(axis=2) == 0.0, load > 0.0
+    free, bears = untouched(part), load > 0.0
     bears[0], bears[1:] = False, bears[1:] & (free[:-1] & ~free[1:])[..., None]
     return bears
 
@@ -72,7 +71,7 @@ def hops(part: Part, greatest: float, off: float) -> tuple[float, float]:
     at the height of the blow that a ball comes to with its speed, which outputs may miss.
     """
     load = part.out["normal_load"]
-    free, bears, law = load.max(axis=2) == 0.0, landed(part), part.bearing.inner.law
+    free, bears, law = untouched(part), landed(part), part.bearing.inner.law
     if not free.any() or off <= 0.0:
         return 0.0, 0.0
     energy = 0.5 * part.bearing.ball_mass * float(np.square(part.filled[0][..., RADIAL_VELOCITY][free]).max())
@@ -88,9 +87,9 @@ def unseen_landings(part: Part, rows: np.ndarray, greatest: float, apart: float)
 
     As far off across the raceways, `apart` [m], as the balls that it went with while they hopped.
     """
-    bears = landed(part)
     if apart <= 0.0 or part.bearing.friction_coefficient <= 0.0:
         return 0.0
+    bears = landed(part)
     times = part.elapsed + np.asarray(part.times)
     for row in rows[rows[:, PLACE["begin"]] <= part.elapsed]:
         balls = slice(None) if row[PLACE["ball"]] < 0 else int(row[PLACE["ball"]])
@@ -114,7 +113,7 @@ def thrown(part: Part) -> bool:
     A ball may also hop on the outer raceway while the ring lies still, or slides round. So at some output contacts must
     leave more than half of its load unheld: half way from lying still to falling.
     """
-    if not (part.out["normal_load"].max(axis=2) == 0.0).any():
+    if not untouched(part).any():
         return False
     at, partners = np.asarray(part.times)[:, None], part.partners
     load = (partners.load + partners.weight + at * partners.load_rate)[:, :3]
@@ -156,7 +155,7 @@ def carried_on(
         # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
         longer[SLIP] = 1.0
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
-    now = float(row[PLACE["load"]]) + around * float(np.ptp(part.out["normal_load"]))
+    now = float(row[PLACE["load"]]) + around * float(part.out["normal_load"].max() - part.out["normal_load"].min())
     if seconds:
         hopping, felt = hops(part, greatest, BUMPING * max(now, off))
     else:

@@ -10,6 +10,7 @@ from bearing_twin.kinds.bearing.companion.windows import (
     LEAST_STEPS,
     Window,
     overlap,
+    steps_before,
     steps_in,
     window_at,
     within,
@@ -20,6 +21,11 @@ CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
 EVENTFUL = 0.3  # ... where balls roll in and out of the load: each time anew, and few of these times are looked at
+
+
+def _nan_last(number: float) -> tuple[bool, float]:
+    """By which numbers are sorted as NumPy does."""
+    return number != number, number
 
 
 class Looking:
@@ -44,16 +50,22 @@ class Looking:
         met, whole, planned = meetings(part), part.partners.active, 0.0
         copied = copied_from(met, self.met) is not None
         fewest = min(LEAST_STEPS, steps.sum(axis=1).min())
+        touched, before = bool(met.any()), {}
+        much = self._much(part)
         some_cheap = not whole and self.parts < EARLY and fewest <= CHEAP * part.taken
         for place, grid in enumerate(grids):
             mine: list[Window] = []
-            worth = np.flatnonzero(grid > (LIKE if some_cheap else RAISED) * self.best[place].min())
-            for flat in worth[np.argsort(-grid.flat[worth], kind="stable")][:CANDIDATES].tolist():
+            points = grid.ravel()
+            worth = (points > (LIKE if some_cheap else RAISED) * self.best[place].min()).nonzero()[0]
+            for flat in worth[(-points[worth]).argsort(kind="stable")][:CANDIDATES].tolist():
                 row, cell = divmod(flat, grid.shape[1])
-                good = self._worth(place, grid[row, cell], part, mine, planned)
+                good = self._worth(place, float(grid[row, cell]), mine, self.looked + planned > much)
                 if len(mine) == MOST or not (good or some_cheap):
                     break
-                window = as_met(window_at(ALL if whole else row, cell, steps[row]), met)
+                if row not in before:
+                    before[row] = steps_before(steps[row])
+                window = window_at(ALL if whole else row, cell, before[row])
+                window = as_met(window, met) if touched else window
                 if copied and window.ball == ALL:
                     continue  # a copy of the run shows what meetings do
                 good = good or steps_in(window, row, steps) <= CHEAP * part.taken
@@ -66,10 +78,10 @@ class Looking:
         self.parts += 1
         self.probing = self._probes(part)
         if self.probing:
-            found = [window_at(ALL, 0, steps[0]), *found]
+            found = [window_at(ALL, 0, steps_before(steps[0])), *found]
         elif (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
             calm = int(steps.sum(axis=1).argmin())
-            window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps[calm]), met)
+            window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps_before(steps[calm])), met)
             found += [] if any(within(window, other) for other in found) else [window]
         return found if whole else one_for_all(found, grids, steps)
 
@@ -84,17 +96,21 @@ class Looking:
         inside = slice(window.begin + 1, window.begin + 1 + window.length)
         rows = slice(None) if window.ball == ALL else slice(row, row + 1)
         for place, grid in enumerate(grids):
-            self.best[place] = np.sort([*self.best[place], grid[rows, inside].max()])[1:]
+            self.best[place] = sorted([*self.best[place].tolist(), float(grid[rows, inside].max())], key=_nan_last)[1:]
         return steps_in(window, row, steps)
 
-    def _worth(self, place: int, points: float, part: Part, mine: list[Window], planned: float) -> bool:
-        """Whether a window is worth its steps, those `planned` in this part included: the first always is."""
-        best, bears = self.best[place], part.out["normal_load"] > 0.0
-        eventful = not part.partners.active and not bears.all() and bears.any(axis=2).all()
-        spent = self.looked + planned > (EVENTFUL if eventful else LOOKING) * part.taken
+    def _worth(self, place: int, points: float, mine: list[Window], spent: bool) -> bool:
+        """Whether a window is worth its steps: the first always is; where many were `spent`, what points far more."""
+        best = self.best[place]
         if spent or any(one.ball == ALL for one in mine):
             return points > FAR_RAISED * best.max()
         return points > RAISED * best.min()
+
+    def _much(self, part: Part) -> float:
+        """Steps of windows in a part and before it, beyond which only that is worth a look which exceeds all by far."""
+        bears = part.out["normal_load"] > 0.0
+        eventful = not part.partners.active and not bears.all() and (bears[..., 0] | bears[..., 1]).all()
+        return (EVENTFUL if eventful else LOOKING) * part.taken
 
     def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
         self.greatest_load = max(self.greatest_load, float(part.out["normal_load"].max()))

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.deviations import Found, Part
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, untouched
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, Window
 from bearing_twin.kinds.bearing.error_scales import APPROACH_SCALE
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, TANGENTIAL_VELOCITY
@@ -130,15 +130,18 @@ class Drift:
 
     def go_on(self, part: Part, followed: set[int]) -> None:
         """Goes on to the end of a part."""
-        inner, outer = np.moveaxis(part.out["normal_load"], -1, 0)
-        driven, free = np.minimum(inner, outer) > 0.0, np.maximum(inner, outer) == 0.0
+        bears = part.out["normal_load"] > 0.0
+        driven, free = bears[..., 0] & bears[..., 1], untouched(part)
         late = part.elapsed + part.times[:, None] > self.until
-        between = np.diff(part.times, prepend=0.0)[:, None]
-        self.angle = self.angle + self.speed * (between * (late & ~driven)).sum(axis=0)
+        between = part.times.copy()
+        between[1:] -= part.times[:-1]
+        self.angle = self.angle + self.speed * (between[:, None] * (late & ~driven)).sum(axis=0)
         self.speed = np.where((late & driven).any(axis=0), 0.0, self.speed)
         self.until = np.full(len(self.until), part.elapsed + part.duration)
-        seen = np.isin(np.arange(len(self.lost)), sorted(followed)) | (ALL in followed)
-        self.lost = self.lost | (free.any(axis=0) & ~seen)
+        if ALL not in followed and free.any():
+            unseen = free.any(axis=0)
+            unseen[list(followed)] = False
+            self.lost = self.lost | unseen
 
     def set_apart(self, state: np.ndarray, at: float, tolerance: float) -> None:
         """Moves balls (N, COLUMNS) at `at` [s] apart by what they may be off, in turns ahead and behind.

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.deviations import Part, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, LEAST_STEPS, PLACE, Window, place_of
 from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
 from bearing_twin.kinds.doubt import Dearest
@@ -22,19 +22,19 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
     Over no less than the `least` load [N]; balls that are coupled have one row, and in place of the third how much an
     error of force [m/s^2] changes friction, over load [N].
     """
-    inner, outer = np.moveaxis(part.out["normal_load"], -1, 0)
+    load = part.out["normal_load"]
+    inner, outer = load[..., 0], load[..., 1]
     if len(part.pointer):
         force, torque, steps = (part.pointer[:, :, place] for place in (OF_FORCE, OF_TORQUE, STEPS_IN))
     else:
         force, torque, steps = bends(part.out)
     torque = torque / np.maximum(inner + outer, least).T
-    load = part.out["normal_load"]
     bears = np.maximum(load, least)
     sliding = lengths(part.out["friction_force"]) / bears
     if part.partners.active:
         # What an error of force does to friction: most where a contact that slides bears little, as behind a lift-off.
         sliding *= force.T[..., None] / np.where(load > 0.0, load, bears)
-    grids = force, torque, np.maximum(sliding[..., 0], sliding[..., 1]).T
+    grids = tuple(map(np.ascontiguousarray, (force, torque, np.maximum(sliding[..., 0], sliding[..., 1]).T)))
     if part.partners.active:
         grids, steps = tuple(one.max(axis=0)[None] for one in grids), steps.max(axis=0)[None]
     return grids, steps
@@ -50,12 +50,6 @@ def spare(best: np.ndarray, grids: tuple[np.ndarray, ...]) -> float:
     """How many times greater errors of force and torque would still be less than the `best`, which were looked at."""
     seen = zip(best[:SLIDING], grids[:SLIDING], strict=True)
     return min(float(least.min()) / max(float(grid.max()), 1e-300) for least, grid in seen)
-
-
-def lengths(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of vectors (..., 3), to the bit those of `np.linalg.norm`, in a third of its time."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.sqrt(x * x + y * y + z * z)
 
 
 def bends(out: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

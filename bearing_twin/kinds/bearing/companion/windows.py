@@ -1,5 +1,6 @@
 """Windows of a bearing run that a companion integrates again: where they lie, and what is recorded of them."""
 
+from bisect import bisect_left, bisect_right
 from typing import NamedTuple
 
 import numpy as np
@@ -84,13 +85,21 @@ class Window(NamedTuple):
     length: int
 
 
-def window_at(ball: int, cell: int, steps: np.ndarray) -> Window:
-    """The window of LEAST_STEPS that ends one output behind `cell`; at the beginning of a part it grows forwards."""
-    before = np.concatenate(([0.0], np.cumsum(steps)))  # steps are whole numbers: their sums are exact in any order
-    end = min(cell + 2, len(steps))
-    begin = max(int(np.searchsorted(before[: cell + 1], before[end] - LEAST_STEPS, side="right")) - 1, 0)
-    enough = int(np.searchsorted(before, before[begin] + LEAST_STEPS))
-    end = max(end, min(enough, len(steps)))
+def steps_before(steps: np.ndarray) -> list[float]:
+    """Steps (outputs,) before each output and before the end, by those in each."""
+    return [0.0, *np.cumsum(steps).tolist()]  # steps are whole numbers: their sums are exact in any order
+
+
+def window_at(ball: int, cell: int, before: list[float]) -> Window:
+    """The window of LEAST_STEPS that ends one output behind `cell`; at the beginning of a part it grows forwards.
+
+    `before` is that of `steps_before`.
+    """
+    outputs = len(before) - 1
+    end = min(cell + 2, outputs)
+    begin = max(bisect_right(before, before[end] - LEAST_STEPS, 0, cell + 1) - 1, 0)
+    enough = bisect_left(before, before[begin] + LEAST_STEPS)
+    end = max(end, min(enough, outputs))
     return Window(ball, begin - 1, end - begin)
 
 
