@@ -14,11 +14,10 @@ from bearing_twin.contact.friction import (
     FAST_ERROR,
     FINE_ERROR,
     friction_factor,
-    over_spot,
-    points,
     spot_friction,
     spot_friction_fast,
 )
+from bearing_twin.contact.spot_rules import over_spot, points
 
 LOAD, MAJOR, MU = 200.0, 1e-3, 0.1
 FORMS = [(spot_friction, FINE_ERROR), (spot_friction_fast, FAST_ERROR)]

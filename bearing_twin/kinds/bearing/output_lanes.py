@@ -44,7 +44,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_vector,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
-from bearing_twin.kinds.bearing.forces.spot import find_means, lane_answers
+from bearing_twin.kinds.bearing.forces.spot import INNER_SPOTS, OUTER_SPOTS, contacts_of_spots, find_means, kept_answer
 from bearing_twin.kinds.bearing.output_pairs import neighbour_gaps, write_pairs
 from bearing_twin.numerics.rotation import (
     about_z,
@@ -120,9 +120,10 @@ def _contacts(bearing, lanes):
 def _add_spots(spot, bearing, lanes):
     """Friction over the spots of every lane, where the bearing's `spot` is not empty."""
     if len(spot) > 0:
+        contacts_of_spots(spot[0], bearing, lanes)
         find_means(spot, bearing, lanes)
         for k in range(LANES):
-            inner, outer, _ = lane_answers(spot[0], bearing, lanes, k)
+            inner, outer = kept_answer(0.0, lanes, INNER_SPOTS + k), kept_answer(0.0, lanes, OUTER_SPOTS + k)
             put(lanes, DRILLING_OUT + INNER, k, inner.drilling)
             put(lanes, DRILLING_OUT + OUTER, k, outer.drilling)
             put_vector(lanes, FRICTION_OUT + 3 * INNER, k, inner.friction)
