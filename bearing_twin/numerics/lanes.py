@@ -88,6 +88,13 @@ def clear_rows(lanes, first, after):
 
 
 @inlined
+def copy_rows(lanes, first, after, other):
+    """Copies the rows from `first` on, those from `after` on not, to the same rows of another array."""
+    for i in range(first * LANES, after * LANES):
+        other[np.uint64(i)] = lanes[np.uint64(i)]
+
+
+@inlined
 def get_vector(lanes, row, k):
     """Three rows of lane k from `row` on as a vector."""
     return (lanes[row * LANES + k], lanes[(row + 1) * LANES + k], lanes[(row + 2) * LANES + k])

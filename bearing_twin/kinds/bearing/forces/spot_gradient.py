@@ -43,6 +43,10 @@ class Change(NamedTuple):
     loss: float
 
 
+_STILL = (0.0, 0.0, 0.0)
+UNCHANGED = Change(_STILL, _STILL, 0.0, 0.0)
+
+
 @inlined
 def _by(slopes, slip_major, slip_minor, spin, semi_major, semi_minor):
     return (
@@ -175,7 +179,10 @@ class SpotGradient(NamedTuple):
 def spot_gradient(
     bearing, raceway, friction, given, given_slope, centre, by_angle, speed, position, velocity, spin, spot, means
 ):
-    """How what friction over a spot does changes; arguments as of `gradient.contact_gradient`, then the spot's."""
+    """How what friction over a spot does changes; arguments as of `gradient.contact_gradient`, then the spot's.
+
+    `by_angle` is empty where the ring is centred.
+    """
     contact = raceway_contact(bearing, raceway, given, centre, speed, position, velocity, spin)
     slopes = raceway_slopes(bearing, raceway, given, given_slope, contact, spot.normal_radial)
     offset = minus(position, centre)
@@ -192,7 +199,7 @@ def spot_gradient(
     by_turning = _response(spot, means, 0.0, 0.0, -_reach(spot), -spot.normal_axial, 0.0, 0.0)
     changes = (
         _moved(*shared, (1.0, 0.0, 0.0)),
-        _moved(*shared, by_angle),
+        _moved(*shared, by_angle) if len(by_angle) > 0 else UNCHANGED,
         _moved(*shared, (0.0, 0.0, 1.0)),
         _with_axes(spot, _part(by_velocity, 0)),
         _with_axes(spot, _part(by_velocity, 1)),

@@ -27,6 +27,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_OWN,
     SPIN,
     VELOCITY,
+    clear_rows,
     entry,
     get,
     get_vector,
@@ -122,7 +123,7 @@ def add_outer(friction, bearing, room):
     still = (0.0, 0.0, 0.0)
     for k in range(LANES):
         found = spot_gradient(
-            bearing, bearing.outer, friction, get(room, GIVEN_OUTER, k), get(room, GIVEN_SLOPE_OUTER, k), still, still,
+            bearing, bearing.outer, friction, get(room, GIVEN_OUTER, k), get(room, GIVEN_SLOPE_OUTER, k), still, (),
             0.0, lane_position(room, k), get_vector(room, VELOCITY, k), get_vector(room, SPIN, k),
             kept_spot(room, OUTER_SPOTS + k), _means(room, OUTER_SPOTS + k),
         )  # fmt: skip
@@ -133,6 +134,7 @@ def add_outer(friction, bearing, room):
 def _answered(spot, bearing, lanes):
     """A room with what the spots of all lanes answer."""
     room = room_of_slopes(spot, bearing.friction_regularisation, lanes, ROOM_ROWS)
+    clear_rows(room, ANSWERS, ROOM_ROWS)
     add_inner(spot[0], bearing, room)
     add_outer(spot[0], bearing, room)
     return room
