@@ -237,7 +237,10 @@ def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
 
 
 def test_the_spots_are_vector_instructions():
-    """Packed operations in every loop over lanes; `over_spots` is scalar, and eight times slower, with 8 to a row."""
+    """Packed operations in every loop over lanes; `over_spots` is scalar, and eight times slower, with 8 to a row.
+
+    Of `add_points` there is a scalar loop beside, which runs where its two arrays overlap: never.
+    """
     if platform.machine() != "x86_64":
         pytest.skip("looks for x86-64 instructions")
     bearing, lanes, room = motion(SPOT).bearing, np.ones(LANE_ROWS * LANES), np.ones(ROOM_ROWS * LANES)
@@ -253,4 +256,5 @@ def test_the_spots_are_vector_instructions():
         function = njit(**OPTIONS)(kernel.py_func)
         function(*arguments)
         code = function.inspect_asm(function.signatures[0])
-        assert code.count(f"{operation}pd") > code.count(f"{operation}sd"), kernel.py_func.__name__
+        packed, alone = code.count(f"{operation}pd"), code.count(f"{operation}sd")
+        assert packed > (alone - packed if kernel is add_points else alone), kernel.py_func.__name__
