@@ -80,10 +80,11 @@ def with_spot(bearing, centre, ring_speed, position, contact):
     """A contact given the friction over its spot, where the bearing has it there: point by point, not in lanes."""
     if not bearing.spot:
         return contact
-    place, (coefficient, number, _) = spot_of(contact, centre, position), bearing.spot
+    coefficient, number, _ = bearing.spot
+    place = spot_of(coefficient, contact, centre, position)
     motion = place.slip_major, place.slip_minor, contact.spin_rate, 1.0, bearing.friction_regularisation
     means = friction_of(number, -1.0, place.semi_major, place.semi_minor, *motion)
-    answer = spot_answer(coefficient, ring_speed, contact, place, *means)
+    answer = spot_answer(place, ring_speed, *means)
     return contact._replace(
         friction=answer.friction,
         drilling=answer.drilling,

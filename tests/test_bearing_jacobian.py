@@ -19,12 +19,14 @@ from bearing_twin.kinds.bearing.forces.layout import (
     JACOBIAN_END,
     LANE_RATES,
     LANES,
+    MANY,
     MOTION,
     OWN_BY_AHEAD,
     RIGHT,
     RING_SPEED,
     ROSENBROCK_ROWS,
     SOLUTION,
+    SPOTS,
     VELOCITY,
     from_blocks,
     into_blocks,
@@ -65,15 +67,22 @@ def rates(bearing, lanes, column, nudge):
 CASES = [
     *((law, "point") for law in law_names("point", GIVES)),
     *(("hertz", row) for row in FRICTIONS if row != "point"),
+    *((law, "spot") for law in law_names("point", GIVES) if law != "hertz"),
 ]
 
 
 @pytest.mark.parametrize(("law", "friction"), CASES)
 @pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_loose"])
 def test_every_entry_is_the_derivative(scene, law, friction):
-    """Against central differences; the loose scene has balls out of contact. With spots the entries are differences."""
+    """Against central differences; the loose scene has balls out of contact. Spots take few points, many, and both."""
     moving = motion(*TILTED, f"contact.friction={friction}", *asking(law), scene=scene, law=law)
-    check_entries(moving.bearing, lanes_of(moving, 4), 3e-6 if friction == "point" else 3e-5)
+    lanes = lanes_of(moving, 4)
+    check_entries(moving.bearing, lanes, 3e-6)
+    if friction == "spot":
+        many = lanes[MANY * LANES :][:SPOTS]
+        assert many.min() == 0.0
+        assert np.any((many > 0.0) & (many < 1.0))
+        assert many.max() == 1.0 or scene == "bearing_6203_loose"
 
 
 @pytest.mark.parametrize("power", [1.2, 2.0])

@@ -30,11 +30,13 @@ from bearing_twin.contact.ellipse import (
     hertz_coefficient,
     semi_axes,
 )
-from bearing_twin.kinds.bearing.forces import spot as bearing_spot
+from bearing_twin.contact.spot_rules import FEW_POINTS
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
 from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
-from bearing_twin.kinds.bearing.forces.spot import add_spots, over_spots
-from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, answers_near, sum_slopes
+from bearing_twin.kinds.bearing.forces.rates import lane_rates
+from bearing_twin.kinds.bearing.forces.spot import add_answers, contacts_of_spots, over_few_of_all, over_spots
+from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, add_inner, add_outer
+from bearing_twin.kinds.bearing.forces.spot_slopes import add_points
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.reference.fit_hertz import fit
@@ -226,27 +228,33 @@ def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
     called = {}
     for overrides in ((), (SPOT,)):
         bearing = motion(*overrides).bearing
-        function = dispatcher(add_spots.py_func, OPTIONS)
-        function(bearing.spot, bearing, lanes)
+        function = dispatcher(lane_rates.py_func, OPTIONS)
+        function(bearing, lanes)
         called[overrides] = {one.function for one in needs_of(function.overloads[function.signatures[0]].library)}
-    assert "_add_all" in called[(SPOT,)]
-    assert called[()] == set()
+    of_spots = {"contacts_of_spots", "over_spots", "add_answers"}
+    assert of_spots <= called[(SPOT,)]
+    assert not of_spots & called[()]
 
 
 def test_the_spots_are_vector_instructions():
-    """Packed divisions in every loop over lanes; `over_spots` is scalar, and eight times slower, with 8 to a row."""
+    """Packed operations in every loop over lanes; `over_spots` is scalar, and eight times slower, with 8 to a row.
+
+    Of `add_points` there is a scalar loop beside, which runs where its two arrays overlap: never.
+    """
     if platform.machine() != "x86_64":
         pytest.skip("looks for x86-64 instructions")
-    bearing, lanes = motion(SPOT).bearing, np.ones(LANE_ROWS * LANES)
-    for kernel, arguments in (
-        (over_spots, (0.01, lanes)),
-        (bearing_spot._set_out_all, (bearing, lanes)),
-        (bearing_spot._add_all, (0.1, bearing, lanes)),
-        (sum_slopes, (0.01, np.ones(ROOM_ROWS * LANES))),
-        (answers_near, (0.1, bearing, np.ones(ROOM_ROWS * LANES))),
+    bearing, lanes, room = motion(SPOT).bearing, np.ones(LANE_ROWS * LANES), np.ones(ROOM_ROWS * LANES)
+    for kernel, operation, arguments in (
+        (over_few_of_all, "sqrt", (0.01, lanes)),
+        (over_spots, "sqrt", (0.01, lanes)),
+        (contacts_of_spots, "sqrt", (0.1, bearing, lanes)),
+        (add_answers, "mul", (bearing, lanes)),
+        (add_points, "sqrt", (FEW_POINTS, 0.01, room)),
+        (add_inner, "sqrt", (0.1, bearing, room)),
+        (add_outer, "sqrt", (0.1, bearing, room)),
     ):
         function = njit(**OPTIONS)(kernel.py_func)
         function(*arguments)
         code = function.inspect_asm(function.signatures[0])
-        assert code.count("divpd") > 0
-        assert code.count("sqrtpd") > code.count("sqrtsd")
+        packed, alone = code.count(f"{operation}pd"), code.count(f"{operation}sd")
+        assert packed > (alone - packed if kernel is add_points else alone), kernel.py_func.__name__

@@ -9,15 +9,8 @@ from scipy.special import ellipe
 from bearing_twin.charts import friction
 from bearing_twin.charts.friction import CONTESTANTS, POLES, PROBLEMS, SCIPY, by_scipy, draw, judge, reading, worst
 from bearing_twin.charts.table import DONE, read_table, write_table
-from bearing_twin.contact.friction import (
-    COARSE_POINTS,
-    FINE_POINTS,
-    FRICTIONS,
-    over_spot,
-    points,
-    spot_friction_pade1,
-    spot_friction_pade2,
-)
+from bearing_twin.contact.friction import FRICTIONS, spot_friction_pade1, spot_friction_pade2
+from bearing_twin.contact.spot_rules import COARSE_POINTS, FINE_POINTS, over_spot, points
 from bearing_twin.reference.spot import spot_friction_exact
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")

@@ -14,10 +14,21 @@ from bearing_twin.contact.friction import (
     FAST_ERROR,
     FINE_ERROR,
     friction_factor,
-    over_spot,
-    points,
     spot_friction,
     spot_friction_fast,
+)
+from bearing_twin.contact.spot_rules import (
+    COARSE_POINTS,
+    EASY,
+    FEW_POINTS,
+    HARD,
+    ROUND,
+    blend,
+    blended_over_spot,
+    over_few,
+    over_spot,
+    points,
+    rim_share,
 )
 
 LOAD, MAJOR, MU = 200.0, 1e-3, 0.1
@@ -64,6 +75,60 @@ def test_quadrature_agrees_with_scipy_where_smooth():
 
     found = spot_friction(LOAD, MAJOR, ratio * MAJOR, *slip, spin, MU, smooth)
     assert list(found) == pytest.approx([share(part) for part in range(3)], rel=1e-7)
+
+
+def test_few_points_are_exact_for_the_pressure_times_polynomials_of_degree_seven():
+    """<x^i y^j> over 3/(2 pi) sqrt(1 - r^2) in closed form; of degree 8 they miss some."""
+
+    def off(i, j):
+        x, y, share = FEW_POINTS.T
+        size = 0.75 / math.pi * math.gamma(1.5) * math.gamma(0.5 * (i + j) + 1.0) / math.gamma(0.5 * (i + j) + 2.5)
+        around = 2.0 * math.gamma(0.5 * (i + 1)) * math.gamma(0.5 * (j + 1)) / math.gamma(0.5 * (i + j) + 1.0)
+        exact = 0.0 if i % 2 or j % 2 else size * around
+        return abs((share * x**i * y**j).sum() - exact)
+
+    assert max(off(i, j) for i in range(8) for j in range(8 - i)) < 1e-15
+    assert max(off(i, 8 - i) for i in range(9)) > 1e-4
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.6, 0.3, 0.1])
+def test_few_points_are_as_exact_as_many_where_they_are_taken(ratio):
+    """Against a finer rule, over directions, shares of slip in the speed and of the rim; many points err by 2e-6."""
+    finer, worst, parts = points(60, 96), np.zeros(2), []
+    pure = 0.375 * ellipe(1.0 - ratio**2)
+    for rim in np.sqrt(np.linspace(0.0, 1.1 * HARD, 12)):
+        for angle in np.linspace(0.0, 0.5 * math.pi, 7):
+            for turn in np.linspace(0.0, 0.5 * math.pi, 5):
+                slip = math.sin(turn) * math.cos(angle), math.sin(turn) * math.sin(angle)
+                motion = *slip, rim / math.sqrt(1.0 + ROUND * ratio**2)
+                smooth = max(math.cos(turn), 1e-3)
+                exact = np.array(over_spot(finer, 1.0, ratio, *motion, smooth))
+                off = np.array(blended_over_spot(1.0, ratio, *motion, smooth)) - exact
+                worst = np.maximum(worst, [math.hypot(off[0], off[1]), abs(off[2]) / pure])
+                parts.append(blend(*rim_share(1.0, ratio, *motion, smooth))[0])
+    assert np.all(worst < [8e-7, 4e-6])
+    assert (min(parts), max(parts)) == (0.0, 1.0)
+    assert any(0.0 < part < 1.0 for part in parts)
+
+
+def test_opposite_points_together_are_the_points_one_by_one():
+    for slip, spin in (((0.02, -0.01), 9.0), ((0.0, 0.0), -3.0), ((-0.3, 0.2), 0.0)):
+        motion = MAJOR, 0.2 * MAJOR, *slip, spin
+        square = rim_share(*motion, 0.01)[1]
+        assert over_few(*motion, square) == pytest.approx(over_spot(FEW_POINTS, *motion, 0.01), rel=1e-12, abs=1e-17)
+
+
+def test_the_rule_changes_smoothly_from_few_points_to_many():
+    """All few up to EASY, all many from HARD on, also with no speed at all; and its slope is the derivative."""
+    assert [blend(rim, 1.0)[0] for rim in (0.0, EASY, HARD, 9.0)] == [0.0, 0.0, 1.0, 1.0]
+    assert [blend(rim, 0.0)[0] for rim in (0.0, 1e-20)] == [0.0, 1.0]
+    for rim in np.linspace(EASY, HARD, 7)[1:-1]:
+        ahead, behind = (blend(rim + step, 1.0)[0] for step in (1e-6, -1e-6))
+        assert blend(rim, 1.0)[1] == pytest.approx((ahead - behind) / 2e-6, rel=1e-5)
+    motion = MAJOR, 0.2 * MAJOR, 0.01, 0.0, 5.0
+    assert blended_over_spot(*motion, 1e-2) == over_few(*motion, rim_share(*motion, 1e-2)[1])
+    fast = MAJOR, 0.2 * MAJOR, 0.01, 0.0, 800.0
+    assert blended_over_spot(*fast, 1e-2) == over_spot(COARSE_POINTS, *fast, 1e-2)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.3, 0.1])

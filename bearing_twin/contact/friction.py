@@ -12,45 +12,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.dispatch import chosen
 from bearing_twin.contact.ellipse import elliptic_b_d
+from bearing_twin.contact.spot_rules import FINE_POINTS, blended_over_spot, over_spot
 
-RINGS, SPOKES = 24, 96  # of the quadrature over the spot
-COARSE_RINGS, COARSE_SPOKES = 6, 16
 FINE_ERROR, FAST_ERROR = 0.009, 0.08
 PADE1_ERROR, PADE2_ERROR = 0.95, 0.8
 """Greatest errors for b/a >= 0.1 without smoothing, whatever the motion: of mu N for the force, of pure spin's
 3/8 a mu N E for the torque (`bearing_twin chart friction`). Of a quadrature where the pole of the motion lies on one of
 its rings; of the closed forms where sliding and spin are alike."""
-
-
-def rings(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Radii (count,) of rings on the unit disc and their shares of the pressure 3/2 sqrt(1 - rho^2), by Gauss.
-
-    In rho = sin(t) both the pressure's edge and the kink at the centre of a spinning spot are smooth.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    angle = 0.25 * math.pi * (nodes + 1.0)
-    shares = weights * np.cos(angle) ** 2 * np.sin(angle)
-    return np.sin(angle), shares / shares.sum()
-
-
-def points(count: int, spokes: int) -> np.ndarray:
-    """Points (count * spokes, 3) of a quadrature over the unit disc: x, y and share of the pressure."""
-    angles = 2.0 * math.pi * (np.arange(spokes) + 0.5) / spokes
-    return np.array(
-        [
-            (radius * math.cos(angle), radius * math.sin(angle), share / spokes)
-            for radius, share in zip(*rings(count), strict=True)
-            for angle in angles
-        ]
-    )
-
-
-FINE_POINTS, COARSE_POINTS = points(RINGS, SPOKES), points(COARSE_RINGS, COARSE_SPOKES)
 
 
 class Rubbing(NamedTuple):
@@ -79,48 +50,6 @@ def point_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, 
     return Rubbing(-factor * slip_major, -factor * slip_minor, 0.0)
 
 
-@inlined
-def slip_share(x, y, weight, slip_major, slip_minor, spin, regularisation):
-    """One point's share of the slip's mean direction along both axes, and of its moment about the centre [m].
-
-    `x`, `y` [m] from the spot's centre along its axes. With a speed of exactly zero the share is zero.
-    """
-    u, v = slip_major - spin * y, slip_minor + spin * x
-    speed = math.sqrt(u * u + v * v + regularisation * regularisation)
-    factor = weight / max(speed, 1e-300)
-    return factor * u, factor * v, factor * (x * v - y * u)
-
-
-@inlined
-def spot_slopes(x, y, weight, slip_major, slip_minor, spin, regularisation):
-    """One point's share of what the slopes of `slip_share`'s sums are made of.
-
-    With (u, v) the point's slip, (U, V) its share and P = d(U, V)/d(u, v): P_uu, P_uv, P_vv, x P_uv, x P_vv, y P_uu,
-    y P_uv, x^2 P_vv, x y P_uv, y^2 P_uu, x V, y U.
-    """
-    u, v = slip_major - spin * y, slip_minor + spin * x
-    smooth = regularisation * regularisation
-    inverse = 1.0 / max(math.sqrt(u * u + v * v + smooth), 1e-300)
-    factor = weight * inverse
-    bend = factor * inverse * inverse
-    uu, uv, vv = bend * (v * v + smooth), -bend * u * v, bend * (u * u + smooth)
-    x_uv, x_vv, y_uu, y_uv = x * uv, x * vv, y * uu, y * uv
-    return uu, uv, vv, x_uv, x_vv, y_uu, y_uv, x * x_vv, y * x_uv, y * y_uu, x * factor * v, y * factor * u
-
-
-@kernel
-def over_spot(points, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
-    """Means over the pressure of the slip's direction along both axes, and of its moment about the centre [m]."""
-    along = across = moment = 0.0
-    for i in range(len(points)):
-        x, y, weight = points[i, 0], points[i, 1], points[i, 2]
-        one = slip_share(semi_major * x, semi_minor * y, weight, slip_major, slip_minor, spin, regularisation)
-        along += one[0]
-        across += one[1]
-        moment += one[2]
-    return along, across, moment
-
-
 @kernel
 def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
     """Friction over the ellipse by quadrature, for slip [m/s] at its centre and spin [rad/s] about its normal.
@@ -135,10 +64,8 @@ def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, s
 
 @kernel
 def spot_friction_fast(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
-    """As `spot_friction` from a quadrature of 96 points, at a 24th of the cost; FAST_ERROR says how far off."""
-    along, across, moment = over_spot(
-        COARSE_POINTS, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation
-    )
+    """As `spot_friction` from 96 points at most, and from 12 where as exact; FAST_ERROR says how far off at worst."""
+    along, across, moment = blended_over_spot(semi_major, semi_minor, slip_major, slip_minor, spin, regularisation)
     limit = -coefficient * normal_load
     return Rubbing(limit * along, limit * across, limit * moment)
 
@@ -228,7 +155,7 @@ _ROWS = (
     ),
     FrictionModel(
         name="spot",
-        help="over the spot that slides and spins, by a quadrature of 6 x 16 points",
+        help="over the spot that slides and spins, by 6 x 16 points, or 12 where its rim is slow by its spin",
         needs=("ellipse",),
         rubbing=spot_friction_fast,
         error=FAST_ERROR,

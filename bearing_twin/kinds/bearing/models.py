@@ -160,8 +160,7 @@ def choose(parameters) -> Choice:
     friction = FRICTIONS[parameters.contact.friction]
     if friction.over_spot:
         reasons.append(
-            f"friction over the spot ({friction.name}), as the scene asks: it resists spin, and a step costs several "
-            "times more"
+            f"friction over the spot ({friction.name}), as the scene asks: it resists spin, and a step costs more"
         )
     if parameters.cage.kind != "none":
         reasons.append(f"the balls of the cage ({parameters.cage.kind}) share one step")

@@ -37,7 +37,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_vector_beside,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
-from bearing_twin.kinds.bearing.forces.spot import find_means, lane_answers
+from bearing_twin.kinds.bearing.forces.spot import INNER_SPOTS, OUTER_SPOTS, contacts_of_spots, find_means, kept_answer
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import (
     about_z,
@@ -113,9 +113,10 @@ def _contacts(bearing, lanes):
 def _add_spots(spot, bearing, lanes):
     """Friction over the spots of every lane, where the bearing's `spot` is not empty."""
     if len(spot) > 0:
+        contacts_of_spots(spot[0], bearing, lanes)
         find_means(spot, bearing, lanes)
         for k in range(LANES):
-            inner, outer, _ = lane_answers(spot[0], bearing, lanes, k)
+            inner, outer = kept_answer(0.0, lanes, INNER_SPOTS + k), kept_answer(0.0, lanes, OUTER_SPOTS + k)
             put_beside(lanes, DRILLING_OUT, 2, INNER, k, inner.drilling)
             put_beside(lanes, DRILLING_OUT, 2, OUTER, k, outer.drilling)
             put(lanes, DRILLINGS + INNER, k, inner.drilling)

@@ -160,9 +160,26 @@ def displaced(contact, slopes, place, turn, approach, normal, arm, radial):
     return _Change(force, torque, dot(force, place.raceway_velocity) + dot(contact.force, turn), loss)
 
 
+class Shift(NamedTuple):
+    """How a raceway's contact changes as the ball's centre moves: velocity of the raceway there, approach, normal, arm.
+
+    `radial` and `axial` are changes of the normal's parts in the ring's meridian plane, `outwards` that of the distance
+    from the ring's axis, `around` the angle [rad] by which that plane turns.
+    """
+
+    turn: tuple
+    approach: float
+    normal: tuple
+    arm: tuple
+    radial: float
+    axial: float
+    outwards: float
+    around: float
+
+
 @inlined
-def _along(bearing, raceway, contact, slopes, place, direction):
-    """The change of a contact when the ball's centre moves in `direction` against the ring's."""
+def shifted(bearing, raceway, contact, place, direction):
+    """The change of where a contact is when the ball's centre moves in `direction` against the ring's."""
     offset = place.offset
     axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
     inverse_axis = 1.0 / axis_distance
@@ -176,13 +193,20 @@ def _along(bearing, raceway, contact, slopes, place, direction):
     approach = radial * outwards + axial * direction[2]
     turned_radial = (outwards - radial * approach) * inverse
     turned_axial = (direction[2] - axial * approach) * inverse
-    around = radial * sideways * inverse_axis
-    normal = (x * turned_radial - y * around, y * turned_radial + x * around, turned_axial)
+    around = sideways * inverse_axis
+    normal = (x * turned_radial - y * radial * around, y * turned_radial + x * radial * around, turned_axial)
     length = bearing.ball_radius - 0.5 * contact.approach
     arm = minus(scaled(length, normal), scaled(0.5 * approach, contact.normal))
     point = add(direction, arm)
     turn = (-place.ring_speed * point[1], place.ring_speed * point[0], 0.0)
-    return displaced(contact, slopes, place, turn, approach, normal, arm, turned_radial)
+    return Shift(turn, approach, normal, arm, turned_radial, turned_axial, outwards, around)
+
+
+@inlined
+def _along(bearing, raceway, contact, slopes, place, direction):
+    """The change of a contact when the ball's centre moves in `direction` against the ring's."""
+    by = shifted(bearing, raceway, contact, place, direction)
+    return displaced(contact, slopes, place, by.turn, by.approach, by.normal, by.arm, by.radial)
 
 
 @inlined

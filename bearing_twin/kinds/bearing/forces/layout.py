@@ -43,12 +43,15 @@ RING_SPEED, GIVEN_INNER, GIVEN_OUTER, CARRIED_INNER, CARRIED_OUTER, BORDER_MOTIO
     COLUMNS, 1, 1, 1, 4, 4, 2 * PLACES
 )
 CENTRE, BORDER_PUSH, AXIAL_PUSH, _BEFORE = rows(POCKET + 1, 4, PLACES, 1)
-_SPOT_ROWS, LANE_ROWS = rows(LANE_RATES + COLUMNS, 16)
+_SPOT_ROWS, LANE_ROWS = rows(LANE_RATES + COLUMNS, 32)
 CARRIED_COLUMNS = 8
-# The motion in a spot's frame, its semi-axes, and three means over it, each in two rows, inner contacts and outer ones:
-# 16 numbers side by side become vector instructions there, 8 do not.
+# The motion in a spot's frame, its semi-axes, three means over it, and the part of many points in these (see
+# `contact.spot_rules`), each in two rows, inner contacts and outer ones: 16 numbers side by side become vector
+# instructions there, 8 do not. Then what is left of the contact: distance of the ball from the ring's axis, the minor
+# axis, radial and axial part of the normal, from the ball's centre to the contact, and the greatest friction.
 SPOTS = 2 * LANES
-SLIP_MAJOR, SLIP_MINOR, SPIN_RATE, SEMI_MAJOR, SEMI_MINOR, ALONG, ACROSS, MOMENT = _SPOT_ROWS + 2 * np.arange(8)
+SLIP_MAJOR, SLIP_MINOR, SPIN_RATE, SEMI_MAJOR, SEMI_MINOR, ALONG, ACROSS, MOMENT, MANY = _SPOT_ROWS + 2 * np.arange(9)
+AXIS_GAP, MINOR_X, MINOR_Y, NORMAL_RADIAL, NORMAL_AXIAL, LEVER, LIMIT = _SPOT_ROWS + 18 + 2 * np.arange(7)
 
 # The slopes of the given coefficients; the Jacobian, see `entry`; the orientation at a step's start and at its end.
 GIVEN_SLOPE_INNER, GIVEN_SLOPE_OUTER, JACOBIAN, ORIENTATION, TURNED, _SHARED = rows(

@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.forces.moving_cage import add_moving_pockets
 from bearing_twin.kinds.bearing.forces.pairs import add_pairs, new_pairs
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
-from bearing_twin.kinds.bearing.forces.spot import add_spots
+from bearing_twin.kinds.bearing.forces.spot import rates_with_spots
 
 
 @inlined
@@ -28,14 +28,15 @@ def rates_in_lanes(bearing, lanes):
     """`raceway_rates` by whatever law and friction, and what the pockets of a cage do; put into its caller."""
     if not in_lanes(bearing.inner.law):
         give_coefficients(bearing, lanes)
-    rates_of_raceways(bearing, lanes)
+    if len(bearing.spot) == 0:
+        rates_of_raceways(bearing, lanes)
     add_others(bearing, lanes)
 
 
 @inlined
 def add_others(bearing, lanes):
-    """Adds to the rates of raceways what friction over the spots and the pockets of a cage do."""
-    add_spots(bearing.spot, bearing, lanes)
+    """Adds to the rates of raceways what pockets do; friction over the spots finds the rates of raceways anew."""
+    rates_with_spots(bearing.spot, bearing, lanes)
     add_pockets(bearing.pockets, bearing, lanes)
     add_moving_pockets(bearing.pockets, bearing, lanes)
 

@@ -13,12 +13,14 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import semi_axes
-from bearing_twin.contact.friction import COARSE_POINTS, friction_of, slip_share
-from bearing_twin.kinds.bearing.forces.equations import lane_position, raceway_contact
+from bearing_twin.contact.friction import friction_of
+from bearing_twin.contact.spot_rules import COARSE_POINTS, blend, over_few, rim_share, slip_share
+from bearing_twin.kinds.bearing.forces.equations import lane_position, put_rates, raceway_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     ACROSS,
     ALONG,
     AXIAL_PUSH,
+    AXIS_GAP,
     DISSIPATED,
     DRIVE_WORK,
     GIVEN_INNER,
@@ -26,7 +28,14 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GROSS_WORK,
     LANE_RATES,
     LANES,
+    LEVER,
+    LIMIT,
+    MANY,
+    MINOR_X,
+    MINOR_Y,
     MOMENT,
+    NORMAL_AXIAL,
+    NORMAL_RADIAL,
     ORBIT_ANGLE,
     RING_SPEED,
     SEMI_MAJOR,
@@ -43,21 +52,30 @@ from bearing_twin.kinds.bearing.forces.layout import (
     increase_vector,
     put,
 )
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
 
 INNER_SPOTS, OUTER_SPOTS = 0, LANES  # where the spots of a ring begin among the SPOTS of all lanes
 
 
 class Spot(NamedTuple):
-    """A spot: its axes, semi-axes [m], slip along the axes [m/s], and the contact point from the ring's centre."""
+    """A spot in the ball's frame; its minor axis (x, y, 0) and the outward direction (y, -x, 0) tell all its axes.
 
-    major: tuple[float, float, float]
-    minor: tuple[float, float, float]
+    `limit` mu N [N], `axis_distance` of the ball's centre from the ring's axis [m], the normal's parts outwards and
+    along the axis, `lever` from the ball's centre to the contact [m], semi-axes [m], slip along them [m/s], and spin
+    about the normal [rad/s].
+    """
+
+    limit: float
+    axis_distance: float
+    minor: tuple[float, float]
+    normal_radial: float
+    normal_axial: float
+    lever: float
     semi_major: float
     semi_minor: float
     slip_major: float
     slip_minor: float
-    point: tuple[float, float, float]
+    spin_rate: float
 
 
 class SpotAnswer(NamedTuple):
@@ -76,38 +94,47 @@ class SpotAnswer(NamedTuple):
 
 
 @inlined
-def spot_of(contact, centre, position):
-    """The spot of a contact with the ring centred at `centre`; major axis, minor axis and normal are right-handed."""
-    offset = minus(position, centre)
-    inverse = 1.0 / math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
-    minor = (-inverse * offset[1], inverse * offset[0], 0.0)
-    major = cross(minor, contact.normal)
+def along_axes(spot, major, minor, normal):
+    """The vector with these parts along a spot's axes and its normal, which are right-handed, in the ball's frame."""
+    x, y = spot.minor
+    outwards = major * spot.normal_axial + normal * spot.normal_radial
+    return (outwards * y + minor * x, minor * y - outwards * x, normal * spot.normal_axial - major * spot.normal_radial)
+
+
+@inlined
+def spot_of(coefficient, contact, centre, position):
+    """The spot of a contact with the ring centred at `centre`, by the coefficient of friction."""
+    offset, normal, slip = minus(position, centre), contact.normal, contact.slip
+    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    inverse = 1.0 / axis_distance
+    x, y = -inverse * offset[1], inverse * offset[0]
+    radial, axial = y * normal[0] - x * normal[1], normal[2]
     semi_major, semi_minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
-    slip = contact.slip
     return Spot(
-        major=major,
-        minor=minor,
+        limit=coefficient * contact.normal_load,
+        axis_distance=axis_distance,
+        minor=(x, y),
+        normal_radial=radial,
+        normal_axial=axial,
+        lever=dot(contact.arm, normal),
         semi_major=semi_major,
         semi_minor=semi_minor,
-        slip_major=dot(slip, major),
-        slip_minor=dot(slip, minor),
-        point=add(offset, contact.arm),
+        slip_major=axial * (y * slip[0] - x * slip[1]) - radial * slip[2],
+        slip_minor=x * slip[0] + y * slip[1],
+        spin_rate=contact.spin_rate,
     )
 
 
 @inlined
-def spot_answer(coefficient, ring_speed, contact, spot, along, across, moment):
+def spot_answer(spot, ring_speed, along, across, moment):
     """The answer of a spot with these means of the slip's direction and of its moment [m]."""
-    limit = coefficient * contact.normal_load
-    friction = add(scaled(-limit * along, spot.major), scaled(-limit * across, spot.minor))
-    drilling = -limit * moment
-    turning = spot.point[0] * friction[1] - spot.point[1] * friction[0] + drilling * contact.normal[2]
-    loss = along * spot.slip_major + across * spot.slip_minor + moment * contact.spin_rate
-    torque = add(cross(contact.arm, friction), scaled(drilling, contact.normal))
+    limit, lever = spot.limit, spot.lever
+    turning = -limit * ((spot.axis_distance + lever * spot.normal_radial) * across + moment * spot.normal_axial)
+    loss = along * spot.slip_major + across * spot.slip_minor + moment * spot.spin_rate
     return SpotAnswer(
-        friction=friction,
-        drilling=drilling,
-        torque=torque,
+        friction=along_axes(spot, -limit * along, -limit * across, 0.0),
+        drilling=-limit * moment,
+        torque=along_axes(spot, limit * lever * across, -limit * lever * along, -limit * moment),
         drive_power=ring_speed * turning,
         turning=turning,
         dissipation=limit * loss,
@@ -122,45 +149,92 @@ def means_of(number, semi_major, semi_minor, slip_major, slip_minor, spin, regul
 
 
 @inlined
-def spot_contacts(bearing, lanes, k):
-    """Both contacts of a lane, without friction, and the frames of their spots."""
-    cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
-    position = lane_position(lanes, k)
-    velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
-    centre, middle = about_z(cosine, -sine, bearing.offset), (0.0, 0.0, 0.0)
-    speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
-    inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
-    given = get(lanes, GIVEN_OUTER, k)
-    outer = raceway_contact(bearing, bearing.outer, given, middle, 0.0, position, velocity, spin)
-    return inner, spot_of(inner, centre, position), outer, spot_of(outer, middle, position)
+def _keep(spot, lanes, k):
+    """Writes spot k into its rows."""
+    put(lanes, LIMIT, k, spot.limit)
+    put(lanes, AXIS_GAP, k, spot.axis_distance)
+    put(lanes, MINOR_X, k, spot.minor[0])
+    put(lanes, MINOR_Y, k, spot.minor[1])
+    put(lanes, NORMAL_RADIAL, k, spot.normal_radial)
+    put(lanes, NORMAL_AXIAL, k, spot.normal_axial)
+    put(lanes, LEVER, k, spot.lever)
+    put(lanes, SEMI_MAJOR, k, spot.semi_major)
+    put(lanes, SEMI_MINOR, k, spot.semi_minor)
+    put(lanes, SLIP_MAJOR, k, spot.slip_major)
+    put(lanes, SLIP_MINOR, k, spot.slip_minor)
+    put(lanes, SPIN_RATE, k, spot.spin_rate)
 
 
 @inlined
-def _set_out(contact, spot, lanes, k):
-    """Writes what the quadrature of spot k reads, and its means as zero."""
-    put(lanes, SLIP_MAJOR, k, spot.slip_major)
-    put(lanes, SLIP_MINOR, k, spot.slip_minor)
-    put(lanes, SPIN_RATE, k, contact.spin_rate)
-    put(lanes, SEMI_MAJOR, k, spot.semi_major)
-    put(lanes, SEMI_MINOR, k, spot.semi_minor)
-    put(lanes, ALONG, k, 0.0)
-    put(lanes, ACROSS, k, 0.0)
-    put(lanes, MOMENT, k, 0.0)
+def kept_spot(lanes, k):
+    """Spot k from its rows."""
+    return Spot(
+        limit=get(lanes, LIMIT, k),
+        axis_distance=get(lanes, AXIS_GAP, k),
+        minor=(get(lanes, MINOR_X, k), get(lanes, MINOR_Y, k)),
+        normal_radial=get(lanes, NORMAL_RADIAL, k),
+        normal_axial=get(lanes, NORMAL_AXIAL, k),
+        lever=get(lanes, LEVER, k),
+        semi_major=get(lanes, SEMI_MAJOR, k),
+        semi_minor=get(lanes, SEMI_MINOR, k),
+        slip_major=get(lanes, SLIP_MAJOR, k),
+        slip_minor=get(lanes, SLIP_MINOR, k),
+        spin_rate=get(lanes, SPIN_RATE, k),
+    )
+
+
+@kernel
+def contacts_of_spots(coefficient, bearing, lanes):
+    """`equations.raceway_rates` by contacts without friction, whose spots are kept."""
+    for k in range(LANES):
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        position = lane_position(lanes, k)
+        velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
+        centre, middle = about_z(cosine, -sine, bearing.offset), (0.0, 0.0, 0.0)
+        speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
+        inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
+        given = get(lanes, GIVEN_OUTER, k)
+        outer = raceway_contact(bearing, bearing.outer, given, middle, 0.0, position, velocity, spin)
+        gravity = about_z(cosine, -sine, bearing.gravity)
+        put_rates(bearing, gravity, position, velocity, spin, inner, outer, lanes, k)
+        put(lanes, AXIAL_PUSH, k, -inner.axial_moment)
+        _keep(spot_of(coefficient, inner, centre, position), lanes, INNER_SPOTS + k)
+        _keep(spot_of(coefficient, outer, middle, position), lanes, OUTER_SPOTS + k)
+
+
+@kernel
+def over_few_of_all(regularisation, lanes):
+    """The part of few points in the means over all spots, and how many of these want more points, of whichever lane."""
+    wanting = 0
+    for k in range(SPOTS):
+        semi_major, semi_minor = get(lanes, SEMI_MAJOR, k), get(lanes, SEMI_MINOR, k)
+        slip_major, slip_minor = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
+        spin = get(lanes, SPIN_RATE, k)
+        rim, square = rim_share(semi_major, semi_minor, slip_major, slip_minor, spin, regularisation)
+        many, _ = blend(rim, square)
+        few = over_few(semi_major, semi_minor, slip_major, slip_minor, spin, square)
+        put(lanes, MANY, k, many)
+        put(lanes, ALONG, k, (1.0 - many) * few[0])
+        put(lanes, ACROSS, k, (1.0 - many) * few[1])
+        put(lanes, MOMENT, k, (1.0 - many) * few[2])
+        wanting += 1 if many > 0.0 else 0
+    return wanting
 
 
 @kernel
 def over_spots(regularisation, lanes):
-    """The means over both spots of all lanes, side by side: what `friction.spot_friction_fast` sums."""
-    for i in range(len(COARSE_POINTS)):
-        x, y, weight = COARSE_POINTS[i, 0], COARSE_POINTS[i, 1], COARSE_POINTS[i, 2]
-        for k in range(SPOTS):
-            major, minor = get(lanes, SEMI_MAJOR, k) * x, get(lanes, SEMI_MINOR, k) * y
-            slip_major, slip_minor = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
-            spin = get(lanes, SPIN_RATE, k)
-            one = slip_share(major, minor, weight, slip_major, slip_minor, spin, regularisation)
-            increase(lanes, ALONG, k, one[0])
-            increase(lanes, ACROSS, k, one[1])
-            increase(lanes, MOMENT, k, one[2])
+    """The means over both spots of all lanes, side by side: what `spot_rules.blended_over_spot` sums."""
+    if over_few_of_all(regularisation, lanes) > 0:
+        for i in range(len(COARSE_POINTS)):
+            x, y, weight = COARSE_POINTS[i, 0], COARSE_POINTS[i, 1], COARSE_POINTS[i, 2]
+            for k in range(SPOTS):
+                major, minor = get(lanes, SEMI_MAJOR, k) * x, get(lanes, SEMI_MINOR, k) * y
+                slip_major, slip_minor = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
+                share, spin = weight * get(lanes, MANY, k), get(lanes, SPIN_RATE, k)
+                one = slip_share(major, minor, share, slip_major, slip_minor, spin, regularisation)
+                increase(lanes, ALONG, k, one[0])
+                increase(lanes, ACROSS, k, one[1])
+                increase(lanes, MOMENT, k, one[2])
 
 
 @kernel
@@ -175,24 +249,9 @@ def _one_by_one(number, regularisation, lanes):
         put(lanes, MOMENT, k, means[2])
 
 
-@inlined
-def _lane_answer(coefficient, ring_speed, contact, spot, lanes, k):
-    along, across, moment = get(lanes, ALONG, k), get(lanes, ACROSS, k), get(lanes, MOMENT, k)
-    return spot_answer(coefficient, ring_speed, contact, spot, along, across, moment)
-
-
-@kernel
-def _set_out_all(bearing, lanes):
-    for k in range(LANES):
-        inner, inner_spot, outer, outer_spot = spot_contacts(bearing, lanes, k)
-        _set_out(inner, inner_spot, lanes, INNER_SPOTS + k)
-        _set_out(outer, outer_spot, lanes, OUTER_SPOTS + k)
-
-
 @kernel
 def find_means(spot, bearing, lanes):
-    """Fills what `lane_answers` reads: the motion in the spots of all lanes and the means over them."""
-    _set_out_all(bearing, lanes)
+    """The means over the spots that the lanes keep, by whatever model."""
     if spot[2]:
         over_spots(bearing.friction_regularisation, lanes)
     else:
@@ -200,30 +259,32 @@ def find_means(spot, bearing, lanes):
 
 
 @inlined
-def lane_answers(coefficient, bearing, lanes, k):
-    """What friction over a lane's inner and outer spot does, and the inner contact without it."""
-    inner, inner_spot, outer, outer_spot = spot_contacts(bearing, lanes, k)
-    one = _lane_answer(coefficient, get(lanes, RING_SPEED, k), inner, inner_spot, lanes, INNER_SPOTS + k)
-    return one, _lane_answer(coefficient, 0.0, outer, outer_spot, lanes, OUTER_SPOTS + k), inner
+def kept_answer(ring_speed, lanes, k):
+    """What friction over spot k does, by its rows."""
+    along, across, moment = get(lanes, ALONG, k), get(lanes, ACROSS, k), get(lanes, MOMENT, k)
+    return spot_answer(kept_spot(lanes, k), ring_speed, along, across, moment)
 
 
 @kernel
-def _add_all(coefficient, bearing, lanes):
+def add_answers(bearing, lanes):
+    """Adds what friction over the spots does to the rates of all lanes."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
-        one, two, inner = lane_answers(coefficient, bearing, lanes, k)
+        one = kept_answer(get(lanes, RING_SPEED, k), lanes, INNER_SPOTS + k)
+        two = kept_answer(0.0, lanes, OUTER_SPOTS + k)
         increase_vector(lanes, LANE_RATES + VELOCITY, k, scaled(inverse_mass, add(one.friction, two.friction)))
         increase_vector(lanes, LANE_RATES + SPIN, k, scaled(inverse_inertia, add(one.torque, two.torque)))
-        power = inner.drive_power + one.drive_power
+        power = get(lanes, LANE_RATES + DRIVE_WORK, k) + one.drive_power
         put(lanes, LANE_RATES + DRIVE_WORK, k, power)
         increase(lanes, LANE_RATES + DISSIPATED, k, one.dissipation + two.dissipation)
         put(lanes, LANE_RATES + GROSS_WORK, k, abs(power))
-        put(lanes, AXIAL_PUSH, k, -(inner.axial_moment + one.turning))
+        increase(lanes, AXIAL_PUSH, k, -one.turning)
 
 
-@kernel
-def add_spots(spot, bearing, lanes):
-    """Adds what friction over the spots does to the rates of all lanes; nothing where the bearing's `spot` is empty."""
+@inlined
+def rates_with_spots(spot, bearing, lanes):
+    """`equations.raceway_rates` with friction over the spots, where the bearing has it: its `spot` is not empty."""
     if len(spot) > 0:
+        contacts_of_spots(spot[0], bearing, lanes)
         find_means(spot, bearing, lanes)
-        _add_all(spot[0], bearing, lanes)
+        add_answers(bearing, lanes)
