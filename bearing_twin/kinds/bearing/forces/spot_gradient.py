@@ -9,7 +9,13 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.kinds.bearing.forces.equations import raceway_contact
-from bearing_twin.kinds.bearing.forces.gradient import CURVATURE_STEP, SHALLOWEST, Place, raceway_slopes, shifted
+from bearing_twin.kinds.bearing.forces.gradient import (
+    CURVATURE_STEP,
+    SHALLOWEST,
+    ContactMotion,
+    raceway_slopes,
+    shifted,
+)
 from bearing_twin.kinds.bearing.forces.spot import along_axes
 from bearing_twin.numerics.rotation import add, cross, dot, minus
 
@@ -189,7 +195,7 @@ def spot_gradient(
     point = add(offset, contact.arm)
     turn = (-speed * point[1], speed * point[0], 0.0)
     relative = minus(add(velocity, cross(spin, contact.arm)), turn)
-    place = Place(offset=offset, ring_speed=speed, raceway_velocity=turn, spin=spin, relative=relative)
+    place = ContactMotion(offset=offset, ring_speed=speed, raceway_velocity=turn, spin=spin, relative=relative)
 
     step = CURVATURE_STEP * contact.curvature_large
     further = semi_axes(contact.curvature_small, contact.curvature_large + step, contact.approach)
