@@ -20,14 +20,12 @@ from bearing_twin.kinds.bearing.forces.equations import (
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
-    COLUMNS,
     DISSIPATED,
     DRIVE_WORK,
     GIVEN_INNER,
     GIVEN_OUTER,
     GROSS_WORK,
     LANE_ROWS,
-    LANES,
     ORBIT_ANGLE,
     PLACES,
     RING_SPEED,
@@ -35,6 +33,13 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_SPEED,
     SPIN,
     VELOCITY,
+)
+from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
+from bearing_twin.kinds.bearing.forces.spot import find_means, lane_answers
+from bearing_twin.kinds.bearing.output_pairs import neighbour_gaps, write_pairs
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    LANES,
     get,
     get_quaternion,
     get_vector,
@@ -43,9 +48,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_quaternion,
     put_vector,
 )
-from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
-from bearing_twin.kinds.bearing.forces.spot import find_means, lane_answers
-from bearing_twin.kinds.bearing.output_pairs import neighbour_gaps, write_pairs
 from bearing_twin.numerics.rotation import (
     about_z,
     add,

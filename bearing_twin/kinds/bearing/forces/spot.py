@@ -24,8 +24,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_INNER,
     GIVEN_OUTER,
     GROSS_WORK,
-    LANE_RATES,
-    LANES,
     MOMENT,
     ORBIT_ANGLE,
     RING_SPEED,
@@ -37,12 +35,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN_RATE,
     SPOTS,
     VELOCITY,
-    get,
-    get_vector,
-    increase,
-    increase_vector,
-    put,
 )
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, get_vector, increase, increase_vector, put
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 
 INNER_SPOTS, OUTER_SPOTS = 0, LANES  # where the spots of a ring begin among the SPOTS of all lanes

@@ -18,7 +18,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     DRIVE_WORK,
     GROSS_WORK,
     LANE_ROWS,
-    LANES,
     MOMENT,
     MOTION,
     RING_SPEED,
@@ -33,12 +32,9 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPOTS,
     VELOCITY,
     entry,
-    get,
-    increase,
-    put,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.spot import INNER_SPOTS, OUTER_SPOTS, means_of, spot_answer, spot_contacts
+from bearing_twin.numerics.lanes import LANES, get, increase, put, put_vector
 from bearing_twin.numerics.lean import owning_kernel
 from bearing_twin.numerics.rotation import add, scaled
 

@@ -10,24 +10,15 @@ import math
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import (
-    FIRST_STAGE,
     FORCE_ERROR,
-    GAIN,
-    LANE_RATES,
-    LANES,
     LAST_RATES,
     MOTION,
-    SLOPE,
-    SOLUTION,
     SPIN,
-    STEP,
-    TIME,
     TORQUE_ERROR,
     VELOCITY,
     entry,
-    get,
-    put,
 )
+from bearing_twin.numerics.lanes import FIRST_STAGE, GAIN, LANE_RATES, LANES, SLOPE, SOLUTION, STEP, TIME, get, put
 from bearing_twin.numerics.lean import lean_kernel
 
 POINTED = 3  # numbers of a ball and an interval between instants: error of force, of torque, and steps

@@ -17,19 +17,13 @@ from bearing_twin.kinds.bearing.forces.equations import approaches
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
-    COLUMNS,
-    LANES,
     RADIAL_SPIN,
     SPIN,
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
-    get,
-    get_vector,
-    new_lanes,
-    put,
-    put_quaternion,
 )
 from bearing_twin.numerics.events import halved
+from bearing_twin.numerics.lanes import COLUMNS, LANES, get, get_vector, new_lanes, put, put_quaternion
 from bearing_twin.numerics.rosenbrock import interpolate
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
