@@ -16,24 +16,18 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CAGE_X,
     CAGE_Y,
     CENTRE,
-    COLUMNS,
     JACOBIAN,
-    LANE_RATES,
-    LANES,
     MOTION,
     PLACES,
     RING_SPEED,
     SHAFT_ROWS,
-    from_blocks,
-    into_blocks,
-    new_blocks,
-    put,
 )
 from bearing_twin.kinds.bearing.forces.pairs import add_pairs
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
 from bearing_twin.kinds.bearing.stepping.border import border_rates, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, new_coupling
 from bearing_twin.kinds.bearing.stepping.shaft import turning
+from bearing_twin.numerics.lanes import COLUMNS, LANE_RATES, LANES, from_blocks, into_blocks, new_blocks, put
 
 AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
 FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")

@@ -12,17 +12,12 @@ from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
 from bearing_twin.kinds.bearing.forces.equations import approaches
-from bearing_twin.kinds.bearing.forces.layout import (
-    AXIS_DISTANCE,
-    COLUMNS,
-    ORBIT_ANGLE,
-    RADIAL_VELOCITY,
-    TANGENTIAL_VELOCITY,
-)
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, RADIAL_VELOCITY, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED, STEPS_IN
 from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.statuses import STEPS
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene

@@ -18,9 +18,10 @@ from bearing_twin.kinds.bearing.companion.inherited import (
     unseen_landings,
 )
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW
-from bearing_twin.kinds.bearing.forces.layout import COLUMNS, RADIAL_VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 

@@ -12,27 +12,16 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AHEAD_BY_OWN,
     AXIS_DISTANCE,
     BORDER,
-    COLUMNS,
     DISSIPATED,
-    GAIN,
     JACOBIAN,
     JACOBIAN_END,
-    LANE_RATES,
-    LANES,
     MANY,
     MOTION,
     OWN_BY_AHEAD,
-    RIGHT,
     RING_SPEED,
     ROSENBROCK_ROWS,
-    SOLUTION,
     SPOTS,
     VELOCITY,
-    from_blocks,
-    into_blocks,
-    into_lane,
-    new_blocks,
-    put,
 )
 from bearing_twin.kinds.bearing.forces.pairs import add_answers, add_pairs
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates, lane_rates
@@ -40,6 +29,19 @@ from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.stepping.linear_system import factorise_together, new_coupling, solve_together
 from bearing_twin.numerics import chain_solve
 from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    GAIN,
+    LANE_RATES,
+    LANES,
+    RIGHT,
+    SOLUTION,
+    from_blocks,
+    into_blocks,
+    into_lane,
+    new_blocks,
+    put,
+)
 
 TILTED = ("drive.offset=[4.0e-6, -9.0e-6, 5.0e-6]", "gravity=[3.0, -9.8, 1.0]", "contact.damping=0.3")
 UNITS = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])

@@ -32,12 +32,13 @@ from bearing_twin.contact.ellipse import (
 )
 from bearing_twin.contact.spot_rules import FEW_POINTS
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
-from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, LANES, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
 from bearing_twin.kinds.bearing.forces.spot import add_answers, contacts_of_spots, over_few_of_all, over_spots
 from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, add_inner, add_outer
 from bearing_twin.kinds.bearing.forces.spot_slopes import add_points
 from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.numerics.lanes import LANES
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.reference.fit_hertz import fit
 from bearing_twin.run.scene import load_scene

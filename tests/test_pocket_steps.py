@@ -13,23 +13,16 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDERED_ROWS,
     CAGE_Y,
-    END,
-    ERROR,
     HEIGHT,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
-    SOLUTION,
     SPIN,
-    START,
     TANGENTIAL_VELOCITY,
-    get,
-    new_blocks,
-    put,
 )
 from bearing_twin.kinds.bearing.stepping.border import new_border
 from bearing_twin.kinds.bearing.stepping.step_ends import LEAST_FELT, weigh_light
 from bearing_twin.kinds.bearing.watched import BEYOND, WatchedMotion
+from bearing_twin.numerics.lanes import END, ERROR, LANES, SOLUTION, START, get, new_blocks, put
 from bearing_twin.numerics.statuses import REJECTIONS, STEPS
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate

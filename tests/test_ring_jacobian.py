@@ -10,21 +10,14 @@ from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
     BORDER,
     CAGE,
-    COLUMNS,
-    GAIN,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
-    RIGHT,
-    SOLUTION,
-    START,
     TANGENTIAL_VELOCITY,
     VELOCITY,
-    from_blocks,
-    into_blocks,
 )
 from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, factorise_together, solve_together
+from bearing_twin.numerics.lanes import COLUMNS, GAIN, LANES, RIGHT, SOLUTION, START, from_blocks, into_blocks
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -7,26 +7,19 @@ from ring_systems import BALL, CASES, SHAFT, disturbed
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.layout import (
     BORDER,
-    COLUMNS,
-    GAIN,
-    LANES,
     LOST,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
-    RIGHT,
     SHAFT_ANGLE,
     SHAFT_SPEED,
     SHAFT_WORK,
-    SOLUTION,
-    START,
     TANGENTIAL_VELOCITY,
     WORK_DONE,
-    from_blocks,
-    into_blocks,
 )
 from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, factorise_together
 from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, solve_with_shaft
+from bearing_twin.numerics.lanes import COLUMNS, GAIN, LANES, RIGHT, SOLUTION, START, from_blocks, into_blocks
 
 TORQUE = ("drive.kind=torque", "drive.torque=0.02", "drive.inertia=1.0e-6", "drive.damping=1.0e-4")
 SPOT = ("contact.friction=spot", "contact.friction_regularisation=1.0e-3")

@@ -13,9 +13,10 @@ from bearing_twin.charts.work_precision import LADDERS
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.equations import raceway_rates
-from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, LANES
+from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.stepping.step_limits import stability_limits
+from bearing_twin.numerics.lanes import LANES
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
     ROSENBROCK,

@@ -13,8 +13,9 @@ from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.impact import collision
-from bearing_twin.kinds.impact.collision import NO_LINE, Spring, collide, march_fixed
+from bearing_twin.kinds.impact.collision import collide, march_fixed
 from bearing_twin.kinds.impact.spheres import solve
+from bearing_twin.kinds.impact.spring import NO_LINE, Spring
 from bearing_twin.reference.impact import power_load, strike
 from bearing_twin.run.scene import load_scene
 

@@ -23,8 +23,9 @@ from bearing_twin.charts.limits import FAILS, Limit, MapPlace, command_of, longe
 from bearing_twin.charts.table import MapRow
 from bearing_twin.contact.damping import restitution_of
 from bearing_twin.errors import IntegrationError
-from bearing_twin.kinds.impact.collision import FEWEST_STEPS, FIXED_STEP, NO_LINE, Spring, march_fixed
+from bearing_twin.kinds.impact.collision import FEWEST_STEPS, FIXED_STEP, march_fixed
 from bearing_twin.kinds.impact.derived import pair_contact_time, sphere_pair
+from bearing_twin.kinds.impact.spring import NO_LINE, Spring
 from bearing_twin.kinds.soft_discs.derived import time_unit
 from bearing_twin.kinds.soft_discs.solve import solve, stable_step
 from bearing_twin.run.scene import load_scene

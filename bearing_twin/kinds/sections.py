@@ -12,6 +12,7 @@ from bearing_twin.contact.names import friction_names, law_names
 from bearing_twin.errors import SceneError
 from bearing_twin.parameters import choice, quantity
 
+STANDARD_GRAVITY = 9.80665  # m/s^2
 GREATEST_OUTPUT_COUNT = 1e9
 GREATEST_DURATION = 86400.0  # s
 WHOLE = 1e-6  # relative: a ratio of rates this near to a whole number is one
@@ -29,6 +30,12 @@ class PointElastic(Elastic):
     """As Elastic, of a contact at a point."""
 
     stiffness: float = quantity(0.0, "N/m", "of one contact, for the law linear", at_least=0.0)
+
+
+def free_fall(*direction: float, along: str = ""):
+    """The key `gravity` [m/s^2]: standard gravity along a direction, by default; `along` is what must hold."""
+    standard = tuple(STANDARD_GRAVITY * part for part in direction)
+    return quantity(standard, "m/s^2", f"acceleration of free fall{along}; zeros switch it off")
 
 
 def point_laws(*given: str):

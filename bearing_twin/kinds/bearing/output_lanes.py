@@ -23,11 +23,21 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_OUTER,
     GROSS_WORK,
     LANE_ROWS,
-    LANES,
     ORBIT_ANGLE,
     RING_SPEED,
     SPIN,
     VELOCITY,
+)
+from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
+from bearing_twin.kinds.bearing.forces.spot import (
+    INNER_SPOTS,
+    OUTER_SPOTS,
+    contacts_of_spots,
+    find_means,
+    kept_answer,
+)
+from bearing_twin.numerics.lanes import (
+    LANES,
     get,
     get_quaternion,
     get_vector,
@@ -36,8 +46,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_vector,
     put_vector_beside,
 )
-from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
-from bearing_twin.kinds.bearing.forces.spot import INNER_SPOTS, OUTER_SPOTS, contacts_of_spots, find_means, kept_answer
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import (
     about_z,

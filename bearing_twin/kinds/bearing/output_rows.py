@@ -8,15 +8,10 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
-    COLUMNS,
-    LANES,
     PLACES,
     RING_SPEED,
     SHAFT_ANGLE,
     SHAFT_SPEED,
-    first_of,
-    new_lanes,
-    put,
 )
 from bearing_twin.kinds.bearing.output_lanes import (
     ANGLE_OUT,
@@ -28,6 +23,7 @@ from bearing_twin.kinds.bearing.output_lanes import (
     fill_outputs,
 )
 from bearing_twin.kinds.bearing.output_pairs import neighbour_gaps, write_pairs
+from bearing_twin.numerics.lanes import COLUMNS, LANES, first_of, new_lanes, put
 from bearing_twin.numerics.lean import lean_kernel
 
 DRIVE_TORQUE = 16  # columns after the ring's angle

@@ -20,6 +20,7 @@ from bearing_twin.kinds.sections import (
     Wanted,
     check_damping,
     check_run,
+    free_fall,
     point_laws,
     resolved_run,
 )
@@ -153,9 +154,7 @@ class BearingScene:
     drive: Drive = section(Drive)
     rings: Rings = section(Rings)
     cage: Cage = section(Cage)
-    gravity: tuple[float, float, float] = quantity(
-        (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
-    )
+    gravity: tuple[float, float, float] = free_fall(0.0, -1.0, 0.0)
     initial: Initial = section(Initial)
     solver: Solver = section(Solver)
     wanted: WantedLoads = section(WantedLoads)

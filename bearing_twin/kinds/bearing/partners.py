@@ -11,7 +11,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BORDER,
     CAGE,
     CAGE_X,
-    COLUMNS,
     HEIGHT,
     ORBIT_ANGLE,
     PLACES,
@@ -44,6 +43,7 @@ from bearing_twin.kinds.bearing.rings import (
 from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, Partners
 from bearing_twin.kinds.bearing.stepping.shaft import Shaft
+from bearing_twin.numerics.lanes import COLUMNS
 
 NEVER = math.inf
 RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/test_error_scales.py`)

@@ -14,14 +14,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.forces.cage import Pockets
 from bearing_twin.kinds.bearing.forces.equations import Bearing, raceway_of, single_contact, static_force
-from bearing_twin.kinds.bearing.forces.layout import (
-    AXIS_DISTANCE,
-    COLUMNS,
-    HEIGHT,
-    ORBIT_ANGLE,
-    SPIN,
-    TANGENTIAL_VELOCITY,
-)
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.forces.moving_cage import MovingPockets
 from bearing_twin.kinds.bearing.forces.ring_seat import LevelMotion, RingMotion
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
@@ -34,6 +27,7 @@ from bearing_twin.kinds.bearing.rings import (
     moving_centre,
     tilts,
 )
+from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.least_squares import least_squares
 from bearing_twin.numerics.rotation import about_z
 

@@ -12,6 +12,7 @@ from bearing_twin.kinds.sections import (
     ViscoelasticDamping,
     Wanted,
     Watched,
+    free_fall,
     point_laws,
 )
 from bearing_twin.parameters import choice, quantity, section
@@ -84,9 +85,7 @@ class EllipsoidOnPlaneScene:
     body: EllipsoidBody = section(EllipsoidBody)
     plane: PlaneBody = section(PlaneBody)
     start: Start = section(Start)
-    gravity: tuple[float, float, float] = quantity(
-        (0.0, 0.0, -9.80665), "m/s^2", "acceleration of free fall, along -z; zeros switch it off"
-    )
+    gravity: tuple[float, float, float] = free_fall(0.0, 0.0, -1.0, along=", along -z")
     contact: EllipsoidContact = section(EllipsoidContact, default=EllipsoidContact(damping_law="steady"))
     solver: EllipsoidSolver = section(EllipsoidSolver)
     wanted: WantedOfEllipsoid = section(WantedOfEllipsoid)

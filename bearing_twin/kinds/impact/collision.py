@@ -1,9 +1,10 @@
 """Two bodies meeting on a line: the differential equation of their approach, by adaptive and by fixed-step methods.
 
 mu x'' = -load(x, x'), x = 0 and x' = v at the first touch, until x comes back to zero. `dop853` (Hairer, order 8,
-error controlled) gives the numbers; `rk4` and `symplectic_euler` are there to show what a fixed step against contact
-stiffness does, and are refused above an eighth of the contact. An explicit Euler method is not offered: it still
-gains 40 % of speed with 16 steps a contact.
+error controlled, by `numerics.adaptive`) gives the numbers; `rk4` and `symplectic_euler` are there to show what a fixed
+step against contact stiffness does, so that nothing controls their steps or lands them on the parting, and are refused
+above an eighth of the contact. An explicit Euler method is not offered: it still gains 40 % of speed with 16 steps a
+contact.
 """
 
 import math
@@ -11,22 +12,25 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact import line
-from bearing_twin.contact.damping import damped_load, steady_damped_load
-from bearing_twin.contact.elastic import HERTZIAN, elastic
-from bearing_twin.contact.elasticity import line_elastic
-from bearing_twin.errors import IntegrationError
-from bearing_twin.numerics.runge_kutta import runge_kutta_step
+from bearing_twin.compiled import inlined, kernel, template
+from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.impact.spring import Spring, rates, spring_elastic, spring_loads
+from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME, advance_adaptively
+from bearing_twin.numerics.dop853 import DOP853
+from bearing_twin.numerics.events import landing_step
+from bearing_twin.numerics.runge_kutta import copy_numbers, runge_kutta_step
+from bearing_twin.numerics.statuses import EVALUATIONS, OK, SEPARATED, STALLED, STEPS, STOPPED
 from bearing_twin.numerics.steppers import RK4
+from bearing_twin.stopping import SIGNALLED
 
 FIXED_STEP = ("rk4", "symplectic_euler")
 FEWEST_STEPS, FEW_STEPS = 8, 16  # of a fixed-step method in the shortest contact: refused below, warned below
 MOST_STEPS = 100_000  # of it in a contact: refused above, as rounding is all that more of them add
 MOST_NODES = 20 * MOST_STEPS  # until a contact is given up: half a second
+MOST_ENDS = 10_000  # of steps of dop853
+FIRST_STEP, LEAST_STEP, LONGEST = 1e-3, 1e-14, 100.0  # of the contact expected: first step, least, the whole
 
 
 class ContactPeriod(NamedTuple):
@@ -38,72 +42,12 @@ class ContactPeriod(NamedTuple):
     impulse: float
 
 
-class Spring(NamedTuple):
-    """The load between two bodies: `line_law.scale` > 0 selects line contact, else coefficient * approach^power.
-
-    `damping` [s/m] multiplies the load by (1 + damping * approach rate); `steady` [N s/m^(5/4)] is the damping of
-    `steady_damped_load`, which takes its place where it is above zero.
-    """
-
-    coefficient: float
-    line_law: line.LineLaw
-    damping: float
-    steady: float = 0.0
-    power: float = HERTZIAN
-
-
-NO_LINE = line.LineLaw(0.0, 0.0, 0.0)
-
-
-@kernel
-def spring_elastic(spring, approach):
-    """The elastic answer to an approach [m]."""
-    if spring.line_law.scale > 0.0:
-        return line_elastic(spring.line_law, approach)
-    return elastic(spring.coefficient, spring.power, approach)
-
-
-@kernel
-def spring_load(spring, approach, approach_rate):
-    """Load [N] with its viscous part."""
-    answer = spring_elastic(spring, approach)
-    if spring.steady > 0.0:
-        return steady_damped_load(answer.load, approach, approach_rate, spring.steady, spring.power)
-    return damped_load(answer.load, 0.0, approach_rate, spring.damping, 0.0)
-
-
-@kernel
-def spring_loads(spring, approaches, rates_of_approach):
-    """Loads [N] at many approaches [m] and their rates [m/s]."""
-    loads = np.empty(len(approaches))
-    for i in range(len(approaches)):
-        loads[i] = spring_load(spring, approaches[i], rates_of_approach[i])
-    return loads
-
-
-@kernel
-def spring_energies(spring, approaches):
-    """Energies [J] stored at many approaches [m]."""
-    energies = np.empty(len(approaches))
-    for i in range(len(approaches)):
-        energies[i] = spring_elastic(spring, approaches[i]).energy
-    return energies
-
-
-@kernel
-def rates(spring, reduced_mass, state, out):
-    """Time derivative of (approach [m], approach rate [m/s], dissipated energy [J])."""
-    load = spring_load(spring, state[0], state[1])
-    out[0] = state[1]
-    out[1] = -load / reduced_mass
-    out[2] = (load - spring_elastic(spring, state[0]).load) * state[1]
-
-
 class Work(NamedTuple):
-    """Arrays to work in, as `runge_kutta_step` wants them."""
+    """Arrays to work in, as `advance_adaptively` wants them."""
 
     stages: np.ndarray
     trial: np.ndarray
+    after: np.ndarray
     scales: np.ndarray
 
 
@@ -121,7 +65,7 @@ def march_fixed(method, spring, reduced_mass, speed, step, phase, nodes):
     first node is before the touch, the last after separation.
     """
     state, after, slopes = np.zeros(3), np.zeros(3), np.zeros(3)
-    work = Work(np.zeros((len(RK4.weights), 3)), np.zeros(3), np.ones(3))
+    work = Work(np.zeros((len(RK4.weights), 3)), np.zeros(3), np.zeros(3), np.ones(3))
     state[0], state[1] = -phase * step * speed, speed
     nodes[0, 0], nodes[0, 1:] = -phase * step, state
     for n in range(1, len(nodes)):
@@ -139,6 +83,75 @@ def march_fixed(method, spring, reduced_mass, speed, step, phase, nodes):
         if state[0] <= 0.0 and state[1] < 0.0:
             return n + 1
     return -len(nodes)
+
+
+@kernel
+def one_step(bodies, method, state, step, loaded, work, out):
+    """Writes the state `step` [s] later; returns the error in units of `work.scales`."""
+    return runge_kutta_step(method, _rates, bodies, state, step, loaded, 3, work, out)
+
+
+@inlined
+def _held(bodies, state):
+    """Above zero in contact; of steady damping the load, whose parts cancel before the approach is zero again."""
+    spring, held = bodies[0], state[0]
+    if spring.steady > 0.0:
+        depth = max(state[0], 0.0)
+        viscous = spring.steady * depth ** (0.5 * (spring.power - 1.0)) * state[1]
+        held = spring_elastic(spring, depth).load + viscous
+    return held
+
+
+@template
+def _look(bodies, state):
+    return 0.0
+
+
+@template
+def _begin(bodies, least, state, clock, record, seen, counts, work):
+    return OK, clock[STEP], least, True
+
+
+@template
+def _end(bodies, least, method, state, clock, seen, step, loaded, counts, work):
+    parted = not _held(bodies, work.after) > 0.0 and math.isfinite(work.after[0])
+    if parted:
+        step = landing_step(_held, one_step, bodies, method, state, step, 0.0, work, counts)
+    return OK, step, parted
+
+
+@template
+def _put_right(bodies, state):
+    """Nothing is left open."""
+
+
+@template
+def _accept(bodies, least, method, state, clock, record, seen, step, following, loaded, parted, counts, work):
+    copy_numbers(work.after, state)
+    clock[STEP], record[0] = following, clock[TIME]
+    copy_numbers(state, record[1:])
+    return SEPARATED if parted else OK, seen, True
+
+
+@kernel
+def follow(bodies, least, state, clock, until, nodes, counts, work, stop):
+    """Follows one contact from the touch to the parting; returns (status, nodes written).
+
+    `nodes` (n, 4) receives time, approach, rate and dissipated energy at the ends of steps.
+    """
+    record, none = np.empty(4), np.empty(0)
+    return advance_adaptively(
+        _look, _begin, one_step, _end, _put_right, _accept,
+        bodies, least, DOP853, state, clock, record, none, until, nodes, nodes, counts, work, stop,
+    )  # fmt: skip
+
+
+@kernel
+def states_at(bodies, nodes, rows, times, states, work):
+    """States (n, 3) at `times` [s], each by a step of its own from the node of that row before it."""
+    for k in range(len(times)):
+        node = nodes[rows[k]]
+        one_step(bodies, DOP853, node[1:], times[k] - node[0], True, work, states[k])
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,39 +175,33 @@ def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tole
     """
     if method in FIXED_STEP:
         return _fixed(spring, reduced_mass, speed, method, step, expected)
-    out = np.empty(3)
-
-    def right_hand_side(_, state):
-        rates(spring, reduced_mass, state, out)
-        if not np.isfinite(out).all():
-            raise IntegrationError(
-                f"the contact load is not finite at an approach of {state[0]:.6g} m; the law does not reach so far"
-            )
-        return out.copy()
-
-    def separated(_, state):
-        if spring.steady == 0.0:
-            return state[0]
-        # Apart where elastic and viscous part cancel, which is before the approach is back at zero.
-        depth = max(state[0], 0.0)
-        viscous = spring.steady * depth ** (0.5 * (spring.power - 1.0)) * state[1]
-        return spring_elastic(spring, depth).load + viscous
-
-    separated.terminal, separated.direction = True, -1.0
-    scale = speed * expected
-    absolute = tolerance * np.array([scale, speed, reduced_mass * speed**2])
-    found = solve_ivp(
-        right_hand_side, (0.0, 100.0 * expected), [0.0, speed, 0.0], "DOP853",
-        events=separated, dense_output=True, rtol=max(tolerance, 3e-14), atol=absolute, first_step=1e-3 * expected,
-    )  # fmt: skip
-    if not len(found.t_events[0]):
-        raise IntegrationError(f"the bodies do not part within {100.0 * expected:.6g} s; lower the damping")
-    end, last = float(found.t_events[0][0]), found.y_events[0][0]
+    bodies = spring, reduced_mass
+    unit = np.array([speed * expected, speed, reduced_mass * speed**2])
+    work = Work(np.zeros((len(DOP853.weights), 3)), np.zeros(3), np.zeros(3), tolerance * unit)
+    nodes, state, clock = np.zeros((MOST_ENDS + 1, 4)), np.array([0.0, speed, 0.0]), np.zeros(CURSOR + 1)
+    nodes[0, 1:], clock[STEP] = state, FIRST_STEP * expected
+    counts, longest = np.zeros(3, np.int64), LONGEST * expected
+    status, count = follow(bodies, LEAST_STEP * expected, state, clock, longest, nodes[1:], counts, work, SIGNALLED)
+    if status == STOPPED:
+        raise Stopped("the computation was stopped")
+    if status == STALLED:
+        raise IntegrationError(
+            f"the contact load is not finite beyond an approach of {state[0]:.6g} m; the law does not reach so far"
+        )
+    if status != SEPARATED:
+        raise IntegrationError(f"the bodies do not part within {longest:.6g} s; lower the damping")
+    nodes = nodes[: count + 1].copy()
+    end = float(nodes[-1, 0])
 
     def history(times):
-        return found.sol(np.clip(times, 0.0, end))[:2]
+        times = np.clip(np.asarray(times, float), 0.0, end)
+        rows = np.clip(np.searchsorted(nodes[:, 0], times, side="right") - 1, 0, count - 1)
+        found = np.empty((times.size, 3))
+        states_at(bodies, nodes, rows.ravel(), times.ravel(), found, work)
+        return found[:, :2].T.reshape(2, *times.shape)
 
-    return _collision(spring, reduced_mass, speed, history, 0.0, end, last, len(found.t) - 1, found.nfev)
+    steps, evaluations = int(counts[STEPS]), int(counts[EVALUATIONS])
+    return _collision(spring, reduced_mass, speed, history, 0.0, end, nodes[-1, 1:], steps, evaluations)
 
 
 def _fixed(spring, reduced_mass, speed, method, step, expected):

@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import ContactPeriod, Spring, collide, spring_energies, spring_loads
+from bearing_twin.kinds.impact.collision import ContactPeriod, collide
 from bearing_twin.kinds.impact.derived import resolve
 from bearing_twin.kinds.impact.doubt import companion_row, row_of_exact
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
+from bearing_twin.kinds.impact.spring import Spring, spring_energies, spring_loads
 from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.sample import Channel
 

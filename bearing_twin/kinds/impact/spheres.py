@@ -24,7 +24,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm
-from bearing_twin.kinds.impact.collision import NO_LINE, ContactPeriod, Spring
+from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.kinds.impact.derived import (
     is_elastic,
     meeting_speed,
@@ -37,6 +37,7 @@ from bearing_twin.kinds.impact.figures import PairFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
 from bearing_twin.kinds.impact.parameters import TwoSpheresScene
+from bearing_twin.kinds.impact.spring import NO_LINE, Spring
 from bearing_twin.report import Choice
 
 

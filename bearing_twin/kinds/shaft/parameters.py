@@ -7,7 +7,7 @@ from bearing_twin import tables
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures
 from bearing_twin.kinds.bearing.drive import SpeedChange
 from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geometry, GivenRatings, Materials
-from bearing_twin.kinds.sections import PointElastic, RunSettings, Wanted, Watched, point_laws
+from bearing_twin.kinds.sections import PointElastic, RunSettings, Wanted, Watched, free_fall, point_laws
 from bearing_twin.parameters import choice, quantity, section
 
 SIDES = ("left", "right")
@@ -98,9 +98,7 @@ class ShaftScene:
     right: Mounted = section(Mounted, default=Mounted(place=0.05, facing=-1, offset=10e-6))
     contact: ShaftContact = section(ShaftContact)
     drive: ShaftDrive = section(ShaftDrive)
-    gravity: tuple[float, float, float] = quantity(
-        (0.0, -9.80665, 0.0), "m/s^2", "acceleration of free fall; zeros switch it off"
-    )
+    gravity: tuple[float, float, float] = free_fall(0.0, -1.0, 0.0)
     solver: Watched = section(Watched)
     wanted: WantedOfShaft = section(WantedOfShaft)
     run: RunSettings = section(RunSettings, default=RunSettings(0.5, 2000.0, 100.0))

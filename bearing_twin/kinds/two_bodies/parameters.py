@@ -12,6 +12,7 @@ from bearing_twin.kinds.sections import (
     ViscoelasticDamping,
     Wanted,
     Watched,
+    free_fall,
     point_laws,
 )
 from bearing_twin.parameters import choice, quantity, section
@@ -82,9 +83,7 @@ class TwoBodiesScene:
 
     first: Shaped = section(Shaped, default=Shaped(position=(0.0, 0.0, 0.011)))
     second: Shaped = section(Shaped, default=Shaped(shape="plane", motion=HELD))
-    gravity: tuple[float, float, float] = quantity(
-        (0.0, 0.0, -9.80665), "m/s^2", "acceleration of free fall; zeros switch it off"
-    )
+    gravity: tuple[float, float, float] = free_fall(0.0, 0.0, -1.0)
     contact: PairContact = section(PairContact, default=PairContact(damping_law="steady"))
     solver: Watched = section(Watched)
     wanted: WantedOfPair = section(WantedOfPair)

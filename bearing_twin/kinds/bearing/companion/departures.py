@@ -7,9 +7,10 @@ import numpy as np
 from bearing_twin.kinds.bearing.companion.deviations import Part, untouched
 from bearing_twin.kinds.bearing.companion.meetings import until_met
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_before, steps_in, window_at
-from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS, COLUMNS
+from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.kinds.bearing.stepping.steps import Results
+from bearing_twin.numerics.lanes import COLUMNS
 
 SETTLING = 3  # outputs for which a ball is still followed that has touched neither raceway
 

@@ -24,8 +24,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BORDER_PUSH,
     CAGE,
     DISSIPATED,
-    LANE_RATES,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
@@ -36,11 +34,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
     entry,
-    get,
-    get_vector,
-    increase,
-    put,
 )
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, get_vector, increase, put
 
 ONSET = 1e-6  # m: the approach over which the viscous part of a pocket sets in, about the roughness of its wall
 

@@ -11,18 +11,8 @@ import math
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.differential import Shape, large_slope
 from bearing_twin.contact.elasticity import carries, coefficient_at, state_begun, state_finished, state_moved
-from bearing_twin.kinds.bearing.forces.layout import (
-    AXIS_DISTANCE,
-    CARRIED_INNER,
-    CARRIED_OUTER,
-    HEIGHT,
-    LANES,
-    ORBIT_ANGLE,
-    get,
-    get_vector,
-    put,
-    put_vector,
-)
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, CARRIED_INNER, CARRIED_OUTER, HEIGHT, ORBIT_ANGLE
+from bearing_twin.numerics.lanes import LANES, get, get_vector, put, put_vector
 from bearing_twin.numerics.rotation import about_z, cosine_sine, minus
 from bearing_twin.shapes.surfaces import ball_in_groove
 

@@ -39,20 +39,15 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_OUTER,
     GROSS_WORK,
     HEIGHT,
-    LANE_RATES,
-    LANES,
     ORBIT_ANGLE,
     RING_SPEED,
     SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
-    get,
-    get_vector,
-    put,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane, seat_of, seen_from
 from bearing_twin.numerics.block_solve import combined
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, get_vector, put, put_vector
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 from bearing_twin.shapes.surfaces import ball_in_groove
 

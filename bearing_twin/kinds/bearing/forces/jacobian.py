@@ -30,7 +30,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_SLOPE_OUTER,
     GROSS_WORK,
     HEIGHT,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
@@ -41,21 +40,16 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
-    clear_rows,
     entry,
-    get,
     get_jacobian_block,
-    get_vector,
-    increase,
-    put,
     put_jacobian_block,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.rates import add_others
 from bearing_twin.kinds.bearing.forces.ring_gradient import inner_gradient, of_ball, put_answers, seated_gradient
 from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane
 from bearing_twin.kinds.bearing.forces.spot_jacobian import add_spot_slopes
 from bearing_twin.numerics.block_solve import Linear, plus, scaled_block
+from bearing_twin.numerics.lanes import LANES, clear_rows, get, get_vector, increase, put, put_vector
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, scaled
 
 

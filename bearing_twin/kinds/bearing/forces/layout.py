@@ -1,4 +1,4 @@
-"""The rows of balls side by side in lanes, by name: what `numerics.lanes` leaves to the scene, and its names with them.
+"""The rows of balls side by side in lanes, by name: what `numerics.lanes` leaves to the scene.
 
 A lane's state begins at AXIS_DISTANCE; other states begin elsewhere (START, END, LANE_RATES, ...), and their columns
 are reached as START + VELOCITY.
@@ -7,7 +7,6 @@ are reached as START + VELOCITY.
 import numpy as np
 
 from bearing_twin.compiled import inlined
-from bearing_twin.numerics.lanes import *  # noqa: F403 - a kernel finds all rows, and what reaches them, in one place
 from bearing_twin.numerics.lanes import (
     AFTER_METHOD,
     COLUMNS,

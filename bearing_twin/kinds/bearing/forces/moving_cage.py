@@ -22,19 +22,13 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CAGE_Y,
     CENTRE,
     DISSIPATED,
-    LANE_RATES,
-    LANES,
     ORBIT_ANGLE,
     PLACES,
     POCKET,
     SPIN,
     VELOCITY,
-    get,
-    get_vector,
-    increase,
-    increase_vector,
-    put,
 )
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, get_vector, increase, increase_vector, put
 from bearing_twin.numerics.rotation import cosine_sine
 
 

@@ -16,7 +16,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CAGE_Y,
     CENTRE,
     DISSIPATED,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
@@ -27,14 +26,10 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
-    clear_rows,
     entry,
-    get,
-    get_vector,
-    increase,
-    put,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage import seen_in_lane, wall_in_lane
+from bearing_twin.numerics.lanes import LANES, clear_rows, get, get_vector, increase, put
 from bearing_twin.numerics.rotation import cosine_sine
 
 STILL = (0.0, 0.0)

@@ -24,7 +24,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     DISSIPATED,
     HEIGHT,
-    LANES,
     MAY_TOUCH,
     MOTION,
     MOTION_SPAN,
@@ -38,16 +37,11 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN,
     VELOCITY,
     entry,
-    get,
-    get_vector,
-    increase,
-    new_blocks,
-    put,
     put_part,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.pair_gradient import pair_gradient
 from bearing_twin.numerics.block_solve import negative
+from bearing_twin.numerics.lanes import LANES, get, get_vector, increase, new_blocks, put, put_vector
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, minus, scaled
 
 PUSHES = 8  # rows of OWN_PUSH: of velocity, spin, and the integrals up to DISSIPATED

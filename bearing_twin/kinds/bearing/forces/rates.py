@@ -6,21 +6,12 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import in_lanes
 from bearing_twin.kinds.bearing.forces.cage import add_pockets
 from bearing_twin.kinds.bearing.forces.equations import give_coefficients, rates_of_raceways
-from bearing_twin.kinds.bearing.forces.layout import (
-    AXIS_DISTANCE,
-    LANE_RATES,
-    LANE_ROWS,
-    LANES,
-    RING_SPEED,
-    from_blocks,
-    into_blocks,
-    new_blocks,
-    put,
-)
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LANE_ROWS, RING_SPEED
 from bearing_twin.kinds.bearing.forces.moving_cage import add_moving_pockets
 from bearing_twin.kinds.bearing.forces.pairs import add_pairs, new_pairs
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.forces.spot import rates_with_spots
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, from_blocks, into_blocks, new_blocks, put
 
 
 @inlined

@@ -8,16 +8,14 @@ from bearing_twin.kinds.bearing.forces.jacobian import put_resistance, rates_and
 from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_INNER,
     GIVEN_OUTER,
-    LANES,
     ORBIT_ANGLE,
     RING_SPEED,
     SPIN,
     VELOCITY,
     entry,
-    get,
     get_jacobian_block,
-    get_vector,
 )
+from bearing_twin.numerics.lanes import LANES, get, get_vector
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus
 
 STILL = (0.0, 0.0, 0.0)

@@ -20,11 +20,10 @@ from bearing_twin.kinds.bearing.forces.layout import (
     PLACES,
     SPIN,
     VELOCITY,
-    put,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import Seat, seat_of, seen_from
 from bearing_twin.numerics.block_solve import combined, minus_block, negative, plus, product, times
+from bearing_twin.numerics.lanes import put, put_vector
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
 UP = (0.0, 0.0, 1.0)

@@ -14,8 +14,9 @@ Forces and moments are those of the virtual work of these displacements, so that
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.forces.layout import BORDER_MOTION, LANES, PLACES, get, get_vector, put
+from bearing_twin.kinds.bearing.forces.layout import BORDER_MOTION, PLACES
 from bearing_twin.numerics.block_solve import times
+from bearing_twin.numerics.lanes import LANES, get, get_vector, put
 from bearing_twin.numerics.rotation import about_z, cross, minus
 
 

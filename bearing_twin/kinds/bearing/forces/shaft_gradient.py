@@ -15,7 +15,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BALL_BY_SHAFT,
     GIVEN_INNER,
     GIVEN_SLOPE_INNER,
-    LANES,
     ORBIT_ANGLE,
     PLACES,
     RING_SPEED,
@@ -25,14 +24,11 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHARES,
     SPIN,
     VELOCITY,
-    get,
-    get_vector,
-    put,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.ring_gradient import number_answer, put_number
 from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane, seat_of, seen_from
 from bearing_twin.numerics.block_solve import combined, times
+from bearing_twin.numerics.lanes import LANES, get, get_vector, put, put_vector
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
 

@@ -26,8 +26,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_INNER,
     GIVEN_OUTER,
     GROSS_WORK,
-    LANE_RATES,
-    LANES,
     LEVER,
     LIMIT,
     MANY,
@@ -46,12 +44,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN_RATE,
     SPOTS,
     VELOCITY,
-    get,
-    get_vector,
-    increase,
-    increase_vector,
-    put,
 )
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, get_vector, increase, increase_vector, put
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
 
 INNER_SPOTS, OUTER_SPOTS = 0, LANES  # where the spots of a ring begin among the SPOTS of all lanes

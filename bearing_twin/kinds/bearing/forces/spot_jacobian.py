@@ -16,8 +16,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_SLOPE_INNER,
     GIVEN_SLOPE_OUTER,
     GROSS_WORK,
-    LANE_RATES,
-    LANES,
     MOMENT,
     MOTION,
     MOTION_SPAN,
@@ -27,8 +25,15 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_OWN,
     SPIN,
     VELOCITY,
-    clear_rows,
     entry,
+)
+from bearing_twin.kinds.bearing.forces.spot import INNER_SPOTS, OUTER_SPOTS, kept_spot
+from bearing_twin.kinds.bearing.forces.spot_gradient import Means, spot_gradient
+from bearing_twin.kinds.bearing.forces.spot_slopes import SLOPES_END, room_of_slopes, slopes_of_mean
+from bearing_twin.numerics.lanes import (
+    LANE_RATES,
+    LANES,
+    clear_rows,
     get,
     get_vector,
     increase,
@@ -36,9 +41,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put,
     put_vector,
 )
-from bearing_twin.kinds.bearing.forces.spot import INNER_SPOTS, OUTER_SPOTS, kept_spot
-from bearing_twin.kinds.bearing.forces.spot_gradient import Means, spot_gradient
-from bearing_twin.kinds.bearing.forces.spot_slopes import SLOPES_END, room_of_slopes, slopes_of_mean
 from bearing_twin.numerics.lean import owning_kernel
 from bearing_twin.numerics.rotation import about_z, cosine_sine, scaled
 

@@ -21,7 +21,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     GIVEN_OUTER,
     JACOBIAN,
-    LANES,
     MOMENT,
     SEMI_MAJOR,
     SEMI_MINOR,
@@ -29,13 +28,9 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SLIP_MINOR,
     SPIN_RATE,
     SPOTS,
-    clear_rows,
-    copy_rows,
-    get,
-    increase,
-    put,
 )
 from bearing_twin.kinds.bearing.forces.spot import means_of
+from bearing_twin.numerics.lanes import LANES, clear_rows, copy_rows, get, increase, put
 from bearing_twin.numerics.lean import owning_kernel
 
 GIVEN = 5  # numbers that the means over a spot depend on: both slips, spin, both semi-axes

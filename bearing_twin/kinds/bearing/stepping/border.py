@@ -29,8 +29,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BORDER,
     BORDER_PUSH,
     CAGE,
-    LANE_RATES,
-    LANES,
     LOST,
     ORBIT_ANGLE,
     PLACES,
@@ -42,11 +40,9 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHARES,
     TANGENTIAL_VELOCITY,
     WORK_DONE,
-    get,
-    put,
-    sum_of,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import LevelMotion, RingMotion
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, put, sum_of
 from bearing_twin.numerics.lean import lean_kernel
 
 CAGE_SPEED = PLACES + CAGE

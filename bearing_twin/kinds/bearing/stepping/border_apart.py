@@ -12,22 +12,13 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BALL_TILE,
     CAGE,
-    COLUMNS,
     FACTOR_RADIUS,
     FACTOR_VELOCITY,
-    LANES,
     MOTION,
     PLACES,
-    RIGHT,
     SHARES,
-    SOLUTION,
     SPIN,
     VELOCITY,
-    get,
-    get_vector,
-    put,
-    put_vector,
-    sum_of,
 )
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED
 from bearing_twin.kinds.bearing.stepping.border_solve import ball_solved, mixed, share, solve_corner
@@ -41,6 +32,7 @@ from bearing_twin.kinds.bearing.stepping.border_system import (
 )
 from bearing_twin.numerics.block_solve import times
 from bearing_twin.numerics.chain_solve import six
+from bearing_twin.numerics.lanes import COLUMNS, LANES, RIGHT, SOLUTION, get, get_vector, put, put_vector, sum_of
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add, minus
 

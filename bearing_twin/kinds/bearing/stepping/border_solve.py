@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     FACTOR_RADIUS,
     FACTOR_SCHUR,
     FACTOR_VELOCITY,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
@@ -31,15 +30,10 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TILT_X,
     TILT_Y,
     VELOCITY,
-    get,
-    get_block,
-    get_vector,
-    put,
-    put_vector,
-    sum_of,
 )
 from bearing_twin.numerics import chain_solve
 from bearing_twin.numerics.block_solve import times
+from bearing_twin.numerics.lanes import LANES, get, get_block, get_vector, put, put_vector, sum_of
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add
 

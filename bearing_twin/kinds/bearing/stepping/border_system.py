@@ -17,25 +17,31 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BORDER_BY_BALL,
     BORDER_BY_BORDER,
     CAGE,
-    COLUMNS,
     DRIVE_WORK,
     LAND_WORK,
-    LANE_RATES,
-    LANES,
     LOST,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
     RADIAL_VELOCITY,
-    RIGHT,
     SHARES,
-    SOLUTION,
     SPIN,
-    START,
     TANGENTIAL_VELOCITY,
     VELOCITY,
     WORK_DONE,
     entry,
+)
+from bearing_twin.kinds.bearing.forces.moving_cage_answers import moving_pocket_answers
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, border_load, leave_out_spares
+from bearing_twin.kinds.bearing.stepping.border_solve import mixed, of_cage
+from bearing_twin.numerics.chain_solve import six
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    LANE_RATES,
+    LANES,
+    RIGHT,
+    SOLUTION,
+    START,
     get,
     get_vector,
     increase,
@@ -44,10 +50,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put,
     sum_of,
 )
-from bearing_twin.kinds.bearing.forces.moving_cage_answers import moving_pocket_answers
-from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, border_load, leave_out_spares
-from bearing_twin.kinds.bearing.stepping.border_solve import mixed, of_cage
-from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 

@@ -12,16 +12,21 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     CARRIED_INNER,
-    COLUMNS,
-    LANE_RATES,
     LANE_ROWS,
-    LANES,
     MOTION,
     MOTION_SPAN,
     RADIAL_SPIN,
-    STATE_SPAN,
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
+)
+from bearing_twin.kinds.bearing.forces.pairs import Pairs, new_pairs
+from bearing_twin.kinds.bearing.forces.rates import block_rates
+from bearing_twin.kinds.bearing.stepping.steps import check_all, lane_spin, spin_in_frame
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    LANE_RATES,
+    LANES,
+    STATE_SPAN,
     from_blocks,
     get,
     get_quaternion,
@@ -31,9 +36,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put,
     put_quaternion,
 )
-from bearing_twin.kinds.bearing.forces.pairs import Pairs, new_pairs
-from bearing_twin.kinds.bearing.forces.rates import block_rates
-from bearing_twin.kinds.bearing.stepping.steps import check_all, lane_spin, spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.lockstep import Pace, advance_together
 from bearing_twin.numerics.rotation import turned

@@ -7,15 +7,8 @@ of dopri5 were not found to.
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.equations import inner_approach, outer_approach
-from bearing_twin.kinds.bearing.forces.layout import (
-    AXIS_DISTANCE,
-    HEIGHT,
-    LANES,
-    ORBIT_ANGLE,
-    START,
-    STEP,
-    get,
-)
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE
+from bearing_twin.numerics.lanes import LANES, START, STEP, get
 from bearing_twin.numerics.rosenbrock import cut_to_end
 
 LONGEST_FLIGHT = 5e-5  # s, of a step that begins in flight: a bounce takes about as long

@@ -16,18 +16,26 @@ from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     CARRIED_INNER,
-    COLUMNS,
     FIRST_SPIN,
     HEIGHT,
     IMEX_ROWS,
-    LANE_RATES,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
     ORIENTATION,
     SPIN,
     SPIN_SUM,
     VELOCITY,
+)
+from bearing_twin.kinds.bearing.forces.pairs import Pairs, add_pairs, new_pairs
+from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
+from bearing_twin.kinds.bearing.forces.resistance import lane_change, lane_resistance, rates_and_resistance
+from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
+from bearing_twin.kinds.bearing.stepping.steps import check_all, lane_spin
+from bearing_twin.numerics.block_solve import factorise_motion, solve_motion
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    LANE_RATES,
+    LANES,
     from_blocks,
     get,
     get_quaternion,
@@ -40,12 +48,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_quaternion,
     put_vector,
 )
-from bearing_twin.kinds.bearing.forces.pairs import Pairs, add_pairs, new_pairs
-from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
-from bearing_twin.kinds.bearing.forces.resistance import lane_change, lane_resistance, rates_and_resistance
-from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
-from bearing_twin.kinds.bearing.stepping.steps import check_all, lane_spin
-from bearing_twin.numerics.block_solve import factorise_motion, solve_motion
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.lockstep import Pace, advance_together
 from bearing_twin.numerics.rotation import add, minus, scaled, turned

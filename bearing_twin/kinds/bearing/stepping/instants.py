@@ -7,18 +7,21 @@ stand there, and states and orientations at instants.
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
-    COLUMNS,
     DRIVE_WORK,
-    LANE_RATES,
-    LANES,
     ORIENTATION,
     SPIN,
+    TANGENTIAL_VELOCITY,
+    VELOCITY,
+)
+from bearing_twin.kinds.bearing.stepping.steps import lane_spin, spin_in_frame
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    LANE_RATES,
+    LANES,
     START,
     STEP,
-    TANGENTIAL_VELOCITY,
     TIME,
     UNTIL,
-    VELOCITY,
     get,
     get_quaternion,
     put,
@@ -26,7 +29,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put_vector,
     rows,
 )
-from bearing_twin.kinds.bearing.stepping.steps import lane_spin, spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock import inside, take_terms
 from bearing_twin.numerics.rotation import turned

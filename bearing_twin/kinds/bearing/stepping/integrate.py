@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
-from bearing_twin.kinds.bearing.forces.layout import BORDER, COLUMNS
+from bearing_twin.kinds.bearing.forces.layout import BORDER
 from bearing_twin.kinds.bearing.forces.pairs import add_stored
 from bearing_twin.kinds.bearing.stepping.border import Partners
 from bearing_twin.kinds.bearing.stepping.explicit import explicit_chunk
@@ -15,6 +15,7 @@ from bearing_twin.kinds.bearing.stepping.linear_system import new_coupling
 from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.stepping.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.stepping.steps import FAILURES
+from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.statuses import OK, STOPPED
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
 

@@ -3,14 +3,6 @@
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.jacobian import rates_and_ring_jacobian
-from bearing_twin.kinds.bearing.forces.layout import (
-    ERROR,
-    LANE_RATES,
-    STEP,
-    TIME,
-    get,
-    put,
-)
 from bearing_twin.kinds.bearing.forces.pairs import add_pairs
 from bearing_twin.kinds.bearing.forces.rates import rates_in_lanes
 from bearing_twin.kinds.bearing.stepping.border import border_rates
@@ -31,6 +23,7 @@ from bearing_twin.kinds.bearing.stepping.linear_system import (
 from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, solve_with_shaft, turning
 from bearing_twin.kinds.bearing.stepping.stage_places import place_stage, place_start
 from bearing_twin.kinds.bearing.stepping.step_ends import finish_lanes, weigh_light
+from bearing_twin.numerics.lanes import ERROR, LANE_RATES, STEP, TIME, get, put
 from bearing_twin.numerics.rosenbrock import SLOPE_STEP, rosenbrock_stages
 
 

@@ -11,31 +11,19 @@ from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.jacobian import lane_answer, lane_linear
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
-    COLUMNS,
     FACTOR_BELOW,
     FACTOR_COUPLING,
     FACTOR_INVERSE,
     FACTOR_RADIUS,
     FACTOR_SCHUR,
     FACTOR_VELOCITY,
-    GAIN,
-    LANES,
     LOWER,
     MOTION,
     PLACES,
-    RIGHT,
-    SOLUTION,
     SPIN,
     SYSTEM,
     UPPER,
     VELOCITY,
-    get,
-    get_block,
-    get_vector,
-    put,
-    put_block,
-    put_tile_part,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.pairs import Pairs, add_answers, new_pairs
 from bearing_twin.kinds.bearing.stepping.border import Border, new_border
@@ -53,6 +41,20 @@ from bearing_twin.numerics.block_solve import (
     plus,
     solve_body,
     times,
+)
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    GAIN,
+    LANES,
+    RIGHT,
+    SOLUTION,
+    get,
+    get_block,
+    get_vector,
+    put,
+    put_block,
+    put_tile_part,
+    put_vector,
 )
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add

@@ -7,7 +7,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AHEAD_PUSH,
     AXIS_DISTANCE,
     DISSIPATED,
-    LANES,
     LOWER,
     MOTION,
     OWN,
@@ -17,16 +16,11 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
     UPPER,
     VELOCITY,
-    get,
     get_part,
-    get_vector,
-    increase,
-    put,
-    put_tile_part,
-    put_vector,
 )
 from bearing_twin.kinds.bearing.forces.pairs import LOSS, SECOND_HALF, add_pushes, look_ahead
 from bearing_twin.numerics.block_solve import behind, negative, plus, times
+from bearing_twin.numerics.lanes import LANES, get, get_vector, increase, put, put_tile_part, put_vector
 from bearing_twin.numerics.rotation import dot
 
 

@@ -10,22 +10,24 @@ import math
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import (
-    FIRST_STAGE,
     FORCE_ERROR,
+    LAST_RATES,
+    MOTION,
+    SPIN,
+    TORQUE_ERROR,
+    VELOCITY,
+    entry,
+)
+from bearing_twin.numerics.lanes import (
+    FIRST_STAGE,
     GAIN,
     LANE_RATES,
     LANES,
-    LAST_RATES,
-    MOTION,
     SLOPE,
     SOLUTION,
-    SPIN,
     STEP,
     TIME,
-    TORQUE_ERROR,
     UNTIL,
-    VELOCITY,
-    entry,
     get,
     put,
 )

@@ -13,23 +13,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.carried import carry_ball
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
-from bearing_twin.kinds.bearing.forces.layout import (
-    CARRIED_INNER,
-    LANES,
-    ORIENTATION,
-    ROSENBROCK_ROWS,
-    SHAFT_ROWS,
-    START,
-    STEP,
-    TIME,
-    TURNED,
-    from_lane,
-    get,
-    get_quaternion,
-    into_lane,
-    new_blocks,
-    put_quaternion,
-)
+from bearing_twin.kinds.bearing.forces.layout import CARRIED_INNER, ORIENTATION, ROSENBROCK_ROWS, SHAFT_ROWS, TURNED
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.stepping.border import bearing_at, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.stepping.border_step import border_at, border_inside, copy_state
@@ -47,6 +31,18 @@ from bearing_twin.kinds.bearing.stepping.steps import (
     new_dense_step,
 )
 from bearing_twin.kinds.bearing.stepping.walls import meet_walls, note_closing
+from bearing_twin.numerics.lanes import (
+    LANES,
+    START,
+    STEP,
+    TIME,
+    from_lane,
+    get,
+    get_quaternion,
+    into_lane,
+    new_blocks,
+    put_quaternion,
+)
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock import IDLE, advance_lanes, dense_terms, fill_lanes
 from bearing_twin.numerics.statuses import OK

@@ -3,9 +3,10 @@
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, Stopped
-from bearing_twin.kinds.bearing.forces.layout import COLUMNS, MOTION
+from bearing_twin.kinds.bearing.forces.layout import MOTION
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.stepping.steps import relative_spin
+from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, STEPS
 

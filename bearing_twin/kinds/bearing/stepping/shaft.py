@@ -18,12 +18,9 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BALL_BY_SHAFT,
     CAGE,
-    GAIN,
-    LANES,
     LOST,
     MOTION,
     PLACES,
-    RIGHT,
     SHAFT_ANGLE,
     SHAFT_ANSWER,
     SHAFT_BY_BALL,
@@ -32,12 +29,22 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_SPEED,
     SHAFT_WORK,
     SHARES,
-    SOLUTION,
     SPIN,
-    STATE_SPAN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
     WORK_DONE,
+)
+from bearing_twin.kinds.bearing.forces.shaft_gradient import put_shaft_answers
+from bearing_twin.kinds.bearing.forces.spot_jacobian import add_spot_turning
+from bearing_twin.kinds.bearing.stepping.border import leave_out_spares
+from bearing_twin.kinds.bearing.stepping.border_system import to_cage
+from bearing_twin.kinds.bearing.stepping.linear_system import solve_together
+from bearing_twin.numerics.lanes import (
+    GAIN,
+    LANES,
+    RIGHT,
+    SOLUTION,
+    STATE_SPAN,
     clear_rows,
     get,
     get_vector,
@@ -46,11 +53,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put,
     sum_of,
 )
-from bearing_twin.kinds.bearing.forces.shaft_gradient import put_shaft_answers
-from bearing_twin.kinds.bearing.forces.spot_jacobian import add_spot_turning
-from bearing_twin.kinds.bearing.stepping.border import leave_out_spares
-from bearing_twin.kinds.bearing.stepping.border_system import to_cage
-from bearing_twin.kinds.bearing.stepping.linear_system import solve_together
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 

@@ -7,28 +7,30 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BORDER_MOTION,
     CAGE,
     CENTRE,
-    COLUMNS,
     DRIVE_WORK,
-    END,
-    GAIN,
-    INVERSE_STEP,
-    LANES,
     PLACES,
     POCKET,
     RING_SPEED,
     SPIN,
+    VELOCITY,
+)
+from bearing_twin.kinds.bearing.stepping.border_solve import of_cage
+from bearing_twin.numerics.chain_solve import six
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    END,
+    GAIN,
+    INVERSE_STEP,
+    LANES,
     START,
     STEP,
     TIME,
-    VELOCITY,
     get,
     get_vector,
     put,
     put_six,
     put_vector,
 )
-from bearing_twin.kinds.bearing.stepping.border_solve import of_cage
-from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock import mixed_stages
 from bearing_twin.numerics.rotation import add

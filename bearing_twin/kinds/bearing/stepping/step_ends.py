@@ -7,21 +7,26 @@ from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.equations import outer_approach
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
-    END,
-    ERROR,
     HEIGHT,
-    LANES,
     MOTION,
     ORBIT_ANGLE,
     ORIENTATION,
     POCKET,
-    SOLUTION,
     SPIN,
-    START,
-    STEP,
     TANGENTIAL_VELOCITY,
     TURNED,
     VELOCITY,
+)
+from bearing_twin.kinds.bearing.stepping.border_solve import of_cage
+from bearing_twin.kinds.bearing.stepping.stage_places import border_state
+from bearing_twin.kinds.bearing.stepping.steps import lane_spin, spin_in_frame
+from bearing_twin.numerics.lanes import (
+    END,
+    ERROR,
+    LANES,
+    SOLUTION,
+    START,
+    STEP,
     from_lane,
     get,
     get_quaternion,
@@ -29,9 +34,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     put,
     put_quaternion,
 )
-from bearing_twin.kinds.bearing.stepping.border_solve import of_cage
-from bearing_twin.kinds.bearing.stepping.stage_places import border_state
-from bearing_twin.kinds.bearing.stepping.steps import lane_spin, spin_in_frame
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock import mixed_stages
 from bearing_twin.numerics.rotation import turned

@@ -17,15 +17,13 @@ from bearing_twin.kinds.bearing.forces.equations import approaches
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
-    COLUMNS,
     RADIAL_SPIN,
     SPIN,
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
-    get,
-    get_vector,
 )
 from bearing_twin.numerics.events import halved
+from bearing_twin.numerics.lanes import COLUMNS, get, get_vector
 from bearing_twin.numerics.rosenbrock import interpolate
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
 

@@ -17,9 +17,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CAGE_X,
     CAGE_Y,
     CLOSING,
-    END,
-    LANE_RATES,
-    LANES,
     ORBIT_ANGLE,
     PLACES,
     POCKET,
@@ -27,16 +24,12 @@ from bearing_twin.kinds.bearing.forces.layout import (
     RING_X,
     RING_Y,
     SPIN,
-    START,
-    STEP,
     TANGENTIAL_VELOCITY,
     VELOCITY,
-    get,
-    get_vector,
-    put,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage import seen, wall
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED
+from bearing_twin.numerics.lanes import END, LANE_RATES, LANES, START, STEP, get, get_vector, put
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import cosine_sine
 
