@@ -61,7 +61,7 @@ def pair_gradient(bearing, may_touch, between, velocity, spin, turn):
     )
     slopes = Slopes(*slopes[:3], 0.0, *slopes[4:10], contact.normal_load)
     relative = add(velocity, cross(spin, contact.arm))
-    place = Place(offset=between, ring_speed=0.0, raceway_velocity=(0.0, 0.0, 0.0), spin=spin, relative=relative)
+    place = Place(between, 0.0, 0.0, (0.0, 0.0, 0.0), spin, relative)  # no axis, nothing that turns about it
     by = driven(contact, slopes, place.raceway_velocity)
     one = _apart(contact, slopes, place, (1.0, 0.0, 0.0))
     two = _apart(contact, slopes, place, (0.0, 1.0, 0.0))

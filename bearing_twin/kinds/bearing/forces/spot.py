@@ -14,7 +14,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.friction import COARSE_POINTS, friction_of, slip_share
-from bearing_twin.kinds.bearing.forces.equations import lane_position, raceway_contact
+from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, lane_position, raceway_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     ACROSS,
     ALONG,
@@ -131,7 +131,7 @@ def spot_contacts(bearing, lanes, k):
     speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
     inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
     given = get(lanes, GIVEN_OUTER, k)
-    outer = raceway_contact(bearing, bearing.outer, given, middle, 0.0, position, velocity, spin)
+    outer = raceway_contact(bearing, bearing.outer, given, ON_AXIS, 0.0, position, velocity, spin)
     return inner, spot_of(inner, centre, position), outer, spot_of(outer, middle, position)
 
 
