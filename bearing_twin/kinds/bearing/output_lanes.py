@@ -11,6 +11,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.equations import (
+    ON_AXIS,
     give_coefficients,
     lane_position,
     raceway_contact,
@@ -108,7 +109,7 @@ def _contacts(bearing, lanes):
         speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
         inner = ring_contact(ring, bearing, given, place, cosine, sine, speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
-        outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
+        outer = raceway_contact(bearing, bearing.outer, given, ON_AXIS, 0.0, position, velocity, spin)
         put(lanes, ANGLE_OUT, k, get(lanes, ORBIT_ANGLE, k))
         put(lanes, ROLL_OUT, k, velocity[1] / position[0] - spin[2])
         put(lanes, COSINE, k, cosine)

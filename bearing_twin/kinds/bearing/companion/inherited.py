@@ -46,20 +46,19 @@ def light_share(part: Part, greatest: float) -> float:
         return 0.0
     load, law = part.out["normal_load"], part.bearing.inner.law
     bears = load > 0.0
-    felt = rubbing(part, greatest)[bears] * (greatest / load[bears]) ** (1.0 / law.power)
+    felt = rubbing(part, greatest, bears) * (greatest / load[bears]) ** (1.0 / law.power)
     return float(felt.max(initial=0.0))
 
 
-def rubbing(part: Part, greatest: float) -> np.ndarray:
-    """Friction of the contacts (outputs, balls, 2) over what it could be, mu N; mu is not 0."""
-    limit = part.bearing.friction_coefficient * np.maximum(part.out["normal_load"], LEAST_LOAD * greatest)
-    return lengths(part.out["friction_force"]) / limit
+def rubbing(part: Part, greatest: float, those: np.ndarray) -> np.ndarray:
+    """Friction over what it could be, mu N, of `those` contacts, a mask (outputs, balls, 2); mu is not 0."""
+    limit = part.bearing.friction_coefficient * np.maximum(part.out["normal_load"][those], LEAST_LOAD * greatest)
+    return lengths(part.out["friction_force"][those]) / limit
 
 
 def landed(part: Part) -> np.ndarray:
     """Which contacts (outputs, balls, 2) bear load where their ball touched neither raceway at the output before."""
-    load = part.out["normal_load"]
-    free, bears = untouched(part), load > 0.0
+    free, bears = untouched(part), part.out["normal_load"] > 0.0
     bears[0], bears[1:] = False, bears[1:] & (free[:-1] & ~free[1:])[..., None]
     return bears
 
@@ -70,15 +69,15 @@ def hops(part: Part, greatest: float, off: float) -> tuple[float, float]:
     A contact is off by no more than what it bears: at an output after one at which its ball touched neither raceway, or
     at the height of the blow that a ball comes to with its speed, which outputs may miss.
     """
-    load = part.out["normal_load"]
-    free, bears, law = untouched(part), landed(part), part.bearing.inner.law
+    free = untouched(part)
     if not free.any() or off <= 0.0:
         return 0.0, 0.0
+    load, bears, law = part.out["normal_load"], landed(part), part.bearing.inner.law
     energy = 0.5 * part.bearing.ball_mass * float(np.square(part.filled[0][..., RADIAL_VELOCITY][free]).max())
     blow = law.given * ((law.power + 1.0) * energy / law.given) ** (law.power / (law.power + 1.0))
     friction = 0.0
     if part.bearing.friction_coefficient > 0.0:
-        friction = float((rubbing(part, greatest)[bears] * np.minimum(off / load[bears], 1.0)).max(initial=0.0))
+        friction = float((rubbing(part, greatest, bears) * np.minimum(off / load[bears], 1.0)).max(initial=0.0))
     return min(off, max(float(load[bears].max(initial=0.0)), blow)), friction
 
 
@@ -97,7 +96,7 @@ def unseen_landings(part: Part, rows: np.ndarray, greatest: float, apart: float)
     law = part.bearing.inner.law
     approach = (part.out["normal_load"][bears] / law.given) ** (1.0 / law.power)
     share = np.minimum((1.0 + apart / approach) ** law.power - 1.0, 1.0)
-    return float((rubbing(part, greatest)[bears] * share).max(initial=0.0))
+    return float((rubbing(part, greatest, bears) * share).max(initial=0.0))
 
 
 def all_of_it(part_began: float, now: float, tolerance: float, greatest: float) -> np.ndarray:

@@ -145,6 +145,21 @@ class PairContact(NamedTuple):
     storing: float
 
 
+ON_AXIS = ()  # the centre of a ring that stays in the bearing's
+
+
+@inlined
+def placed(position, centre):
+    """The ball's centre against the ring's [m], and its distance from the ring's axis.
+
+    Of a ring whose centre is ON_AXIS no root is taken: in the ball's own frame the ball has no place across.
+    """
+    if len(centre) == 0:
+        return position, position[0]
+    offset = minus(position, centre)
+    return offset, math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+
+
 @inlined
 def raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin):
     """Contact of a ball with a raceway whose ring has its centre at `centre` and turns at `ring_speed` about z.
@@ -154,8 +169,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     inside the ball's surface, so that what one body loses the other gains. A gap gives zero loads.
     """
     # Where: the meridian plane of the ring through the ball's centre.
-    offset = minus(position, centre)
-    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    offset, axis_distance = placed(position, centre)
     geometry = ball_in_groove(
         axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
     )
@@ -430,7 +444,7 @@ def rates_of_raceways(bearing, lanes):
         given = get(lanes, GIVEN_INNER, k)
         inner = ring_contact(ring, bearing, given, place, cosine, sine, inner_speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
-        outer = raceway_contact(bearing, bearing.outer, given, (0.0, 0.0, 0.0), 0.0, position, velocity, spin)
+        outer = raceway_contact(bearing, bearing.outer, given, ON_AXIS, 0.0, position, velocity, spin)
         put_ball_rates(ring, bearing, place, cosine, sine, position, velocity, spin, inner, outer, lanes, k)
 
 

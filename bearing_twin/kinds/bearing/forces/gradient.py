@@ -11,7 +11,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.contact.elasticity import in_lanes, lane_coefficient, lane_root
-from bearing_twin.kinds.bearing.forces.equations import raceway_contact
+from bearing_twin.kinds.bearing.forces.equations import placed, raceway_contact
 from bearing_twin.numerics.block_solve import combined, negative, plus
 from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
 
@@ -66,9 +66,13 @@ class Driven(NamedTuple):
 
 
 class ContactMotion(NamedTuple):
-    """Where a contact is and how it moves: the ball's centre against the ring's, the ring's speed, u and its parts."""
+    """Where a contact is and how it moves.
+
+    The ball's centre against the ring's and its distance from the ring's axis, the ring's speed, u and its parts.
+    """
 
     offset: tuple
+    axis_distance: float
     ring_speed: float
     raceway_velocity: tuple
     spin: tuple
@@ -180,8 +184,7 @@ class Shift(NamedTuple):
 @inlined
 def shifted(bearing, raceway, contact, place, direction):
     """The change of where a contact is when the ball's centre moves in `direction` against the ring's."""
-    offset = place.offset
-    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    offset, axis_distance = place.offset, place.axis_distance
     inverse_axis = 1.0 / axis_distance
     x, y = offset[0] * inverse_axis, offset[1] * inverse_axis
     outwards = x * direction[0] + y * direction[1]
@@ -255,8 +258,8 @@ def driven(contact, slopes, raceway_velocity):
 def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, ring_speed, position, velocity, spin):
     """The derivatives of `raceway_contact`; `by_angle` is how the ball's centre moves against the ring's per radian."""
     contact = raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
-    offset = minus(position, centre)
-    inverse = 1.0 / math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    offset, axis_distance = placed(position, centre)
+    inverse = 1.0 / axis_distance
     radial = inverse * (offset[0] * contact.normal[0] + offset[1] * contact.normal[1])
     slopes = raceway_slopes(bearing, raceway, given, given_slope, contact, radial)
     point = add(offset, contact.arm)
@@ -267,7 +270,12 @@ def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, rin
 
     # What displacements do: along the radial and axial directions, and with the orbit angle.
     place = ContactMotion(
-        offset=offset, ring_speed=ring_speed, raceway_velocity=raceway_velocity, spin=spin, relative=relative
+        offset=offset,
+        axis_distance=axis_distance,
+        ring_speed=ring_speed,
+        raceway_velocity=raceway_velocity,
+        spin=spin,
+        relative=relative,
     )
     one = _along(bearing, raceway, contact, slopes, place, (1.0, 0.0, 0.0))
     two = _along(bearing, raceway, contact, slopes, place, by_angle)

@@ -9,7 +9,7 @@ import math
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import carries, in_lanes, lane_given, looked_up
 from bearing_twin.kinds.bearing.forces.carried import carried_coefficient, gap_at
-from bearing_twin.kinds.bearing.forces.equations import give_coefficients, lane_position, put_ball_rates
+from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, give_coefficients, lane_position, put_ball_rates
 from bearing_twin.kinds.bearing.forces.gradient import CURVATURE_STEP, contact_gradient
 from bearing_twin.kinds.bearing.forces.layout import (
     ANSWERING,
@@ -131,7 +131,7 @@ def _put_ball(ring, bearing, lanes, k, place, cosine, sine, contact, inner):
     position, still = lane_position(lanes, k), (0.0, 0.0, 0.0)
     velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
     given, slope = get(lanes, GIVEN_OUTER, k), get(lanes, GIVEN_SLOPE_OUTER, k)
-    other, outer = contact_gradient(bearing, bearing.outer, given, slope, still, still, 0.0, position, velocity, spin)
+    other, outer = contact_gradient(bearing, bearing.outer, given, slope, ON_AXIS, still, 0.0, position, velocity, spin)
     for row in range(entry(AXIS_DISTANCE, AXIS_DISTANCE), entry(VELOCITY, AXIS_DISTANCE)):
         put(lanes, row, k, 0.0)
     force_p, torque_p = plus(inner.force_p, outer.force_p), plus(inner.torque_p, outer.torque_p)

@@ -61,8 +61,9 @@ def pair_gradient(bearing, may_touch, between, velocity, spin, turn):
     )
     slopes = Slopes(*slopes[:3], 0.0, *slopes[4:10], contact.normal_load)
     relative = add(velocity, cross(spin, contact.arm))
+    still = (0.0, 0.0, 0.0)  # no axis, nothing that turns about it
     place = ContactMotion(
-        offset=between, ring_speed=0.0, raceway_velocity=(0.0, 0.0, 0.0), spin=spin, relative=relative
+        offset=between, axis_distance=0.0, ring_speed=0.0, raceway_velocity=still, spin=spin, relative=relative
     )
     by = driven(contact, slopes, place.raceway_velocity)
     one = _apart(contact, slopes, place, (1.0, 0.0, 0.0))

@@ -2,7 +2,14 @@
 
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elasticity import in_lanes
-from bearing_twin.kinds.bearing.forces.equations import give_coefficients, lane_position, put_rates, raceway_contact
+from bearing_twin.kinds.bearing.forces.equations import (
+    ON_AXIS,
+    give_coefficients,
+    lane_position,
+    placed,
+    put_rates,
+    raceway_contact,
+)
 from bearing_twin.kinds.bearing.forces.gradient import driven, raceway_slopes
 from bearing_twin.kinds.bearing.forces.jacobian import put_resistance, rates_and_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -16,9 +23,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     get_jacobian_block,
 )
 from bearing_twin.numerics.lanes import LANES, get, get_vector
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus
-
-STILL = (0.0, 0.0, 0.0)
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot
 
 
 @inlined
@@ -26,7 +31,7 @@ def _resisting(bearing, raceway, given, centre, ring_speed, position, velocity, 
     """`raceway_contact` and its derivatives by velocity and spin."""
     contact = raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
     slopes = raceway_slopes(bearing, raceway, given, 0.0, contact, 0.0)  # those by places are not looked at
-    point = add(minus(position, centre), contact.arm)
+    point = add(placed(position, centre)[0], contact.arm)
     return contact, driven(contact, slopes, (-ring_speed * point[1], ring_speed * point[0], 0.0))
 
 
@@ -49,7 +54,7 @@ def rates_and_resistance(spot, ring, bearing, lanes):
             given = get(lanes, GIVEN_INNER, k)
             one, inner = _resisting(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
             given = get(lanes, GIVEN_OUTER, k)
-            two, outer = _resisting(bearing, bearing.outer, given, STILL, 0.0, position, velocity, spin)
+            two, outer = _resisting(bearing, bearing.outer, given, ON_AXIS, 0.0, position, velocity, spin)
             gravity = about_z(cosine, -sine, bearing.gravity)
             put_rates(bearing, gravity, position, velocity, spin, one, two, lanes, k)
             put_resistance(bearing, position, velocity, spin, one.drive_power, inner, outer, lanes, k)

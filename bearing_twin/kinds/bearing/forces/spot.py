@@ -15,7 +15,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.friction import friction_of
 from bearing_twin.contact.spot_rules import COARSE_POINTS, blend, over_few, rim_share, slip_share
-from bearing_twin.kinds.bearing.forces.equations import lane_position, put_rates, raceway_contact
+from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, lane_position, put_rates, raceway_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     ACROSS,
     ALONG,
@@ -188,7 +188,7 @@ def contacts_of_spots(coefficient, bearing, lanes):
         speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
         inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
-        outer = raceway_contact(bearing, bearing.outer, given, middle, 0.0, position, velocity, spin)
+        outer = raceway_contact(bearing, bearing.outer, given, ON_AXIS, 0.0, position, velocity, spin)
         gravity = about_z(cosine, -sine, bearing.gravity)
         put_rates(bearing, gravity, position, velocity, spin, inner, outer, lanes, k)
         put(lanes, AXIAL_PUSH, k, -inner.axial_moment)

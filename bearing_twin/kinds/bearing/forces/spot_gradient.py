@@ -195,7 +195,14 @@ def spot_gradient(
     point = add(offset, contact.arm)
     turn = (-speed * point[1], speed * point[0], 0.0)
     relative = minus(add(velocity, cross(spin, contact.arm)), turn)
-    place = ContactMotion(offset=offset, ring_speed=speed, raceway_velocity=turn, spin=spin, relative=relative)
+    place = ContactMotion(
+        offset=offset,
+        axis_distance=spot.axis_distance,
+        ring_speed=speed,
+        raceway_velocity=turn,
+        spin=spin,
+        relative=relative,
+    )
 
     step = CURVATURE_STEP * contact.curvature_large
     further = semi_axes(contact.curvature_small, contact.curvature_large + step, contact.approach)
