@@ -10,6 +10,7 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.forces.handing import handed, taken
 from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.parameters import GIVES
@@ -45,6 +46,22 @@ def test_energy_closes_by_every_law(law):
     # What the curvatures do to the coefficient is left out of the energy: 1e-4 of it.
     assert out.drive_work[-1] > 1e-4
     assert abs(residual) < 2e-4 * out.drive_work[-1]
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides"),
+    [
+        ("bearing_6203", ("contact.friction=spot", "contact.restitution=0.9")),
+        ("bearing_6203_rig_1000N", ("cage.kind=pockets", "geometry.balls=7", "contact.normal=volumetric")),
+    ],
+)
+def test_kernels_take_a_bearing_as_it_was_handed_to_them(scene, overrides):
+    bearing = motion(*overrides, scene=scene).bearing
+    found = taken(handed(bearing))
+    assert found == bearing
+    assert isinstance(found.balls, int)
+    moved = bearing._replace(offset=(1e-6, 2e-6, 3e-6))
+    assert taken(handed(moved)) == moved
 
 
 @pytest.mark.parametrize("stepper", ["rk4", "imex", "dopri5", "rodas3"])

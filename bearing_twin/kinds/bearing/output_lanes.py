@@ -152,8 +152,8 @@ def _turn_contact(side, cosine, sine, local, centre, lanes, k):
 
 
 @lean_kernel
-def _turn_contacts(bearing, lanes):
-    """Turns every lane's contacts from the ball's frame into fixed axes: channels of six numbers and their sums."""
+def _turn(bearing, lanes):
+    """Turns every lane from the ball's frame into fixed axes: first contacts, then balls, then orientations."""
     for k in range(LANES):
         cosine, sine, local = get(lanes, COSINE, k), get(lanes, SINE, k), lane_position(lanes, k)
         place, _ = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
@@ -166,15 +166,10 @@ def _turn_contacts(bearing, lanes):
         put_vector(lanes, OUTER_FORCE, k, scaled(-1.0, outer))
         put_vector(lanes, OUTER_TORQUE, k, outer_reaction)
         put(lanes, ELASTIC, k, get(lanes, ENERGIES + INNER, k) + get(lanes, ENERGIES + OUTER, k))
-
-
-@lean_kernel
-def _turn_balls(bearing, lanes):
-    """Turns every lane's ball into fixed axes: its channels of three numbers, and its shares of energies."""
     for k in range(LANES):
-        cosine, sine, local = get(lanes, COSINE, k), get(lanes, SINE, k), lane_position(lanes, k)
+        cosine, sine = get(lanes, COSINE, k), get(lanes, SINE, k)
         velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
-        position = about_z(cosine, sine, local)
+        position = about_z(cosine, sine, lane_position(lanes, k))
         motion = bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin)
         put_vector_beside(lanes, POSITION_OUT, 3, 0, k, position)
         put_vector_beside(lanes, VELOCITY_OUT, 3, 0, k, about_z(cosine, sine, velocity))
@@ -186,11 +181,6 @@ def _turn_balls(bearing, lanes):
         put(lanes, WORK, k, get(lanes, DRIVE_WORK, k))
         put(lanes, LOST, k, get(lanes, DISSIPATED, k))
         put(lanes, GROSS, k, get(lanes, GROSS_WORK, k))
-
-
-@lean_kernel
-def _turn_orientations(lanes):
-    """Turns every lane's orientation into fixed axes."""
     for k in range(LANES):
         cosine, sine = cosine_sine(0.5 * get(lanes, ORBIT_ANGLE, k))
         quaternion = quaternion_product((0.0, 0.0, sine, cosine), get_quaternion(lanes, OWN_ORIENTATION, k))
@@ -204,6 +194,4 @@ def fill_outputs(bearing, lanes):
     give_coefficients(bearing, lanes)
     _contacts(bearing, lanes)
     _add_spots(bearing.spot, bearing, lanes)
-    _turn_contacts(bearing, lanes)
-    _turn_balls(bearing, lanes)
-    _turn_orientations(lanes)
+    _turn(bearing, lanes)

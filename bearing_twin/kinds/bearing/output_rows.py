@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined
+from bearing_twin.kinds.bearing.forces.equations import RingDrive
+from bearing_twin.kinds.bearing.forces.handing import handed, taken
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDER_MOTION,
@@ -19,7 +21,6 @@ from bearing_twin.kinds.bearing.output_lanes import (
     INNER_FORCE,
     OUTPUT_ROWS,
     OWN_ORIENTATION,
-    SHARED_WIDTHS,
     fill_outputs,
 )
 from bearing_twin.kinds.bearing.output_pairs import neighbour_gaps, write_pairs
@@ -27,23 +28,26 @@ from bearing_twin.numerics.lanes import COLUMNS, LANES, first_of, new_lanes, put
 from bearing_twin.numerics.lean import lean_kernel
 
 DRIVE_TORQUE = 16  # columns after the ring's angle
-SHARED_ROWS = sum(SHARED_WIDTHS)
 ONE, TWO, THREE, FOUR = np.arange(1, 5, dtype=np.uint64)
 
 
 class Places(NamedTuple):
-    """Where numbers stand in a row of all channels: those of ball k in own channel i at `first[i] + k width[i]`."""
+    """Where numbers stand in a row of all channels: those of ball k in own channel i at `first[i] + k width[i]`.
+
+    `sums` over the balls begin at `shared`.
+    """
 
     first: np.ndarray
     width: np.ndarray
     ring: int
     shared: int
+    sums: int
     neighbours: int
     position: int
     force: int
 
 
-@lean_kernel
+@inlined
 def _load(states, orientations, begin, last, lanes):
     """Copies the balls of all lanes out of flat arrays, one after the other from number `begin` on, up to `last`."""
     for k in range(LANES):
@@ -83,7 +87,7 @@ def _spread(places, lanes, first, count, ball, begin, out):
         else:
             for number in range(np.uint64(count * width)):
                 out[place + number] = lanes[there + number]
-    for i in range(SHARED_ROWS):
+    for i in range(places.sums):
         place, there = np.uint64(begin + places.shared + i), np.uint64(first_of(INNER_FORCE + i) + first)
         total = out[place] if ball > 0 else -0.0  # to which any number is added to the bit
         if count == LANES:
@@ -112,7 +116,7 @@ def _write_ring(ring, border, row, first):
             row[first + 5 + i] = border[PLACES + i]
 
 
-@lean_kernel
+@inlined
 def _write_balls(bearing, drive, times, states, orientations, borders, turned, places, lanes, width, out, first):
     """`write_rows` of all that is a ball's own, and sums over the balls; states, orientations and `out` are flat."""
     balls, sample, ball = bearing.balls, 0, 0
@@ -136,7 +140,7 @@ def _write_balls(bearing, drive, times, states, orientations, borders, turned, p
             lane, now, next_ball = lane + together, now + 1, 0
 
 
-@lean_kernel
+@inlined
 def _write_rest(bearing, drive, times, states, borders, turned, places, near, out, first):
     """`write_rows` of all else: the ring, the drive, what acts between balls."""
     for sample in range(len(times)):
@@ -158,15 +162,22 @@ def _write_rest(bearing, drive, times, states, borders, turned, places, near, ou
             write_pairs(bearing, states[sample], near, elastic, places.neighbours + bearing.balls, row)
 
 
-@kernel
-def write_rows(bearing, drive, times, states, orientations, borders, turned, places, out, first):
+@lean_kernel
+def _write(given, moving, times, states, one_by_one, borders, turned, where, near, lanes, out, flat, first):
+    """`write_rows` of what is handed over without names and with room; flat are states, orientations, and `out`."""
+    bearing, drive, places, width = taken(given), RingDrive(*moving), Places(*where), out.shape[1]
+    _write_balls(bearing, drive, times, *one_by_one, borders, turned, places, lanes, width, flat, first)
+    _write_rest(bearing, drive, times, states, borders, turned, places, near, out, first)
+
+
+def write_rows(bearing, drive, times, states, orientations, borders, turned, places, out, first) -> None:
     """Fills `out` from row `first` on with the states (count, N, columns), orientations (count, N, 4) at `times` [s].
 
     `borders` (count, BORDER) are those of ring and cage, where the bearing's `ring` is not empty. `times`
     count from the instant the drive's angle and speed belong to; where a ring is `turned` by a torque, they are those
     of the border.
     """
-    lanes, near, width = new_lanes(OUTPUT_ROWS), np.zeros(bearing.balls, np.bool_), out.shape[1]
     one_by_one = states.reshape(-1), orientations.reshape(-1)
-    _write_balls(bearing, drive, times, *one_by_one, borders, turned, places, lanes, width, out.reshape(-1), first)
-    _write_rest(bearing, drive, times, states, borders, turned, places, near, out, first)
+    near, lanes = np.zeros(bearing.balls, np.bool_), new_lanes(OUTPUT_ROWS)
+    at = times, states, one_by_one, borders, turned
+    _write(handed(bearing), tuple(drive), *at, tuple(places), near, lanes, out, out.reshape(-1), first)

@@ -10,7 +10,7 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.forces.layout import CAGE_X, CAGE_Y, PLACES
 from bearing_twin.kinds.bearing.output_border import write_border
-from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS
+from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, SHARED_WIDTHS
 from bearing_twin.kinds.bearing.output_rows import Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.sample import Channel, Columns, Layout, Sample, layout_of
@@ -124,7 +124,8 @@ def _places(n: int) -> Places:
     edges = {name: columns.start for name, (columns, _) in layout_of(rows).places.items()}
     first, width = np.array([(edges[channel.name], channel.width // n) for channel in rows[:OWN]]).T.copy()
     named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
-    return Places(first, width, *(edges[name] for name in named))
+    ring, shared, *others = (edges[name] for name in named)
+    return Places(first, width, ring, shared, sum(SHARED_WIDTHS), *others)
 
 
 def empty_outputs(parameters: BearingScene, count: int) -> Rows:

@@ -37,9 +37,11 @@ def check_speed(parameters, partners: Partners, times, borders) -> None:
 
     `borders` (n, BORDER) are those of the `partners` then.
     """
+    if not partners.shaft:
+        return
     limit, speeds = parameters.drive.greatest_speed, borders[:, SHAFT_SPEED]
     beyond = ~(np.abs(speeds) <= limit)
-    if partners.shaft and beyond.any():
+    if beyond.any():
         seconds, speed = float(times[beyond.argmax()]), float(speeds[beyond.argmax()])
         sentence = (
             f"at {seconds:.9g} s the inner ring turns at {speed:.6g} rad/s, beyond drive.greatest_speed = {limit:g} "

@@ -13,6 +13,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.carried import carry_ball
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
+from bearing_twin.kinds.bearing.forces.handing import handed, taken
 from bearing_twin.kinds.bearing.forces.layout import CARRIED_INNER, ORIENTATION, ROSENBROCK_ROWS, SHAFT_ROWS, TURNED
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.stepping.border import bearing_at, follow_cage, put_pockets
@@ -219,11 +220,20 @@ def _advance(task, coupling, balls, state, orientation, steps, results, held, cu
 
 
 @kernel
-def rosenbrock_chunk(task, coupling, balls, state, orientation, steps, results):
+def _chunk(bearing, drive, method, times, duration, scales, coupling, balls, state, orientation, steps, results):
+    """`rosenbrock_chunk` of what is handed over without names."""
+    task = ChunkTask(Rosenbrock(*method), taken(bearing), RingDrive(*drive), times, duration, scales)
+    blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
+    held, filled = np.full(LANES * len(blocks), IDLE), Results(*results)
+    cursor = np.zeros_like(held)
+    return _advance(task, coupling, balls, state, orientation, steps, filled, held, cursor, dense, blocks)
+
+
+def rosenbrock_chunk(task: ChunkTask, coupling, balls, state, orientation, steps, results: Results) -> int:
     """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along.
 
-    `coupling` is empty for balls alone, else a `linear_system.Coupling`.
+    `coupling` is empty for balls alone, else a `linear_system.Coupling`. Returns a status.
     """
-    blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
-    held = np.full(LANES * len(blocks), IDLE)
-    return _advance(task, coupling, balls, state, orientation, steps, results, held, np.zeros_like(held), dense, blocks)
+    bearing, drive, method = handed(task.bearing), tuple(task.drive), tuple(task.method)
+    what = bearing, drive, method, task.times, task.duration, task.scales
+    return _chunk(*what, coupling, balls, state, orientation, steps, tuple(results))
