@@ -62,6 +62,15 @@ def quick_starts(monkeypatch):
 
 
 @pytest.fixture
+def quick_diagnostics(monkeypatch):
+    """Nodes tell of themselves five times a second, for tests that wait for their word while they compute."""
+    import ros  # noqa: F401 - skips where there is no ROS
+
+    for node in ("sim_node", "uq_node"):
+        monkeypatch.setattr(f"bearing_twin.nodes.{node}.DIAGNOSTICS_PERIOD", 0.2)
+
+
+@pytest.fixture
 def quick_pictures(monkeypatch):
     """Pictures are drawn whole, but once, small, without a search for a layout and with ticks at the ends.
 

@@ -23,6 +23,7 @@ IMPORTED = (
     "bearing_twin.kinds.impact.spheres",
 )  # fmt: skip
 WITH_ROS = ("bearing_twin.nodes.sim_node", "bearing_twin.nodes.recorder_node", "bearing_twin.nodes.uq_node")
+ROS = ("rclpy", "bearing_twin_msgs")
 ADOPTS = 36  # PR_SET_CHILD_SUBREAPER of prctl(2)
 READ_BY_IMPORTS = ("PYTHON", "NUMBA", "XDG_", "RMW", "AMENT", "LD_")  # how such variables of the environment begin
 
@@ -47,7 +48,7 @@ class Stem:
         with there:
             words, number = [sys.executable, __file__], there.fileno()
             self._process = _Popen([*words, str(number)], pass_fds=[number], start_new_session=True)
-        self._read = _read_by_imports(os.environ)
+        self.number, self._read = self._process.pid, _read_by_imports(os.environ)
 
     def fits(self, words: list[str], environment: dict[str, str]) -> bool:
         """Whether a program is one of Python, of which imports would have read nothing else."""
@@ -61,9 +62,12 @@ class Stem:
             _adopt(True)
             try:
                 socket.send_fds(self._socket, [b"1"], [request.fileno(), *streams])
-                return int.from_bytes(self._socket.recv(4), "little")
+                told = self._socket.recv(4)
             finally:
                 _adopt(False)
+        if not told:
+            raise RuntimeError("the process that has imported all has ended")
+        return int.from_bytes(told, "little")
 
     def end(self) -> None:
         """Ends it."""
@@ -120,7 +124,7 @@ def _become(request: dict, streams: list[int]) -> None:
 
 
 def _import_all() -> None:
-    for name in (*IMPORTED, *(WITH_ROS if importlib.util.find_spec("rclpy") else ())):
+    for name in (*IMPORTED, *(WITH_ROS if all(map(importlib.util.find_spec, ROS)) else ())):
         importlib.import_module(name)
     from bearing_twin.run.scene import load_scene
     from bearing_twin.run.simulation import simulate

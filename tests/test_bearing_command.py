@@ -170,7 +170,7 @@ def test_values_of_a_sweep_without_an_equilibrium_are_named(capsys):
 
 
 @pytest.mark.parametrize("more", [(), ("--sweep", "load=100:1000:5")])
-def test_pictures_are_written(more, tmp_path, capsys):
+def test_pictures_are_written(more, tmp_path, capsys, quick_pictures):
     path = tmp_path / "loads.png"
     assert answered(capsys, *DOWN, *more, "--plot", str(path))["plot"] == str(path)
     assert path.read_bytes().startswith(b"\x89PNG")

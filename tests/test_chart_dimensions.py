@@ -17,7 +17,7 @@ KEYS = ("load_error", "angle_error", "early_load_error", "early_angle_error")
 def rows():
     """Two loads, one of them across, at two speeds, over a shorter time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(dimensions, "SETTLED", 0.3)
+        patch.setattr(dimensions, "SETTLED", 0.15)
         patch.setattr(dimensions, "ENOUGH", 0.0)
         names = ("100 N thrust", "100 N thrust, 60 N across")
         return [row for name in names for share in SHARES for row in judge(name, BOTH, share, 0.0)]

@@ -91,7 +91,7 @@ def test_a_run_is_logged_reported_and_verified(log, capsys):
     assert len(report["greatest_normal_load_inner_n"]) == 8
 
 
-def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, capsys):
+def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, capsys, quick_pictures):
     for words in (["simulate", *SHORT], ["report", log]):
         picture = tmp_path / f"{words[0]}.png"
         assert asked(capsys, *words, "--plot", picture)["plot"] == str(picture)

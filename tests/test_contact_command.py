@@ -72,7 +72,7 @@ def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formul
 
 
 @pytest.mark.parametrize("line", ["--bearing 6203 --load 300", "--radii-1 0.01 --load 1", "--radii-1 0.1 1 --load 9"])
-def test_the_picture_is_a_png(line, tmp_path):
+def test_the_picture_is_a_png(line, tmp_path, quick_pictures):
     path = tmp_path / "contact.png"
     assert asked(f"{line} --plot {path}").result["plot"] == str(path)
     content = path.read_bytes()

@@ -40,7 +40,7 @@ def here(*problems):
     return WANTED._replace(problems=problems, kept=Kept(None))
 
 
-def test_a_contestant_that_hangs_is_stopped_and_the_others_go_on(monkeypatch, tmp_path):
+def test_a_contestant_that_hangs_is_stopped_and_the_others_go_on(monkeypatch, tmp_path, quick_workers):
     """In a process of its own, by the system; what is finished is not done again, and None is an answer, too."""
     (tmp_path / "made_up").mkdir()
     (tmp_path / "made_up" / "hanging.py").write_text(

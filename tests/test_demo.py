@@ -72,7 +72,7 @@ def test_the_table_at_the_end_fits_80_columns(load, outputs):
     assert all(word in shown for word in ("wren-", "ches", "sam-", "ples", "lost", "1234"))
 
 
-def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path, here, monkeypatch):
+def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path, here, monkeypatch, quick_starts):
     right = demo.node_command
     monkeypatch.setattr(demo, "node_command", lambda name, wanted: right(name, {**wanted, "no_such_parameter": 1}))
     done = here("demo", "--out", str(tmp_path))

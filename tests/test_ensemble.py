@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
+from starts import STEM
 
 import bearing_twin.uq.realise
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
@@ -714,15 +715,15 @@ def test_errors_are_one_family():
 
 
 def children(parent=None) -> list[int]:
-    """Pids of living children of a process; not the tracker that multiprocessing keeps for its whole life."""
-    found = []
+    """Pids of living children of a process, but for a stem and the tracker of multiprocessing, which live on."""
+    found, stems = [], [stem.number for stem in STEM]
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             status = entry.joinpath("stat").read_text(encoding="utf-8").rpartition(")")[2].split()
         except OSError:
             continue
         mine = int(status[1]) == (parent or os.getpid()) and status[0] != "Z"
-        if mine and "resource_tracker" not in command_of(int(entry.name)):
+        if mine and int(entry.name) not in stems and "resource_tracker" not in command_of(int(entry.name)):
             found.append(int(entry.name))
     return found
 

@@ -7,10 +7,7 @@ import sys
 from functools import cache
 
 import numpy as np
-import pandas
-import pyarrow.parquet
 import pytest
-import xarray
 from made_up_run import made_up_run
 
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
@@ -85,6 +82,8 @@ def columns_in(path, to):
 
 
 def _arrow(path):
+    import pyarrow.parquet  # here, as pandas and xarray below: all that collects tests would import it, 0.8 s
+
     table = pyarrow.parquet.read_table(path)
     return table.column_names, table.columns
 
@@ -125,6 +124,8 @@ def test_tables_hold_every_number_to_the_bit(to, which, tmp_path, request):
 
 
 def test_tables_are_read_by_pandas_as_they_stand(log, tmp_path):
+    import pandas
+
     out = tmp_path / "tables"
     export_log(log, "csv", out)
     frame = pandas.read_csv(out / "ball_contact.csv", float_precision="round_trip")
@@ -133,6 +134,8 @@ def test_tables_are_read_by_pandas_as_they_stand(log, tmp_path):
 
 
 def test_parquet_keeps_units_and_where_it_comes_from(log, tmp_path):
+    import pyarrow.parquet
+
     export_log(log, "parquet", tmp_path / "tables")
     schema = pyarrow.parquet.read_schema(tmp_path / "tables" / "ball_contact.parquet")
     assert schema.field("normal_load").metadata[b"units"] == b"N"
@@ -141,6 +144,8 @@ def test_parquet_keeps_units_and_where_it_comes_from(log, tmp_path):
 
 @pytest.mark.parametrize("which", ["log", "impact"])
 def test_a_data_set_holds_every_number_with_units_and_named_axes(which, tmp_path, request):
+    import xarray
+
     path = request.getfixturevalue(which)
     export_log(path, "netcdf", tmp_path / "run.nc")
     with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
@@ -186,6 +191,8 @@ def test_the_realisations_of_a_study_come_out_too(to, study, tmp_path):
     assert frame.index.name == "realisation"
     assert frame.attrs["units"]["contact_duration"] == "s"
     if to == "netcdf":
+        import xarray
+
         with xarray.open_dataset(out, engine="h5netcdf") as stored:
             found = {name: stored[name].to_numpy() for name in frame.columns}
             assert stored["peak_force"].attrs["units"] == "N"

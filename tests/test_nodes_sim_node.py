@@ -48,6 +48,8 @@ from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
+pytestmark = pytest.mark.usefixtures("quick_diagnostics")
+
 SCENE = load_scene("bearing_6203")
 SHIFTED = ["model.dimension=quasi_static", "drive.change={time: 0.01, offset: [0, 0, 1e-6]}"]
 NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]

@@ -36,6 +36,8 @@ from bearing_twin.nodes.studying import QUEUE
 from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
 from bearing_twin.paths import share_path
 
+pytestmark = pytest.mark.usefixtures("quick_diagnostics")
+
 ACTION = "/bearing/run_study"
 QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
 # One realisation of it goes on for minutes in a worker process, unless it is ended.

@@ -243,7 +243,7 @@ STUDY = {
 
 
 @pytest.mark.parametrize("stepper", ["closed_form", "dop853"])
-def test_a_study_is_refused_and_marked_as_its_scene_is(stepper):
+def test_a_study_is_refused_and_marked_as_its_scene_is(stepper, quick_workers):
     goal = Goal(json.dumps(STUDY), (f"solver.stepper={stepper}",))
     with pytest.raises(SceneError, match="outside its range"):
         run_study(study_of(goal))

@@ -104,17 +104,26 @@ def shortened(words):
     if command == "study" and arguments.study:
         study = load_study(arguments.study, arguments.set)
         closed = KINDS[study.kind].closed_form() is not None
-        return [*words, f"--samples={FEW}", "--workers=1"], closed
+        return [*words, f"--samples={FEW}", "--workers=1", *two_of_the_sweep(study)], closed
     if command == "view" and not arguments.what.endswith(".mcap"):
         if not (arguments.study or arguments.what in study_names()):
             return [*words, f"--duration={SHORT}"], not arguments.gif
-        closed = KINDS[load_study(arguments.what, arguments.set).kind].closed_form() is not None
-        return [*words, f"--set=samples={FEW}", "--set=workers=1"], closed
+        study = load_study(arguments.what, arguments.set)
+        closed = KINDS[study.kind].closed_form() is not None
+        return [*words, f"--set=samples={FEW}", "--set=workers=1", *two_of_the_sweep(study)], closed
     if command == "chart":
         known = problems_of(arguments.chart) if arguments.problem else ()
         assert set(arguments.problem or ()) <= set(known)
         return words, arguments.list
     return words, command not in ("compile", "watch")
+
+
+def two_of_the_sweep(study):
+    """The word that leaves the ends of what a study sweeps over, each value of which is a study."""
+    if study.sweep is None:
+        return []
+    key, values = study.sweep
+    return [f"--set=sweep={{{key}: {[values[0], values[-1]]}}}"]
 
 
 def problems_of(name):

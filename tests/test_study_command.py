@@ -189,13 +189,13 @@ def test_the_picture_has_ink_and_its_title(tmp_path, capsys):
     assert 0.005 < np.mean(pixels.mean(axis=2) < 0.8) < 0.4
 
 
-def test_a_distribution_without_samples_has_a_picture(tmp_path, capsys):
+def test_a_distribution_without_samples_has_a_picture(tmp_path, capsys, quick_pictures):
     path = tmp_path / "exact.png"
     asked(capsys, *QUICK, "--set", "method=change_of_variable", "--plot", path)
     assert path.stat().st_size > 20_000
 
 
-def test_pictures_of_little_and_of_nothing(tmp_path):
+def test_pictures_of_little_and_of_nothing(tmp_path, quick_pictures):
     speeds = {"motion.first_velocity": {"distribution": "uniform", "low": -3.0, "high": 6.0}}
     mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": ["peak_force", "impulse"], "modality": "no"}
     few = run_study(parse_study({**mapping, "method": "ensemble", "samples": 3}, "few"))
@@ -218,7 +218,7 @@ def test_a_bearing_is_studied_by_worker_processes(name, quick_workers):
     assert result.sample("cage_speed") == pytest.approx(theory, rel=0.2)
 
 
-def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path):
+def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path, quick_pictures):
     log = tmp_path / "study.mcap"
     found = asked(capsys, *QUICK, "--samples", 200, "--out", log)
     assert main(["report", str(log), "--json", "--plot", str(tmp_path / "study.png")]) == DONE
@@ -258,7 +258,7 @@ def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, capsys)
 def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
     """As it is read: a second time a block of it, and the eighth that is kept ready for more."""
     study = load_study("spheres_alpha_4e-5", ["histories=[approach]"])
-    count, points = 40_000, study.settings.history_points
+    count, points = 30_000, study.settings.history_points
     numbers = np.arange(count * points) % 7.0
     columns = [np.ones((count, len(one))) for one in (study.inputs, study.quantities)]
     with StudyLog(study, tmp_path / "long.mcap", max_loss=0.0) as log:

@@ -17,7 +17,7 @@ ON_THE_MACHINE = (
     "source ",
     "python ",
 )  # run by the journeys (tests/test_journeys.py), as lines that need nodes
-FEWER = re.compile(r"\b(samples[:=] ?)\d+")  # realisations, which take longer than what is done with them
+FEWER = re.compile(r"\b(samples[:=] ?|sensitivity=)\d+")  # realisations, which take longer than what is done with them
 EDITS = "your_law"  # run by tests/test_docs.py
 
 
@@ -59,7 +59,7 @@ def follow(line, capsys) -> bool:
     if line.startswith(ON_THE_MACHINE):
         return False
     assert line.startswith("bearing_twin "), line
-    words = words_of(line)
+    words = words_of(FEWER.sub(r"\g<1>12", line))
     cli._parsers()[0].parse_args(words)
     if words[0] == "node":
         return False

@@ -326,7 +326,7 @@ TABLE = '{"kind": "bearing", "rings": {"inner": {"table": [%s]}}}'
 def log_bombs() -> dict[str, bytes]:
     """Small files that would unpack, count or allocate without end, by what they are."""
     zeros, described = bytes(1 << 28), (Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1))
-    packed = {"zstd": zstandard.compress(zeros, 19), "lz4": lz4.frame.compress(zeros)}
+    packed = {"zstd": zstandard.compress(zeros), "lz4": lz4.frame.compress(zeros)}
     empties = struct.pack("<BQ", 0x80, 0) * 3_000_000
     messages = (struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)) * 1_000_000
     huge = struct.pack("<BQ", 6, 1 << 62)

@@ -112,12 +112,12 @@ def interval(value, influence, replicates=1, least=0.0) -> Estimate:
     heavy = float(np.mean(squares * squares)) / square**2 if square > 0.0 else 0.0
     safe = bool(heavy * least <= len(kept) and (replicates == 1 or heavy <= HEAVIEST))
     if replicates > 1:
-        kept = np.array([np.nanmean(influence[first::replicates]) for first in range(replicates)])
+        parts = (influence[first::replicates][good[first::replicates]] for first in range(replicates))
+        kept = np.array([part.mean() for part in parts])
         kept -= kept.mean()
         squares = kept * kept
         square = float(np.mean(squares))
-    count, spread = len(kept), math.sqrt(square)
-    basis = "moments" if replicates == 1 else "replicates"
+    count, spread, basis = len(kept), math.sqrt(square), "moments" if replicates == 1 else "replicates"
     if spread == 0.0:
         return Estimate(value, value, value, basis, safe)
     skewness = float(np.mean(squares * kept)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
