@@ -267,7 +267,7 @@ FAILURES = (
         "a companion by other steps measures the error, and the run says doubtful and names its horizon",
         "simulate bearing_6203_rig_1000N --set cage.kind=pockets --set run.duration=0.3",
         0,
-        "doubtful: loads, friction",
+        "more than the wanted 0.001: beyond the run's horizon",
         "cages",
     ),
     Failure(

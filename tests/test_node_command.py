@@ -204,18 +204,23 @@ def test_a_goal_whose_node_is_gone_is_not_waited_for(told, monkeypatch):
         gone.wait()
         return ros.RunStudy.Result()
 
+    def spin():
+        while not served.is_set():
+            executor.spin_once(timeout_sec=0.05)
+        server.destroy()  # here, as an executor must not see it vanish while it waits
+        while not gone.is_set():
+            executor.spin_once(timeout_sec=0.05)
+
     with ros.ros_executor(threads=2) as executor:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(executor.context.get_domain_id()))
         server = ros.ActionServer(ros.plain_node(executor, "served"), ros.RunStudy, "/bearing/run_study", study)
-        thread = threading.Thread(target=executor.spin, daemon=True)
-        ender = threading.Thread(target=lambda: served.wait() and server.destroy(), daemon=True)
-        thread.start(), ender.start()
+        thread = threading.Thread(target=spin, daemon=True)
+        thread.start()
         try:
             assert "the node of /bearing/run_study is gone" in told("study", "a", code=cli.BAD_INPUT)
         finally:
-            served.set(), gone.set(), ender.join()
+            served.set(), gone.set(), thread.join()
             executor.shutdown()
-            thread.join()
 
 
 def test_messages_become_data_and_back(toy):
