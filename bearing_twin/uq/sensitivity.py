@@ -3,6 +3,8 @@
 A. Saltelli et al., Variance based sensitivity analysis of model output, Comput. Phys. Commun. 181 (2010). Two
 independent points A and B a row, and for every input i the point A with its coordinate i from B; first-order indices by
 Saltelli's estimator mean(f_B (f_ABi - f_A))/V, total ones by Jansen's mean((f_A - f_ABi)^2)/(2 V).
+`scipy.stats.sobol_indices` has the same estimators, but takes only a power of two of rows and no NaN, and knows of no
+replicates of a design: where a realisation fails, or a study is cut off, there would be no indices. Tests compare both.
 """
 
 from typing import NamedTuple
