@@ -7,6 +7,7 @@ from bearings import motion
 from bearing_twin import load_scene
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing import partners
+from bearing_twin.kinds.bearing.adequacy import mend_of_method
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.models import choose
 
@@ -97,5 +98,7 @@ def test_slow_balls_that_do_not_fall_keep_their_tolerance():
     ],
 )
 def test_a_run_so_slow_that_loose_balls_fall_says_so(overrides, falls):
-    warnings = choose(load_scene(RIG, ["drive.speed=50", *overrides]).parameters).warnings
-    assert any("fall off the outer raceway" in one for one in warnings) is falls
+    parameters = load_scene(RIG, ["drive.speed=50", *overrides]).parameters
+    choice = choose(parameters)
+    assert any("fall off the outer raceway" in one for one in choice.warnings) is falls
+    assert ("hopping balls" in mend_of_method(parameters, choice)) is falls

@@ -5,6 +5,7 @@ import math
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of, weighed_support
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.ranges import FASTEST_CHANGE
 from bearing_twin.units import CELSIUS
 
@@ -144,6 +145,16 @@ def of_falling_balls(parameters, law: str) -> list[str]:
         "fall off the outer raceway and hop between the rings, which carries errors on, so that what is seen of them "
         "at one instant keeps no tolerance; means do"
     ]
+
+
+def mend_of_method(parameters, choice) -> str:
+    """What makes the error of the integration method smaller, as far as anything does."""
+    if of_falling_balls(parameters, choice.law):
+        return "no tolerance mends what hopping balls do at one instant: take means, or turn the ring faster"
+    if choice.stepper in FIXED_STEP:
+        return "halve solver.step, or set solver.stepper: rodas4"
+    other = "" if choice.stepper in ("rodas4", "auto") else "solver.stepper: rodas4, or "
+    return f"set {other}a tenth of wanted.tolerance"
 
 
 def cage_needed(parameters) -> str:

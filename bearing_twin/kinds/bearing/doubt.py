@@ -9,6 +9,7 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.adequacy import mend_of_method
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
@@ -20,7 +21,6 @@ from bearing_twin.kinds.bearing.left_out import left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worth_of_scene
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
 from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
@@ -262,13 +262,7 @@ class BearingDoubt:
 
     def _mend(self) -> str:
         """What makes the method's error smaller."""
-        if self.growth.grown:
-            return LATER
-        if self.choice.stepper in FIXED_STEP:
-            return "halve solver.step, or set solver.stepper: rodas4"
-        if self.choice.stepper not in ("rodas4", "auto"):
-            return "set solver.stepper: rodas4, or a tenth of wanted.tolerance"
-        return "set a tenth of wanted.tolerance"
+        return LATER if self.growth.grown else mend_of_method(self.parameters, self.choice)
 
     def _notes(self) -> dict[str, str]:
         """What is not known, by source and by what is left out."""
