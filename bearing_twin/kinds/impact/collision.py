@@ -16,6 +16,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.compiled import inlined, kernel, template
 from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.spring import Spring, rates, spring_elastic, spring_loads
 from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME, advance_adaptively
 from bearing_twin.numerics.dop853 import DOP853
@@ -25,7 +26,6 @@ from bearing_twin.numerics.statuses import EVALUATIONS, OK, SEPARATED, STALLED, 
 from bearing_twin.numerics.steppers import RK4
 from bearing_twin.stopping import SIGNALLED
 
-FIXED_STEP = ("rk4", "symplectic_euler")
 FEWEST_STEPS, FEW_STEPS = 8, 16  # of a fixed-step method in the shortest contact: refused below, warned below
 MOST_STEPS = 100_000  # of it in a contact: refused above, as rounding is all that more of them add
 MOST_NODES = 20 * MOST_STEPS  # until a contact is given up: half a second

@@ -13,8 +13,8 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.names import law_names, numbers_missing
 from bearing_twin.kinds.impact import disc_closed_form
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS, MOST_STEPS
+from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.parameters import (
-    FIXED_STEP,
     Disc,
     Meeting,
     PairSolver,

@@ -12,9 +12,10 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
 from bearing_twin.contact.waves import bar_speed, restitution_lost_between_spheres
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW
-from bearing_twin.kinds.impact.collision import FIXED_STEP, Collision, collide
+from bearing_twin.kinds.impact.collision import Collision, collide
 from bearing_twin.kinds.impact.derived import contact_time_by
 from bearing_twin.kinds.impact.figures import FIGURES, OUTPUTS, WATCH
+from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.models import off_elements
 from bearing_twin.kinds.impact.spring import spring_loads
 from bearing_twin.kinds.second_run import SecondRunDoubt, difference, row_of

@@ -3,8 +3,9 @@
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.validity import wave_transit
-from bearing_twin.kinds.impact.collision import FEW_STEPS, FIXED_STEP
+from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time, sphere_law
+from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.report import Choice
 
 JOHNSON_ERROR = 0.04

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import law_names
+from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.sections import (
     Elastic,
     PointElastic,
@@ -17,7 +18,6 @@ from bearing_twin.kinds.sections import (
 from bearing_twin.parameters import choice, quantity, section
 
 SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
-FIXED_STEP = ("rk4", "symplectic_euler")
 PAIR_STEPPERS = ("closed_form", "dop853", *FIXED_STEP)
 
 
