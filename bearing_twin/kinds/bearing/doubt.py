@@ -262,7 +262,11 @@ class BearingDoubt:
 
     def _mend(self) -> str:
         """What makes the method's error smaller."""
-        return LATER if self.growth.grown else mend_of_method(self.parameters, self.choice)
+        return LATER if self.growth.grown else self._smaller_steps
+
+    @functools.cached_property
+    def _smaller_steps(self) -> str:
+        return mend_of_method(self.parameters, self.choice)
 
     def _notes(self) -> dict[str, str]:
         """What is not known, by source and by what is left out."""
