@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.deviations import Part, untouched
+from bearing_twin.kinds.bearing.companion.deviations import Part, in_flight
 from bearing_twin.kinds.bearing.companion.meetings import until_met
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_before, steps_in, window_at
 from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS
@@ -31,7 +31,7 @@ class Followed(NamedTuple):
 
 def loose(part: Part, window: Window) -> bool:
     """Whether the ball of a window touches neither raceway at an output from there on: bounces make errors grow."""
-    return window.ball >= 0 and bool(untouched(part)[max(window.begin, 0) :, window.ball].any())
+    return window.ball >= 0 and bool(in_flight(part)[max(window.begin, 0) :, window.ball].any())
 
 
 def bouncing(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[Window]:
@@ -41,7 +41,7 @@ def bouncing(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[W
     that may have met another until then are left out; those that are longest in flight come first, as many as the run
     took so many `steps` with.
     """
-    free, outputs = untouched(part), len(part.times)
+    free, outputs = in_flight(part), len(part.times)
     if part.partners.active or not free.any() or not len(part.pointer):
         return []
     rest = np.minimum(outputs - np.argmax(free[::-1], axis=0) + SETTLING, outputs)
@@ -61,7 +61,7 @@ def taking_off(part: Part, met: np.ndarray, but: set[int], steps: float) -> list
     One that is off there may fly where it should roll: nothing drives it then, and it comes late to where it next bears
     load. The shortest, as many as the run took so many `steps` in; none of balls that may have met another.
     """
-    free = untouched(part)
+    free = in_flight(part)
     if part.partners.active or not free.any() or not len(part.pointer):
         return []
     taken, balls = part.pointer[..., STEPS_IN], np.flatnonzero(free.any(axis=0)).tolist()

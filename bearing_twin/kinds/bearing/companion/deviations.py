@@ -63,7 +63,7 @@ class Part(NamedTuple):
         return drive_later(self.drive, start)
 
 
-def untouched(part: Part) -> np.ndarray:
+def in_flight(part: Part) -> np.ndarray:
     """Which balls (outputs, balls) touch neither raceway."""
     load = part.out["normal_load"]
     return (load[..., 0] == 0.0) & (load[..., 1] == 0.0)
@@ -169,7 +169,7 @@ def off_in_flight(part: Part, window: Window, found: Found, place: int | None) -
     if place is None:
         return 0.0
     rows = slice(window.begin + 1, window.begin + 1 + window.length)
-    free = untouched(part)[rows, window.ball]
+    free = in_flight(part)[rows, window.ball]
     if not free.any():
         return 0.0
     off = part.filled[0][rows, window.ball, AXIS_DISTANCE] - found.states[:, place, AXIS_DISTANCE]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.elastic import elastic
-from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, lengths, untouched
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, in_flight, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
@@ -58,7 +58,7 @@ def rubbing(part: Part, greatest: float, those: np.ndarray) -> np.ndarray:
 
 def landed(part: Part) -> np.ndarray:
     """Which contacts (outputs, balls, 2) bear load where their ball touched neither raceway at the output before."""
-    free, bears = untouched(part), part.out["normal_load"] > 0.0
+    free, bears = in_flight(part), part.out["normal_load"] > 0.0
     bears[0], bears[1:] = False, bears[1:] & (free[:-1] & ~free[1:])[..., None]
     return bears
 
@@ -69,7 +69,7 @@ def hops(part: Part, greatest: float, off: float) -> tuple[float, float]:
     A contact is off by no more than what it bears: at an output after one at which its ball touched neither raceway, or
     at the height of the blow that a ball comes to with its speed, which outputs may miss.
     """
-    free = untouched(part)
+    free = in_flight(part)
     if not free.any() or off <= 0.0:
         return 0.0, 0.0
     load, bears, law = part.out["normal_load"], landed(part), part.bearing.inner.law
@@ -112,7 +112,7 @@ def thrown(part: Part) -> bool:
     A ball may also hop on the outer raceway while the ring lies still, or slides round. So at some output contacts must
     leave more than half of its load unheld: half way from lying still to falling.
     """
-    if not untouched(part).any():
+    if not in_flight(part).any():
         return False
     at, partners = np.asarray(part.times)[:, None], part.partners
     load = (partners.load + partners.weight + at * partners.load_rate)[:, :3]

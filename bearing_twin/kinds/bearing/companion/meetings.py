@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.deviations import Found, Part, untouched
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, in_flight
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, Window
 from bearing_twin.kinds.bearing.error_scales import APPROACH_SCALE
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, TANGENTIAL_VELOCITY
@@ -131,7 +131,7 @@ class Drift:
     def go_on(self, part: Part, followed: set[int]) -> None:
         """Goes on to the end of a part."""
         bears = part.out["normal_load"] > 0.0
-        driven, free = bears[..., 0] & bears[..., 1], untouched(part)
+        driven, free = bears[..., 0] & bears[..., 1], in_flight(part)
         late = part.elapsed + part.times[:, None] > self.until
         between = part.times.copy()
         between[1:] -= part.times[:-1]
