@@ -323,7 +323,7 @@ def words_of(node: ast.AST) -> set[str]:
 
 
 def test_what_only_tests_reach_is_listed_or_gone():
-    """From the public API, entry points, launch files and what runs on import; `reference` exists for tests."""
+    """From the public API, entry points, launch files and what runs on import."""
     defined, entries = (ast.FunctionDef, ast.ClassDef), PACKAGE / "nodes" / "entry.py"
     reached = {
         "main",
@@ -354,7 +354,7 @@ def test_what_only_tests_reach_is_listed_or_gone():
     found = {}
     for path, names in named.items():
         dead = {name for name in names - reached if not name.startswith("_")}
-        if dead and room_of(path) not in ("__init__", "reference"):
+        if dead and room_of(path) != "__init__":
             found[path.relative_to(PACKAGE).as_posix()] = dead
     assert found == {path: set(names.split()) for path, (names, _) in ONLY_TESTS_REACH.items()}
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import TURNED_REST, flat, motion, run, stored_energy, without_compiling
+from reference.rolling import rolling_rates
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
@@ -14,7 +15,6 @@ from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE,
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.loads import wrenches
 from bearing_twin.kinds.bearing.outputs import channels, contact_details
-from bearing_twin.reference.rolling import rolling_rates
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

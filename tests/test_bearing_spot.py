@@ -16,6 +16,7 @@ from bearings import (
     without_compiling,
 )
 from numba import njit
+from reference.fit_hertz import fit
 from scipy.special import ellipe
 
 from bearing_twin.code_linking import dispatcher, needs_of
@@ -40,7 +41,6 @@ from bearing_twin.kinds.bearing.forces.spot_slopes import add_points
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.numerics.lanes import LANES
 from bearing_twin.numerics.steppers import STEPPER_FACTS
-from bearing_twin.reference.fit_hertz import fit
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

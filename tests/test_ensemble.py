@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reference.impact import equation_14, power_load, strike
 from scipy import stats
 from starts import STEM
 
@@ -25,7 +26,6 @@ from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import content_digest, raw_messages
 from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
 from bearing_twin.numerics.steppers import ROSENBROCK
-from bearing_twin.reference.impact import equation_14, power_load, strike
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.realise import NEVER_MEET, empty, realise

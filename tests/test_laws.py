@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from reference.fit_hertz import fit
 from scipy.integrate import quad
 
 from bearing_twin.contact import line
@@ -33,7 +34,6 @@ from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient, her
 from bearing_twin.contact.friction import friction_factor
 from bearing_twin.contact.laws import LAWS, Place, line_law
 from bearing_twin.contact.names import law_names, words_of
-from bearing_twin.reference.fit_hertz import fit
 
 POINT = [name for name, row in LAWS.items() if row.fits == "point"]
 CURVED = [name for name in POINT if LAWS[name].follows]

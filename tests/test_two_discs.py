@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from reference.impact import equation_14, strike
 from runs import reported
 from scipy.integrate import quad
 from scipy.special import lambertw
@@ -15,7 +16,6 @@ from bearing_twin.errors import SceneError
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
 from bearing_twin.kinds.impact.discs import solve
 from bearing_twin.kinds.impact.models import JOHNSON_ERROR, LARGE
-from bearing_twin.reference.impact import equation_14, strike
 from bearing_twin.run.scene import load_scene
 
 REDUCED = 7853.981634

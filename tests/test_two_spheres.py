@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference.impact import power_load, strike
 from runs import reported
 from scipy.integrate import solve_ivp
 
@@ -16,7 +17,6 @@ from bearing_twin.kinds.impact import collision
 from bearing_twin.kinds.impact.collision import collide, march_fixed
 from bearing_twin.kinds.impact.spheres import solve
 from bearing_twin.kinds.impact.spring import NO_LINE, Spring
-from bearing_twin.reference.impact import power_load, strike
 from bearing_twin.run.scene import load_scene
 
 MASS = 0.1129  # reduced, of the two spheres of paper 3

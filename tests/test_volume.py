@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference.overlap import ENERGY_FACTOR, overlap, overlap_load
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipe
@@ -13,7 +14,6 @@ from scipy.special import ellipe
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.errors import SceneError
-from bearing_twin.reference.overlap import ENERGY_FACTOR, overlap, overlap_load
 from bearing_twin.shapes.implicit import ellipsoid, plane, sphere, superquadric, torus
 from bearing_twin.shapes.lens import lens
 from bearing_twin.shapes.opposing import support

@@ -23,7 +23,7 @@ AXIS_RATIO_MIN = 1e-6
 CURVATURE_RATIO_MAX = 1.0 / (AXIS_RATIO_MIN**2 * (math.log(4.0 / AXIS_RATIO_MIN) - 1.0))
 
 
-# Fitted by `python -m bearing_twin.reference.fit_hertz`; relative error below 1e-10 for b/a in [0.01, 1].
+# Fitted by `python tests/reference/fit_hertz.py`; relative error below 1e-10 for b/a in [0.01, 1].
 HERTZ_NUMERATOR = (
     0.9428090415108946,
     -2.2748176815803363,
@@ -46,7 +46,7 @@ HERTZ_DENOMINATOR = (
 )
 HERTZ_U_MAX = 0.9144848400609057
 
-# Fitted by `python -m bearing_twin.reference.fit_hertz`: relative errors 2e-7 and 2e-8 for b/a in [0.01, 1].
+# Fitted by `python tests/reference/fit_hertz.py`: relative errors 2e-7 and 2e-8 for b/a in [0.01, 1].
 AREA_NUMERATOR = (0.49999991209, -0.95732120387, 0.44434771413, 0.062350828905, -0.047733553948)
 AREA_DENOMINATOR = (1.0, -1.6924362264, 0.48816393097, 0.31997884793, -0.11043047507)
 SHAPE_NUMERATOR = (1.3333333116, -1.6914791831, 0.15902547538, 0.2661054997, -0.016034665480)

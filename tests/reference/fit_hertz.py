@@ -1,4 +1,4 @@
-"""Fits the rational forms of the law `hertz` and of its ellipse; run as `python -m bearing_twin.reference.fit_hertz`.
+"""Fits the rational forms of the law `hertz` and of its ellipse; run as `python tests/reference/fit_hertz.py`.
 
 With g = sqrt(PQ) and u = (P + Q - 2g)/(P + Q + 2g) in [0, 1) the exact load is E* h^(3/2) g^(-1/2) R(u), where R is
 smooth and slowly varying because the load is even in ln(P/Q). So is a b g/h, and (a - b)/(a + b) is odd, sqrt(u) times
