@@ -82,7 +82,6 @@ class BouncingMotion:
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start."""
         kernels = self.kernels
         self.state, self.clock = self.start(), np.zeros(kernels.CLOCK)
         self.clock[STEP] = math.inf

@@ -180,11 +180,12 @@ class ClosedForm(NamedTuple):
 
 
 def late(place: str) -> Callable:
-    """The function or class at "module:name", imported at the first call."""
+    """The function or class at "module:name", imported at the first call; of a table there, what gives it."""
 
     def call(*arguments, **named):
         module, _, name = place.partition(":")
-        return getattr(importlib.import_module(module), name)(*arguments, **named)
+        found = getattr(importlib.import_module(module), name)
+        return found(*arguments, **named) if callable(found) else found
 
     call.__name__ = place
     return call

@@ -21,7 +21,6 @@ class PlainFigures:
         self._greatest: dict[str, float] = {}
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         for channel in self._channels:
             values = block.values[channel.name]
             self._last[channel.name] = float(values[-1])

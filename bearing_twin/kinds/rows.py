@@ -11,7 +11,7 @@ USUAL = {
     "motion": "motion:motion",
     "channels": "outputs:channels",
     "records": "figures:tables",
-    "meanings": "figures:meanings",
+    "meanings": "figures:MEANINGS",
     "quantities": "quantities:quantities",
     "topics": "topics:topics",
     "view": "view:view",

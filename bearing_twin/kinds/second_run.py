@@ -111,7 +111,6 @@ class WithSecondRun:
         self._first, self._row, self._left_with = 0.0, None, {}
 
     def reset(self) -> None:
-        """Back to the start."""
         self._motion.reset()
         self._finer.reset()
         self._begin()
@@ -220,7 +219,6 @@ class SecondRunDoubt:
         self.row: np.ndarray | None = None
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         for row in block.records.get(COMPANION, ()):
             self.row = np.array(row)
 
@@ -245,11 +243,10 @@ class SecondRunDoubt:
         return {}
 
     def promised(self) -> tuple[str, ...]:
-        """The outputs that are wanted."""
-        return tuple(self.watch.outputs)
+        """The outputs that are wanted: all, or the peaks of an impact alone."""
+        return ("peaks",) if self.parameters.wanted.outputs == "peaks" else tuple(self.watch.outputs)
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
-        """The errors of these figures so far."""
         found: dict[str, dict[str, Any]] = {}
         by_source = {METHOD: self._method(), LAW: self.law(figures), FRICTION_MODEL: self.friction(figures)}
         by_source[LEFT_OUT] = self.left_out(figures)

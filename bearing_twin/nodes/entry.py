@@ -7,39 +7,11 @@ import importlib
 import os
 import signal
 import sys
-
-
-def sim_node() -> int:
-    """Runs a scene and publishes it; returns the exit code."""
-    return _run("sim_node")
-
-
-def recorder_node() -> int:
-    """Logs topics as they are on the wire; returns the exit code."""
-    return _run("recorder_node")
-
-
-def replay_node() -> int:
-    """Publishes the messages of a log again; returns the exit code."""
-    return _run("replay_node")
-
-
-def uq_node() -> int:
-    """Runs studies on request; returns the exit code."""
-    return _run("uq_node")
-
-
-def watch_node() -> int:
-    """Serves a page of a running node; returns the exit code."""
-    return _run("watch_node")
-
-
-def demo() -> int:
-    """Simulates, records, watches and replays; returns the exit code."""
-    return _run("demo")
+from functools import partial
 
 
 def _run(name: str) -> int:
+    """Runs an executable; returns the exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
         signal.signal(number, lambda *_: os._exit(0))
     from bearing_twin import pipes
@@ -73,6 +45,13 @@ def _said(name: str) -> int:
         print(f"{name}: {missing_package(error)}", file=sys.stderr)
     return 2
 
+
+sim_node = partial(_run, "sim_node")
+recorder_node = partial(_run, "recorder_node")
+replay_node = partial(_run, "replay_node")
+uq_node = partial(_run, "uq_node")
+watch_node = partial(_run, "watch_node")
+demo = partial(_run, "demo")
 
 if __name__ == "__main__":
     sys.exit(_run(sys.argv.pop(1)))

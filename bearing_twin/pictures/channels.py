@@ -24,7 +24,6 @@ class ChannelPicture:
         self._channels = ()
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         self._channels = block.channels
         self._values.add(block)
 

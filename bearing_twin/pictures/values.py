@@ -20,7 +20,6 @@ class ChannelValues:
         self._values: list[dict[str, np.ndarray]] = []
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         self.outputs += len(block)
         for name, values in block.values.items():
             if values.ndim == 1:

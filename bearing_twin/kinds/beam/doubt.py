@@ -15,7 +15,7 @@ from bearing_twin.kinds.beam.impact import BeamImpact
 from bearing_twin.kinds.beam.parameters import EULER
 from bearing_twin.kinds.beam.theory import theory_of, trial
 from bearing_twin.kinds.doubt import LAW, METHOD
-from bearing_twin.kinds.impact.doubt import INSTANTS, relative, wanted_of_impact
+from bearing_twin.kinds.impact.doubt import INSTANTS, relative
 from bearing_twin.kinds.second_run import SecondRunDoubt, difference, row_of
 
 FINER = 1.5  # modes and steps of the companion over those of the run
@@ -87,13 +87,8 @@ class BeamDoubt(SecondRunDoubt):
 
     watch = WATCH
 
-    def promised(self) -> tuple[str, ...]:
-        """The history where it is wanted."""
-        return wanted_of_impact(self.parameters)
-
     @property
     def mend(self) -> str:
-        """What makes the method's error smaller."""
         if self.choice.stepper == "sinusoidal":
             return "set solver.stepper: modes, which solves for the force"
         if self.parameters.solver.modes or self.parameters.solver.steps:
@@ -125,7 +120,6 @@ class BeamDoubt(SecondRunDoubt):
         return {key: share * abs(figures[key]) for key in FIGURES[:3]}
 
     def notes(self) -> dict[str, str]:
-        """What is not in the errors."""
         found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
         if self.row is None and self.parameters.solver.companion == "on":
             found[METHOD] = "no second computation has been compared: its modes and steps would not fit the memory"

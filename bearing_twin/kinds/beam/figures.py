@@ -64,7 +64,6 @@ class BeamFigures(ImpactFigures):
         self._extremes: dict[str, float] = {}
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         super().add(block)
         for row in block.records.get("extremes", ()):
             known = zip((column.name for column in EXTREMES.columns), map(float, row), strict=True)
@@ -134,8 +133,3 @@ class BeamFigures(ImpactFigures):
                 "lengthen run.duration"
             )
         return flags
-
-
-def meanings() -> dict[str, str]:
-    """What each key of the figures is."""
-    return MEANINGS

@@ -18,7 +18,6 @@ class BeamPicture(PairPicture):
     """The picture of one impact on a beam, from all its outputs."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        """Fills the figure with panels."""
         _draw_beam(figure, values, self._facts.scene)
 
 

@@ -30,6 +30,7 @@ BEARING = Kind(
         motion="motion:bearing_motion",
         place_of="outputs:place_of",
         figures="figures:BearingFigures",
+        meanings="figure_rows:MEANINGS",
         doubt="doubt:BearingDoubt",
         commands="topics:commands",
         check_drive="quasi_static.operating:check_drive",

@@ -40,7 +40,6 @@ class EllipsoidDoubt(SecondRunDoubt):
         self._contacts = self.figures_type(parameters, choice)
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         super().add(block)
         self._contacts.add(block)
 
@@ -85,7 +84,6 @@ class EllipsoidDoubt(SecondRunDoubt):
         return {"restitution": restitution_lost_on_half_space(speed, waves)}
 
     def notes(self) -> dict[str, str]:
-        """What is not in the errors."""
         contact, found = self.parameters.contact, {}
         if self.choice.law not in LAWS or LAWS[self.choice.law].measured:
             found[LAW] = f"nothing is known of the error of the law {self.choice.law}"

@@ -158,7 +158,6 @@ class EllipsoidFigures:
         self._going_on = _OpenContact()
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         stored = sum(block.values[name] for name in ENERGIES[:3])
         total = stored + sum(block.values[name] for name in self.spent)
         if not self.first:
@@ -261,7 +260,6 @@ class EllipsoidFigures:
         return (self.last["total"] - self.first["total"]) / self.scale if self.scale > 0.0 else 0.0
 
     def status(self) -> str:
-        """Gives "done", or what failed."""
         wrong = not max(abs(self.closure), self.gain) <= ENERGY_GAIN
         return "failed: energy" if wrong else "done"
 
@@ -275,8 +273,3 @@ def _row(bounce):
         "friction_impulse_ns": bounce.friction_impulse,
         "restitution": bounce.restitution,
     }
-
-
-def meanings() -> dict[str, str]:
-    """What each key of the figures is."""
-    return MEANINGS

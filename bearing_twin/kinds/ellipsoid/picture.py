@@ -20,7 +20,6 @@ class EllipsoidPicture(RunPicture):
     """The picture of one run of any length."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        """Fills the figure with panels."""
         grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.16)
         _draw_side(figure.add_subplot(grid[0, 0]), values, self._facts.scene)
         _draw_plan(figure.add_subplot(grid[1:, 0]), values, self._facts.scene)

@@ -25,11 +25,6 @@ ROUNDED = 1e-11  # relative error of a closed form
 INSTANTS = 400  # of a contact, at which forces are compared
 
 
-def wanted_of_impact(parameters) -> tuple[str, ...]:
-    """The outputs that an impact's scene wants."""
-    return ("peaks",) if parameters.wanted.outputs == "peaks" else tuple(OUTPUTS)
-
-
 def relative(value: float, finer: float) -> float:
     """By what share a value is off; infinite where nothing should be."""
     return abs(value - finer) / abs(finer) if finer else (math.inf if value else 0.0)
@@ -73,13 +68,8 @@ class PairDoubt(SecondRunDoubt):
 
     watch = WATCH
 
-    def promised(self) -> tuple[str, ...]:
-        """The history where it is wanted."""
-        return wanted_of_impact(self.parameters)
-
     @property
     def mend(self) -> str:
-        """What makes the method's error smaller."""
         if self.choice.stepper in FIXED_STEP:
             return "halve solver.step, or set solver.stepper: dop853"
         return "set solver.stepper: dop853, or a tenth of wanted.tolerance"
@@ -124,7 +114,6 @@ class SphereDoubt(PairDoubt):
         return found | {"restitution": lost, "impulse_ns": impulse}
 
     def notes(self) -> dict[str, str]:
-        """What is not in the errors."""
         found = {"spin": "spheres meet head-on: friction and spin are not computed"}
         if LAWS[self.choice.law].measured:
             found[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
@@ -149,7 +138,6 @@ class DiscDoubt(PairDoubt):
         return self._beside, "contact.normal: johnson costs no more"
 
     def notes(self) -> dict[str, str]:
-        """What is not in the errors."""
         return {
             LAW: f"laws of line contact are {100.0 * off_elements(self.parameters)[0]:.2g} % off finite elasticity at "
             "this speed and thickness, whatever the tolerance: that stands beside figures, and does not "

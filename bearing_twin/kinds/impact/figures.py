@@ -65,7 +65,6 @@ class ImpactFigures:
         self._rows: list[np.ndarray] = []
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         if self.brought is None:
             self.brought = float(block.values["kinetic_energy"][0])
         self._rows.append(block.records.get("contact", np.empty((0, len(CONTACT.columns)))))
@@ -128,7 +127,6 @@ class ImpactFigures:
         return []
 
     def status(self) -> str:
-        """Gives "done", or what failed."""
         return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
 
 
@@ -148,8 +146,3 @@ class PairFigures(ImpactFigures):
             return []
         duration = float(self.contacts[:, DURATION].min())
         return self._doubts(self.parameters, self.peak_force, duration) + super().flags()
-
-
-def meanings() -> dict[str, str]:
-    """What each key of the figures is."""
-    return MEANINGS

@@ -15,7 +15,6 @@ class PairPicture(RunPicture):
     """The picture of one impact, from all its outputs: an impact is short."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        """Fills the figure with panels."""
         _draw_pair(figure, values)
 
 

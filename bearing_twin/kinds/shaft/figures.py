@@ -60,11 +60,6 @@ ROWS = {"position": 3, "tilt": 2, "bearing_force": 6}  # channels whose mean and
 POWERS = 3.0, 10.0 / 3.0  # of ISO/TS 16281: of a load on the inner and on the outer raceway
 
 
-def meanings() -> dict[str, str]:
-    """What each key of the figures is."""
-    return MEANINGS
-
-
 def tables(parameters: ShaftScene) -> tuple[Table, ...]:
     """What a shaft records."""
     return tables_with(WATCH, MEANINGS, parameters)

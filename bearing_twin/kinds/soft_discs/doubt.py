@@ -77,7 +77,6 @@ class SoftDiscDoubt(SecondRunDoubt):
         return f"set mesh.divisions above {mesh.divisions}" if mesh.divisions else "set a third of wanted.tolerance"
 
     def notes(self) -> dict[str, str]:
-        """What is not in the errors."""
         found = {
             "penalty": "contact is a bed of springs, whose depth stands in greatest_penetration_m: a harder one, "
             "contact.stiffness_ratio, is nearer to a rigid wall",

@@ -66,11 +66,6 @@ def tables(parameters: SoftDiscsScene) -> tuple[Table, ...]:
     return tables_with(WATCH, MEANINGS, parameters, IMPACT)
 
 
-def meanings() -> dict[str, str]:
-    """What each key of the figures is."""
-    return MEANINGS
-
-
 class SoftDiscFigures:
     """Gathers the record of the impact and how far the outputs reach."""
 
@@ -80,7 +75,6 @@ class SoftDiscFigures:
         self._known: dict[str, float] = {}
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         if not self._brought:
             self._brought = float(block.values["kinetic_energy"][0])
         for row in block.records.get("impact", ()):
@@ -127,7 +121,6 @@ class SoftDiscFigures:
         return flags
 
     def status(self) -> str:
-        """Gives "done", or what failed."""
         if not self._known:
             return "done"
         if not self._known["ended"]:

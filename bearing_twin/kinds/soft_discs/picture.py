@@ -29,7 +29,6 @@ class SoftDiscPicture(PairPicture):
         self._parameters = facts.scene.parameters
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        """Fills the figure with panels."""
         grid = figure.add_gridspec(2, 12, left=0.055, right=0.98, top=0.89, bottom=0.1, hspace=0.32, wspace=3.0)
         time, _, unit = scaled_time(values["time"])
         force, velocity, energy = (figure.add_subplot(grid[0, 4 * k : 4 * k + 4]) for k in range(3))

@@ -51,11 +51,6 @@ def tables(parameters) -> tuple[Table, ...]:
     return tables_with(WATCH, MEANINGS, parameters, TOUCH, CONTACT)
 
 
-def meanings() -> dict[str, str]:
-    """What each key of the figures is."""
-    return MEANINGS
-
-
 class PairFigures(EllipsoidFigures):
     """Gathers contacts and the books of energy and momentum of the outputs given out."""
 
@@ -66,7 +61,6 @@ class PairFigures(EllipsoidFigures):
         self._off = 0.0
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
         super().add(block)
         self._off = float(block.values["tracking_error"][-1])
 
