@@ -14,7 +14,7 @@ from bearing_twin.contact.validity import gathered, groove_doubt, law_doubt, pre
 from bearing_twin.kinds.bearing.adequacy import untouched
 from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, is_watched
-from bearing_twin.kinds.bearing.figure_rows import missing
+from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
 from bearing_twin.kinds.bearing.law_error import law_error
 from bearing_twin.kinds.bearing.outputs import ellipses, moduli
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -274,6 +274,11 @@ class BearingFigures:
         torque, load = (late[name].reshape(-1, width) / late["count"] for name, width in (("torque", 1), ("load", 2)))
         least = ROUNDING * 0.5 * self.parameters.geometry.ball_diameter * load.sum(axis=1)
         return [float(one) for one in np.where(torque[:, 0] > least, torque[:, 0], 0.0)]
+
+
+def meanings() -> dict[str, str]:
+    """What each key of the figures is."""
+    return dict(MEANINGS)
 
 
 def tables(parameters: BearingScene) -> tuple[Table, ...]:
