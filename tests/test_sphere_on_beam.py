@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from runs import reported
+from solved_impact import SolvedImpact
 
 from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError, Stopped
@@ -48,7 +49,7 @@ def numbers(motion):
 
 
 def solved(scene="sphere_on_beam", *overrides, stepper="modes"):
-    return solve(load_scene(scene, overrides).parameters, "hertz", stepper)
+    return SolvedImpact(solve, load_scene(scene, overrides), "hertz", stepper)
 
 
 def test_the_contact_time_of_a_run_is_that_of_all_its_contacts():

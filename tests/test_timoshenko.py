@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from runs import reported
+from solved_impact import SolvedImpact
 
 from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.impact import throw
@@ -37,7 +38,7 @@ DROP = "sphere_on_beam_drop_50mm_shear"
 
 @functools.cache
 def solved(scene, *overrides, stepper="modes"):
-    return solve(load_scene(scene, overrides).parameters, "hertz", stepper)
+    return SolvedImpact(solve, load_scene(scene, overrides), "hertz", stepper)
 
 
 @functools.cache

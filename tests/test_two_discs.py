@@ -8,6 +8,7 @@ from reference.impact import equation_14, strike
 from runs import reported
 from scipy.integrate import quad
 from scipy.special import lambertw
+from solved_impact import SolvedImpact
 
 from bearing_twin.contact import line
 from bearing_twin.contact.laws import line_law
@@ -26,7 +27,7 @@ SHARES = (0.01, 0.03, 0.06, 0.1, 0.14)  # of the speed of waves
 
 
 def solved(*overrides, law="line", stepper="closed_form"):
-    return solve(load_scene("two_discs", overrides).parameters, law, stepper)
+    return SolvedImpact(solve, load_scene("two_discs", overrides), law, stepper)
 
 
 @pytest.mark.parametrize(("speed", "time"), [(10.0, 6.4857259957e-3), (100.0, 5.5677528716e-3)])
@@ -125,7 +126,7 @@ def off_elements(share, ratio, thickness, *mesh):
 
     shared = met_at(share, ratio, thickness)
     line = load_scene("two_discs", [*shared, "contact.normal=auto", "wanted.outputs=peaks"])
-    found = solve(line.parameters, "johnson", "closed_form")
+    found = SolvedImpact(solve, line, "johnson", "closed_form")
     finer = (*mesh, "contact.stiffness_ratio=300")
     elements = by_elements(load_scene("soft_discs_fast", [*shared, *finer]).parameters, frames=2)
     force = elements.column("force")
@@ -197,7 +198,7 @@ def test_the_sentence_offers_johnson_where_johnson_has_a_solution():
     assert 0.25 * 960.0 * math.pi * 1e-4 < stored
     with pytest.raises(SceneError, match=r"use contact\.normal: johnson, or let the discs"):
         load_scene("two_discs", [*SOFT, "contact.normal=line"])
-    found = solve(load_scene("two_discs", [*SOFT, "contact.normal=auto"]).parameters, "johnson", "closed_form")
+    found = SolvedImpact(solve, load_scene("two_discs", [*SOFT, "contact.normal=auto"]), "johnson", "closed_form")
     assert math.isfinite(found.contacts[0].duration)
     assert any("half-space" in flag for flag in reported("two_discs", *SOFT, "contact.normal=auto").flags)
 

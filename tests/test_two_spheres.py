@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from reference.impact import power_load, strike
 from runs import reported
 from scipy.integrate import solve_ivp
+from solved_impact import SolvedImpact
 
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_for_restitution
@@ -25,7 +26,7 @@ SPEEDS = st.floats(1e-3, 50.0)
 
 
 def solved(*overrides, stepper="closed_form"):
-    return solve(load_scene("two_spheres", overrides).parameters, "hertz", stepper)
+    return SolvedImpact(solve, load_scene("two_spheres", overrides), "hertz", stepper)
 
 
 def test_contact_constant_and_invariant():

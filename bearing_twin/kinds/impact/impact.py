@@ -1,58 +1,32 @@
 """An impact solved at once, and how it becomes a run like any other: an impact is a run, only short."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.sample import between
 
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """An impact, solved: `at(times)` -> one array a channel at increasing times [s] from the start, and what it was.
+    """An impact, solved: `at(times)` -> one array a channel at increasing times [s] from the start.
 
-    `run` is the resolved one: `time`, `values` and the histories read off them are its outputs, computed when asked.
-    `contacts` in order, `restitution` = relative speed away over relative speed before (negative: the sphere follows
-    the beam), `energy_closure` = energy gained by the numbers as a share of what was brought, `extremes` what else is
-    greatest in the whole motion, `costs` of the solution.
+    `run` is the resolved one, `records` are the rows of the kind's tables, `costs` those of the solution.
     """
 
-    names: tuple[str, ...]
     at: Callable[[np.ndarray], tuple[np.ndarray, ...]]
     run: Any
-    contacts: tuple[ContactPeriod, ...]
-    restitution: float
-    peak_force: float
-    greatest_approach: float
-    energy_closure: float
-    costs: dict[str, int]
     records: Mapping[str, np.ndarray]
-    extremes: Mapping[str, float] = field(default_factory=dict)
+    costs: dict[str, int]
 
     @cached_property
     def time(self) -> np.ndarray:
         """The instants [s] of the run's outputs, whole nanoseconds."""
         period_ns = max(1, round(1e9 / self.run.output_rate))
         return 1e-9 * period_ns * np.arange(int(1e9 * self.run.duration // period_ns) + 1)
-
-    @cached_property
-    def values(self) -> dict[str, np.ndarray]:
-        """All channels by name at `time`."""
-        return dict(zip(self.names, self.at(self.time), strict=True))
-
-    @property
-    def force(self) -> np.ndarray:
-        """Contact force [N] at `time`."""
-        return self.values["normal_load"]
-
-    @property
-    def approach(self) -> np.ndarray:
-        """Approach [m] at `time`, negative for a gap."""
-        return self.values["approach"]
 
 
 class ImpactMotion:

@@ -78,18 +78,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, e
         given, end = (contact, deepest, restitution), placed.start + duration
         how = spring, reduced, motion.speed, expected, setting
         records[COMPANION] = row_of_exact(end, *given) if exact else companion_row(end, *how, *given, history)
-    return Impact(
-        names=tuple(channel.name for channel in CHANNELS),
-        at=at,
-        run=parameters.run,
-        contacts=(placed,),
-        restitution=restitution,
-        peak_force=contact.peak_force,
-        greatest_approach=deepest,
-        energy_closure=closure,
-        costs=costs,
-        records=records,
-    )
+    return Impact(at, parameters.run, records, costs)
 
 
 def _followed(parameters, spring, reduced, stepper, setting, expected):

@@ -7,7 +7,6 @@ energies are those of both; heights are above the place of first touch in the fr
 
 import numpy as np
 
-from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.kinds.soft_discs.derived import nodes_of, resolve, wall_speed
@@ -71,10 +70,9 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     speed, total = wall_speed(parameters), found.column("kinetic") + found.column("elastic") + found.column("contact")
     figures, brought = figures_of(found, speed), total[0]
     duration, peak_force = figures["contact_duration_s"], figures["peak_force_n"]
-    contact = ContactPeriod(0.0, duration, peak_force, figures["impulse_ns"])
     gained = float(total[int(np.argmax(np.abs(total - brought)))] - brought)
     known = [
-        duration, peak_force, figures["peak_time_s"], duration, contact.impulse, figures["restitution"],
+        duration, peak_force, figures["peak_time_s"], duration, figures["impulse_ns"], figures["restitution"],
         figures["greatest_penetration_m"], gained, figures["least_stretch"],
         float(np.abs(found.column("balance")).max()), float(figures["touches"]), float(found.ended),
     ]  # fmt: skip
@@ -90,22 +88,12 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
             return one
         return (*one, *(found.at(name, times) for name in OF_OTHER.values()), found.shape_at(other, times, 1))
 
-    return Impact(
-        names=(*OF_HISTORY, "shape", *((*OF_OTHER, "other_shape") if both else ())),
-        at=at,
-        run=parameters.run,
-        contacts=(contact,),
-        restitution=figures["restitution"],
-        peak_force=contact.peak_force,
-        greatest_approach=figures["greatest_penetration_m"],
-        energy_closure=gained / brought,
-        costs={
-            "steps": len(found.history),
-            "nodes": (1 + both) * (len(found.mesh.x) - 1),
-            "elements": (1 + both) * len(found.mesh.elements),
-        },
-        records=records,
-    )
+    costs = {
+        "steps": len(found.history),
+        "nodes": (1 + both) * (len(found.mesh.x) - 1),
+        "elements": (1 + both) * len(found.mesh.elements),
+    }
+    return Impact(at, parameters.run, records, costs)
 
 
 def duration_and_touches(found: Solved) -> tuple[float, int]:
