@@ -494,9 +494,9 @@ def test_disk_full_from_the_start(tmp_path, monkeypatch):
 def test_flush_makes_everything_so_far_recoverable(tmp_path):
     with LogWriter(tmp_path / "run.mcap", SCENE) as log:
         for count, (topic, stamp, data) in enumerate(MessageStream(SCENE, choice=a_choice()).messages(BLOCK), start=1):
-            log.write(topic, stamp, stamp, data)
+            log.write(topic, stamp, data)
             if count in (5, 40, 100):
-                log.flush()
+                log._log.flush()
                 (tmp_path / "crash.mcap").write_bytes((tmp_path / "run.mcap").read_bytes())
                 assert recover(tmp_path / "crash.mcap", tmp_path / f"saved_{count}.mcap").messages == count
                 (tmp_path / "crash.mcap").unlink()

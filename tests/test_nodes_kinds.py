@@ -138,7 +138,7 @@ def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
     log = read_log(path, allow_gaps=True)
     assert log.scene == scene
     report, _ = report_of(log)
-    assert report.law == node.simulation.law
+    assert report.law == node.simulation.choice.law
     assert report.status == "done"
 
 

@@ -13,7 +13,7 @@ START = 77_000_000_000  # wall time, anything but 0
 
 
 def timed(ms):
-    return Timed(ms * MS, "topic", ms * MS, b"")
+    return Timed(ms * MS, "topic", b"")
 
 
 def paced(batches, factor=1.0):

@@ -363,7 +363,7 @@ def test_a_pace_that_cannot_be_kept_is_said():
         assert "cannot keep up" in status.message
         assert float(values["real_time_factor"]) < 950.0
         assert float(values["lag_s"]) > 0.0
-        assert values["law"] == node.simulation.law
+        assert values["law"] == node.simulation.choice.law
         assert values["choice_reason"] == node.simulation.choice.reason
 
 

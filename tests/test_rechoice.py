@@ -44,7 +44,9 @@ def test_a_command_has_the_model_chosen_anew_and_loads_do_not_jump():
     [switch] = switches_of(block.records[CHOICE.name])
     assert begun == (switch.before, 0.01) == ("rodas4", 0.01)
     assert (switch.time, switch.speed, switch.goal) == (pytest.approx(1e-2), pytest.approx(183.26), FAST)
-    assert (simulation.stepper, simulation.choice.setting) == (switch.stepper, switch.setting) == ("rodas3", 0.003)
+    assert (
+        (simulation.choice.stepper, simulation.choice.setting) == (switch.stepper, switch.setting) == ("rodas3", 0.003)
+    )
     assert "most like this one (fast)" in simulation.choice.reason
     assert "told to go from 183.26 to 1500 rad/s; loads jumped by 0 %" in simulation.switched
     assert switch.taken
@@ -52,7 +54,7 @@ def test_a_command_has_the_model_chosen_anew_and_loads_do_not_jump():
     simulation.advance(400)
     simulation.set_speed(183.26)
     simulation.advance(1500)  # once it is slow again, what was chosen for that is taken again
-    assert (simulation.stepper, simulation.choice.setting) == begun
+    assert (simulation.choice.stepper, simulation.choice.setting) == begun
     report = simulation.report()
     assert report.stepper == "rodas4"
     assert report.choice_reason.endswith("(the last of 2 times)")
@@ -71,7 +73,7 @@ def test_what_nobody_commanded_is_not_looked_at_again(monkeypatch):
 
 def test_balls_go_on_from_equilibria_and_back_and_their_energy_adds_up():
     simulation = Simulation(load_scene("bearing_6203", (*CAGED, "run.output_rate=1000.0")))
-    assert simulation.stepper == QUASI_STATIC
+    assert simulation.choice.stepper == QUASI_STATIC
     simulation.advance(21)
     costs = [simulation.report().costs]
     simulation.set_speed(3000.0)
@@ -147,7 +149,7 @@ def test_a_model_whose_loads_would_jump_is_not_taken_which_is_said(monkeypatch):
     simulation.advance(11)
     simulation.set_speed(FAST)
     block = simulation.advance(10)
-    assert (simulation.stepper, simulation.choice.setting) == ("rodas4", 0.01)
+    assert (simulation.choice.stepper, simulation.choice.setting) == ("rodas4", 0.01)
     assert len(block.records[CHOICE.name]) == 1
     [flag] = (flag for flag in simulation.report().flags if "would have been taken" in flag)
     assert "so rodas4 stayed" in flag
@@ -161,7 +163,7 @@ def test_what_is_pinned_is_judged_and_stays():
     simulation.advance(11)
     simulation.set_speed(FAST)
     assert not simulation.advance(10).records.get(CHOICE.name, ())
-    assert simulation.stepper == "rodas3"
+    assert simulation.choice.stepper == "rodas3"
     assert "(fast)" in simulation.choice.reason
 
 
@@ -287,7 +289,7 @@ def test_a_run_that_failed_after_a_switch_goes_on_or_says_why_not(begun):
     failing.advance(21)
     failing.set_speed(FAST if begun == "balls" else 3000.0)
     failing.advance(400)
-    assert failing.stepper != failing.chosen.stepper
+    assert failing.choice.stepper != failing.chosen.stepper
     state = json.loads(json.dumps(failing._motion.snapshot()))
     last = failing._pending.first_sequence + len(failing._pending) - 1
     failure = Failure(scene, "made up", "", 0.0, "", "", 0.0, {}, last, state)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from made_up_run import a_choice, bits, made_up_block, made_up_scene
+from runs import receive
 
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.errors import LogError
@@ -34,8 +35,10 @@ def thin_log(path, run, blocks, **safety):
     with LogWriter(path, run.scene, choice_record(run.choice), safety=Safety(kept_rate=KEPT_RATE, **safety)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
         for block in blocks:
-            log.write_all(stream.messages(block))
-        log.write_all(stream.flush())
+            for message in stream.messages(block):
+                log.write(*message)
+        for message in stream.flush():
+            log.write(*message)
     return path
 
 
@@ -134,14 +137,14 @@ def test_a_second_publisher_is_not_lost_among_the_messages_of_the_first(tmp_path
         recording.add(topic, cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
     for number in range(1, 11):
         for topic in ("/tf", brief):
-            recording.receive(topic, number * 10**7, 1, b"", number)
+            receive(recording, topic, number * 10**7, 1, b"", number)
     assert recording.status()["messages_lost"] == 0
     recording.publishers("/tf", 2)
     for number in range(11, 21):
-        recording.receive("/tf", number * 10**7, 1, b"", number)
+        receive(recording, "/tf", number * 10**7, 1, b"", number)
     recording.publishers("/tf", 1)
     for number in range(21, 31):
-        recording.receive("/tf", number * 10**7, 1, b"", number)
+        receive(recording, "/tf", number * 10**7, 1, b"", number)
     recording.close()
     counts = {}
     for message in raw_messages(tmp_path / "out.mcap"):

@@ -272,7 +272,8 @@ def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
         text = "string data"
         number = log._log.add_topic("/camera/label", "std_msgs/msg/String", text, "", ())
         log._log.write(number, 0, 0, b"\0\1\0\0\2\0\0\0a\0")
-        log.write_all(MessageStream(scene, choice=a_choice()).messages(block))
+        for message in MessageStream(scene, choice=a_choice()).messages(block):
+            log.write(*message)
     notes = document_of_log(path)["notes"]
     assert any("/camera/label (std_msgs/msg/String)" in note for note in notes)
     assert not any("samples" in note for note in notes)

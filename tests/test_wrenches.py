@@ -132,7 +132,7 @@ def outputs_of(name, *overrides, count=300):
     scene = load_scene(name, overrides)
     simulation = Simulation(scene)
     block = simulation.advance(count)
-    return scene, [Output(scene.parameters, simulation.law, sample) for sample in block]
+    return scene, [Output(scene.parameters, simulation.choice.law, sample) for sample in block]
 
 
 @pytest.mark.parametrize(

@@ -431,9 +431,9 @@ def size(share: float, folder: Path) -> Found:
         stream = MessageStream(run.scene, choice=run.choice)
         for block in run.blocks():
             for topic, stamp, data in stream.messages(block):
-                log.write(topic, stamp, stamp, data)
+                log.write(topic, stamp, data)
             if block.time_ns[-1] % 100_000_000 > 90_000_000:
-                log.flush()  # as at real time: a chunk ends every tenth of a second
+                log._log.flush()  # as at real time: a chunk ends every tenth of a second
     hour = path.stat().st_size / seconds * 3600.0
     return Found(1, int(hour < 0.5e9), 0, 0, f"{hour / 1e9:.2f} GB an hour, from {seconds:.0f} s")
 

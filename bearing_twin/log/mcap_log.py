@@ -6,7 +6,7 @@ import json
 import platform
 import sys
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NamedTuple
@@ -88,22 +88,16 @@ class LogWriter(Told):
     def __exit__(self, *exception):
         self._log.__exit__(*exception)
 
-    def write(self, topic: Channelled, log_time_ns: int, publish_time_ns: int, cdr_bytes: bytes) -> None:
-        """Adds one message as `MessageStream` made it; raises LogError, saying what was kept, when the disk is full."""
-        self._log.write(self._numbers[topic.name], log_time_ns, publish_time_ns, cdr_bytes)
+    def write(self, topic: Channelled, stamp_ns: int, cdr_bytes: bytes) -> None:
+        """Adds one message as `MessageStream` made it, its stamp as log and publish time.
 
-    def write_all(self, messages: Iterable[tuple[Channelled, int, bytes]]) -> None:
-        """Adds messages as `MessageStream` gives them: their stamps are both log and publish time."""
-        numbers = self._numbers
-        self._log.write_all((numbers[topic.row.name], stamp_ns, stamp_ns, data) for topic, stamp_ns, data in messages)
+        Raises LogError, saying what was kept, when the disk is full.
+        """
+        self._log.write(self._numbers[topic.name], stamp_ns, stamp_ns, cdr_bytes)
 
     def write_stream(self, stream: MessageStream, block: Consecutive | None) -> None:
         """Adds all messages of a block of outputs, or at the end, for None, those of the outputs that wait."""
         self._log.write_bundles(stream.bundles(block, self._numbers))
-
-    def flush(self) -> None:
-        """Puts everything so far on disk."""
-        self._log.flush()
 
     def note_report(self, report: Mapping[str, object]) -> None:
         """Keeps the run's report (plain numbers and texts) beside date and host."""

@@ -70,13 +70,12 @@ class DamagedLog(LogError):
 
 
 class Topic(NamedTuple):
-    """A channel of a log: full topic name, ROS type, definition text, encodings and metadata as stored."""
+    """A channel of a log: full topic name, ROS type, definition text, encoding and metadata as stored."""
 
     name: str
     ros_type: str
     definition: str
     message_encoding: str
-    schema_encoding: str
     metadata: dict[str, str]
 
 
@@ -336,9 +335,7 @@ class McapReader:
             text = schema.data.decode()
         except UnicodeDecodeError as error:
             raise DamagedLog(self.path, offset, f"the definition of {schema.name!r} is not text") from error
-        return Topic(
-            channel.topic, schema.name, text, channel.message_encoding, schema.encoding, dict(channel.metadata)
-        )
+        return Topic(channel.topic, schema.name, text, channel.message_encoding, dict(channel.metadata))
 
 
 def _lz4_unpacked(packed: bytes, size: int) -> bytearray:

@@ -16,7 +16,6 @@ from bearing_twin.log.study_log import INPUT, REALISATIONS_TOPIC, first_realisat
 from bearing_twin.run.scene import Scene
 from bearing_twin.units import labelled
 
-STATE = "bearing_twin_msgs/msg/BearingState"
 ENERGIES = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
 RACEWAYS = ("inner", "outer")
 
@@ -135,7 +134,7 @@ def _wrench_plot(topic: Channelled, place: str) -> Plot:
 
 
 def _state_plots(table: dict[str, Channelled], place: str) -> list[Plot]:
-    if "state" not in table or table["state"].ros_type != STATE:
+    if "state" not in table or table["state"].ros_type != cdr.STATE:
         return []
     shown = {
         "speed [rad/s]": ("cage_speed", "inner_ring_speed"),
@@ -143,6 +142,6 @@ def _state_plots(table: dict[str, Channelled], place: str) -> list[Plot]:
         "energy [J]": ENERGIES,
     }
     return [
-        Plot(title, tuple(Curve(f"{place}/state", STATE, (field,), field.replace("_", " ")) for field in fields))
+        Plot(title, tuple(Curve(f"{place}/state", cdr.STATE, (field,), field.replace("_", " ")) for field in fields))
         for title, fields in shown.items()
     ]

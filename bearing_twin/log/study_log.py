@@ -40,7 +40,6 @@ from bearing_twin.uq.summary_shape import check_summary
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
 REALISATIONS_TOPIC = f"{NAMESPACE}/study/realisations"
-STRING = "std_msgs/msg/String"
 WORK = ("workers", "executor", "memory")  # of a study: what its numbers do not depend on
 STUDY_RECORD = "bearing_twin_study"
 INPUT, QUANTITY, HISTORY, STATUS, DOUBTFUL = "input ", "quantity ", "history ", "status", "doubtful"
@@ -68,7 +67,7 @@ class StudyLog:
         for name, ros_type, qos in (
             (SAMPLES_TOPIC, cdr.SAMPLE_BLOCK, Qos()),
             (REALISATIONS_TOPIC, cdr.REALISATION, Qos()),
-            (SUMMARY_TOPIC, STRING, latched),
+            (SUMMARY_TOPIC, cdr.STRING, latched),
         ):
             described = cdr.schema_text(ros_type), cdr.type_hash(ros_type), (qos,)
             self._topics[name] = self._log.add_topic(name, ros_type, *described)
@@ -124,7 +123,7 @@ class StudyLog:
         self._describe(result.reasons, result.doubts_met, samples=len(result.status))
         summary = result.as_dict()
         work = {"seconds": summary.pop("seconds"), **self._work}
-        text = encoded(STRING, {"data": json.dumps(summary)}, 0, "")
+        text = encoded(cdr.STRING, {"data": json.dumps(summary)}, 0, "")
         now = self._now()
         self._log.write(self._topics[SUMMARY_TOPIC], now, now, text)
         self._log.note_run(work=json.dumps(work))
@@ -190,7 +189,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
         columns = Gathered(*groups, [HISTORY + name for name in study.histories], [STATUS], [DOUBTFUL])
         for item in itertools.chain.from_iterable(map(_content, files)):
             if item.topic.name == SUMMARY_TOPIC:
-                summary = parsed_json(cdr.deserialise(STRING, item.data).data)
+                summary = parsed_json(cdr.deserialise(cdr.STRING, item.data).data)
             elif item.topic.name == SAMPLES_TOPIC:
                 message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
                 check_block(path, message)

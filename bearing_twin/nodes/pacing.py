@@ -19,7 +19,6 @@ class Timed(NamedTuple):
 
     time_ns: int
     topic: str
-    publish_time_ns: int
     cdr: bytes
 
 

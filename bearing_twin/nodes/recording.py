@@ -102,13 +102,6 @@ class Recording(Told):
             self._uncounted.add(topic)
         self._log.keep_all(self._numbers[topic][0], count > 1)
 
-    def receive(self, topic: str, received_ns: int, sent_ns: int, data: bytes, sent_number: int | None = None) -> int:
-        """Logs one message as it came; returns how many solver outputs were lost just before it.
-
-        `sent_number` counts the messages of its publisher from 1 on, None where the middleware does not tell.
-        """
-        return self.receive_all(topic, [received_ns], [sent_ns], [data], [sent_number])
-
     def receive_all(
         self,
         topic: str,
@@ -117,7 +110,10 @@ class Recording(Told):
         data: Sequence[bytes],
         sent_numbers: Sequence[int | None],
     ) -> int:
-        """`receive` for many of one topic."""
+        """Logs messages of one topic as they came; returns how many solver outputs were lost just before them.
+
+        `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell.
+        """
         with self._lock:
             if self._closed:
                 return 0

@@ -2,6 +2,7 @@
 
 import threading
 from concurrent.futures import TimeoutError as StillBusy
+from functools import partial
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -11,7 +12,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import Outlet
-from bearing_twin.nodes.pacing import Pace, Timed
+from bearing_twin.nodes.pacing import Pace
 from bearing_twin.nodes.replaying import ReplayLoop
 from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.worker import Worker
@@ -42,29 +43,29 @@ class ReplayNode(Node):
         values = declare(self, PARAMETERS)
         if not values["log"]:
             raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
-        self._discovery = values["discovery"]
         self.loop = ReplayLoop(
             values["log"],
-            self._deliver,
+            lambda message: self._outlet.deliver(message),
             values["rate"],
             round(values["start"] * 1e9),
             values["loop"],
             self.get_namespace().strip("/"),
             values["frame_prefix"],
         )
-        self.loop.paced.tick = self._tick
         self.loop.paced.paused = values["start_paused"]
         for sentence in self.loop.left_out:
             self.get_logger().warning(sentence)
         topics = ((name, topic.ros_type, topic.qos) for name, topic in self.loop.topics.items())
         self._outlet = Outlet(self, topics, values["publish_clock"])
+        self.loop.paced.tick = self._outlet.tick
         self._earlier = Pace(0, 0, 0, 0)
         self._warned = False
         self.create_service(SetBool, "~/pause", self._on_pause)
         self._heartbeat = Heartbeat(self, "replay")
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
-        self.worker = Worker(self._turn, self._wait_for_subscribers, self._ended)
+        wait = partial(wait_for_subscribers, self._outlet.publishers, values["discovery"])
+        self.worker = Worker(self._turn, wait, self._ended)
         self.worker.start()
 
     def close(self) -> None:
@@ -72,15 +73,6 @@ class ReplayNode(Node):
         self.worker.stop(timeout=COMMAND_TIMEOUT)
 
     # In the worker's thread
-
-    def _deliver(self, message: Timed) -> None:
-        self._outlet.deliver(message)
-
-    def _tick(self, time_ns: int) -> None:
-        self._outlet.tick(time_ns)
-
-    def _wait_for_subscribers(self) -> None:
-        wait_for_subscribers(self._outlet.publishers, self._discovery)
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)

@@ -75,12 +75,12 @@ class ReplayLoop:
 
     def _read(self) -> Iterator[Timed]:
         ahead = last = 0  # a log whose clock was put back goes on at the pace at which it was made
-        for topic, log_time, publish_time, data in raw_messages(self._path, self._start_ns):
+        for topic, log_time, _, data in raw_messages(self._path, self._start_ns):
             ahead += max(0, last - log_time) if last - log_time > PUT_BACK_NS else 0
             last = log_time
             if topic.name in self._played:
                 told = self._retelling.data(topic.name, topic.ros_type, data)
-                yield Timed(log_time + ahead, self._retelling.topic(topic.name), publish_time, told)
+                yield Timed(log_time + ahead, self._retelling.topic(topic.name), told)
 
     def _next_batch(self) -> list[Timed] | None:
         batch = list(islice(self._messages, BATCH))

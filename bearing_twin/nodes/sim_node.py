@@ -131,16 +131,16 @@ class SimNode(Node):
         if self.worker.stopping:
             return
         make_stream = partial(MessageStream, scene, choice=run.chosen, frame_prefix=values["frame_prefix"])
-        factor, repeat_ns = values["real_time_factor"], round(values["repeat"] * 1e9)
-        deliver, wanted = self._outlet.deliver, self._outlet.listened_to
         commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
-        timing = factor, duration_ns, self._open_log, repeat_ns
-        loop = SimulationLoop(run, make_stream, deliver, *timing, wanted, commands)
+        timing = values["real_time_factor"], duration_ns, self._open_log, round(values["repeat"] * 1e9)
+        loop = SimulationLoop(run, make_stream, self._outlet.deliver, *timing, self._outlet.listened_to, commands)
         loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
         loop.tells_time = self._outlet.has_clock
         self.loop, self._doing = loop, "computing"
         self.ready.set()
-        self.get_logger().info(f"{scene.name} by {run.law} and {run.stepper}, ready after {self._seconds():.1f} s")
+        self.get_logger().info(
+            f"{scene.name} by {run.choice.law} and {run.choice.stepper}, ready after {self._seconds():.1f} s"
+        )
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)

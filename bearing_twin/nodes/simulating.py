@@ -239,8 +239,8 @@ class SimulationLoop:
         batch, last = [], None
         for topic, stamp_ns, cdr in messages:
             if log is not None:
-                log.write(topic, stamp_ns, stamp_ns, cdr)
-            last = Timed(stamp_ns, topic.name, stamp_ns, cdr)
+                log.write(topic, stamp_ns, cdr)
+            last = Timed(stamp_ns, topic.name, cdr)
             if cdr or stamp_ns >= self._silent_until:
                 batch.append(last)
                 self._silent_until = stamp_ns + (0 if self.tells_time else SILENCE_NS)

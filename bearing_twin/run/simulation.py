@@ -51,19 +51,9 @@ class Simulation:
         return motion
 
     @property
-    def law(self) -> str:
-        """Name of the elastic law in use."""
-        return self.choice.law
-
-    @property
     def switched(self) -> str:
         """What model was last taken in place of another under way and why, or why it was not; "" for none."""
         return self.looks.told
-
-    @property
-    def stepper(self) -> str:
-        """Name of the integration method in use."""
-        return self.choice.stepper
 
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
@@ -121,14 +111,14 @@ class Simulation:
         Raises BearingTwinError, and changes nothing, where the load is not carried at this speed, or a torque turns it.
         """
         if self.kind.check_drive is not None:
-            self.kind.check_drive(self.scene.parameters, self.law, "speed", float(speed), self._load)
+            self.kind.check_drive(self.scene.parameters, self.choice.law, "speed", float(speed), self._load)
         self._to_last_output()
         self._motion.goal_speed = float(speed)
 
     def set_torque(self, torque: float) -> None:
         """New torque [N m] on the inner ring about +z; raises BearingTwinError where the speed is prescribed."""
         self._refuse_without(self.kind.check_drive, "torque")
-        self.kind.check_drive(self.scene.parameters, self.law, "torque", float(torque), self._load)
+        self.kind.check_drive(self.scene.parameters, self.choice.law, "torque", float(torque), self._load)
         self._to_last_output()
         self._motion.set_torque(float(torque))
 
@@ -139,7 +129,7 @@ class Simulation:
         """
         if force is not None:
             self._refuse_without(self.kind.check_load, "load")
-            self.kind.check_load(self.scene.parameters, self.law, self._motion.goal_speed, force, moment)
+            self.kind.check_load(self.scene.parameters, self.choice.law, self._motion.goal_speed, force, moment)
         self._to_last_output()
         self._load = force, moment
         self._motion.set_load(force, moment)
@@ -148,7 +138,7 @@ class Simulation:
         """The last output given out, or the first, with loads and stiffness there; raises BearingTwinError."""
         self._refuse_without(self.kind.operating_point, "stiffness")
         sample = (self._begun() if self._given is None else self._given)[-1]
-        return sample, self.kind.operating_point(self.scene.parameters, self.law, sample)
+        return sample, self.kind.operating_point(self.scene.parameters, self.choice.law, sample)
 
     def _refuse_without(self, part, word: str) -> None:
         if part is None:
