@@ -52,18 +52,13 @@ def contact_numbers(contact, first: Material, second: Material) -> dict[str, flo
     }
 
 
-def finer_tolerance(setting: float) -> float:
-    """Tolerance of the second motion beside one with this tolerance of a step."""
-    return max(min(FINER * setting, COARSEST), FINEST)
-
-
 def motion_of(motion, parameters, choice: Choice, channels, figures, watch, wanted_errors, short=SHORT):
     """A `motion` of the scene, with a finer one beside it unless the scene wants none; see `WithSecondRun`."""
     own = motion(parameters, choice)
     if not is_watched(parameters):
         return own
     finer = motion(parameters, choice._replace(stepper="dop853"))
-    finer.plan = finer.plan._replace(tolerance=finer_tolerance(own.plan.tolerance))
+    finer.plan = finer.plan._replace(tolerance=max(min(FINER * own.plan.tolerance, COARSEST), FINEST))
     writer = functools.partial(figures, parameters, choice)
     return WithSecondRun((own, finer), channels(parameters), writer, watch, wanted_errors, parameters, short)
 

@@ -10,6 +10,7 @@ import io
 import itertools
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -151,7 +152,7 @@ def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffi
 
 
 def _fill(stack, writer, stream, groups, paths, blocks) -> int:
-    source = source_of(stream) if suffixes_hold_source(paths) else {}
+    source = source_of(stream) if writer is _parquet_file else {}  # other files keep no texts
     adders = [
         stack.enter_context(writer(path, _header(group), {name: unit for name, unit, _ in group.columns}, source))
         for path, group in zip(paths, groups, strict=True)
@@ -164,11 +165,6 @@ def _fill(stack, writer, stream, groups, paths, blocks) -> int:
             if piece is not None:
                 add(piece)
     return rows
-
-
-def suffixes_hold_source(paths: Iterable[Path]) -> bool:
-    """Whether files of this sort keep texts about where their numbers come from."""
-    return any(path.suffix == ".parquet" for path in paths)
 
 
 def _about(path: Path, groups: Iterable[Group], suffix: str, begun: list[Path]) -> Path:
@@ -227,14 +223,6 @@ def _parquet_file(path: Path, header: list[str], units: Mapping, source: Mapping
             stack.enter_context(parquet.ParquetWriter(path, empty)).write_table(empty.empty_table())
 
 
-def _csv(stream, target, begun, watch) -> Exported:
-    return _write_grouped(stream, target, begun, watch, _csv_file, ".csv")
-
-
-def _parquet(stream, target, begun, watch) -> Exported:
-    return _write_grouped(stream, target, begun, watch, _parquet_file, ".parquet")
-
-
 def _netcdf(stream, target, begun, watch) -> Exported:
     """One file of NetCDF 4 by h5netcdf; realisations of a study are its variables over `realisation`.
 
@@ -272,4 +260,8 @@ class _Watched:
         return self._watch(self._stream.blocks(), self._stream)
 
 
-FORMATS = {"csv": _csv, "parquet": _parquet, "netcdf": _netcdf}
+FORMATS = {
+    "csv": partial(_write_grouped, writer=_csv_file, suffix=".csv"),
+    "parquet": partial(_write_grouped, writer=_parquet_file, suffix=".parquet"),
+    "netcdf": _netcdf,
+}

@@ -4,6 +4,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from rclpy.node import Node
@@ -105,13 +106,10 @@ class Watcher(Node):
         qos = qos_profile(Qos(DEPTH))
         for ball in range(balls):
             name = f"{namespace}/ball_{ball}/wrench"
-            self.create_subscription(message_class(cdr.WRENCH), name, self._wrench_of(ball), qos)
+            self.create_subscription(message_class(cdr.WRENCH), name, partial(self.watch.wrench, ball), qos)
         self.create_subscription(message_class(cdr.CONTACTS), f"{namespace}/contacts", self.watch.contacts, qos)
         samples = message_class(cdr.SAMPLE_BLOCK)
         self.create_subscription(samples, f"{namespace}/samples", self.watch.samples, qos, raw=True)
-
-    def _wrench_of(self, ball: int):
-        return lambda message: self.watch.wrench(ball, message)
 
 
 def ball_table(watch: Watch) -> Table:

@@ -18,28 +18,27 @@ class BeamPicture(PairPicture):
     """The picture of one impact on a beam, from all its outputs."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        _draw_beam(figure, values, self._facts.scene)
-
-
-def _draw_beam(figure, values, scene):
-    grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.34, wspace=0.16)
-    time, scale, unit = scaled_time(values["time"])
-    force, deflection, stress = (figure.add_subplot(grid[row, 0]) for row in range(3))
-    draw_force(force, time, values)
-    shares, point = scene.parameters.outputs.points, scene.parameters.blow.point
-    others = {i + 1: share for i, share in enumerate(shares) if share != point}
-    names, columns = ["impact", *(f"{share:g} of the span" for share in others.values())], [0, *others]
-    _draw_points(deflection, time, 1e6 * values["deflection"], columns, names)
-    deflection.invert_yaxis()
-    heading(deflection, "Deflection, downward", up="deflection [µm]")
-    deflection.legend(frameon=False, fontsize=10, ncol=4, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
-    _draw_points(stress, time, 1e-6 * values["bending_stress"], columns, names)
-    heading(stress, "Bending stress of the lower fibre, tension positive", f"time [{unit}]", "bending stress [MPa]")
-    for axis in (force, deflection):
-        axis.tick_params(labelbottom=False)
-    shapes = figure.add_subplot(grid[:2, 1])
-    _draw_shapes(shapes, values, scene, scale, unit)
-    draw_energies(figure.add_subplot(grid[2, 1]), time, unit, values, ENERGIES)
+        scene = self._facts.scene
+        grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.34, wspace=0.16)
+        time, scale, unit = scaled_time(values["time"])
+        force, deflection, stress = (figure.add_subplot(grid[row, 0]) for row in range(3))
+        draw_force(force, time, values)
+        shares, point = scene.parameters.outputs.points, scene.parameters.blow.point
+        others = {i + 1: share for i, share in enumerate(shares) if share != point}
+        names, columns = ["impact", *(f"{share:g} of the span" for share in others.values())], [0, *others]
+        _draw_points(deflection, time, 1e6 * values["deflection"], columns, names)
+        deflection.invert_yaxis()
+        heading(deflection, "Deflection, downward", up="deflection [µm]")
+        deflection.legend(
+            frameon=False, fontsize=10, ncol=4, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0
+        )
+        _draw_points(stress, time, 1e-6 * values["bending_stress"], columns, names)
+        heading(stress, "Bending stress of the lower fibre, tension positive", f"time [{unit}]", "bending stress [MPa]")
+        for axis in (force, deflection):
+            axis.tick_params(labelbottom=False)
+        shapes = figure.add_subplot(grid[:2, 1])
+        _draw_shapes(shapes, values, scene, scale, unit)
+        draw_energies(figure.add_subplot(grid[2, 1]), time, unit, values, ENERGIES)
 
 
 def _draw_points(axis, time, lines, columns, names):

@@ -27,11 +27,6 @@ def channels(parameters) -> tuple[Channel, ...]:
     return CHANNELS
 
 
-def steps_of(solver, expected: float) -> float:
-    """Step [s] of the fixed-step methods."""
-    return solver.step or expected / 500.0
-
-
 def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, exact: bool = False) -> Impact:
     """The impact of two bodies; `closed` = (ContactPeriod, greatest approach, restitution, closure, history) or None.
 
@@ -83,7 +78,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, e
 
 def _followed(parameters, spring, reduced, stepper, setting, expected):
     """As `closed` of `pair_impact`, by the equation of motion, and what it cost."""
-    speed, step = parameters.motion.speed, steps_of(parameters.solver, expected)
+    speed, step = parameters.motion.speed, parameters.solver.step or expected / 500.0
     found = collide(spring, reduced, speed, stepper, setting, step, expected)
     figures = found.contact, found.greatest_approach, found.leaving_speed / speed, found.energy_closure
     return (*figures, found.history), {"steps": found.steps, "evaluations": found.evaluations}

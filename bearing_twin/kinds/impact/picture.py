@@ -15,27 +15,25 @@ class PairPicture(RunPicture):
     """The picture of one impact, from all its outputs: an impact is short."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        _draw_pair(figure, values)
-
-
-def _draw_pair(figure, values):
-    grid = figure.add_gridspec(2, 2, left=0.06, right=0.98, top=0.89, bottom=0.095, hspace=0.3, wspace=0.16)
-    time, _, unit = scaled_time(values["time"])
-    force, approach = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
-    draw_force(force, time, values)
-    force.set_xlabel(f"time [{unit}]")
-    frame(approach)
-    inside = values["approach"] >= 0.0
-    approach.plot(1e6 * values["approach"][inside], values["normal_load"][inside], color=BALL_COLOURS[0], linewidth=2)
-    heading(approach, "Force against approach: the loop is what is lost", "approach [µm]", "contact force [N]")
-    velocity = figure.add_subplot(grid[1, 0])
-    frame(velocity)
-    for body, name in enumerate(("first", "second")):
-        velocity.plot(time, values["velocity"][:, body], color=BALL_COLOURS[body], linewidth=2, label=name)
-    velocity.margins(x=0.0)
-    velocity.legend(frameon=False, fontsize=11)
-    heading(velocity, "The two bodies", f"time [{unit}]", "velocity [m/s]")
-    draw_energies(figure.add_subplot(grid[1, 1]), time, unit, values)
+        grid = figure.add_gridspec(2, 2, left=0.06, right=0.98, top=0.89, bottom=0.095, hspace=0.3, wspace=0.16)
+        time, _, unit = scaled_time(values["time"])
+        force, approach = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
+        draw_force(force, time, values)
+        force.set_xlabel(f"time [{unit}]")
+        frame(approach)
+        inside = values["approach"] >= 0.0
+        approach.plot(
+            1e6 * values["approach"][inside], values["normal_load"][inside], color=BALL_COLOURS[0], linewidth=2
+        )
+        heading(approach, "Force against approach: the loop is what is lost", "approach [µm]", "contact force [N]")
+        velocity = figure.add_subplot(grid[1, 0])
+        frame(velocity)
+        for body, name in enumerate(("first", "second")):
+            velocity.plot(time, values["velocity"][:, body], color=BALL_COLOURS[body], linewidth=2, label=name)
+        velocity.margins(x=0.0)
+        velocity.legend(frameon=False, fontsize=11)
+        heading(velocity, "The two bodies", f"time [{unit}]", "velocity [m/s]")
+        draw_energies(figure.add_subplot(grid[1, 1]), time, unit, values)
 
 
 def draw_force(axis, time, values) -> None:

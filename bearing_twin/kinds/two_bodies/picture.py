@@ -30,13 +30,10 @@ class PairPicture(RunPicture):
         load = figure.add_subplot(grid[1, 1], sharex=gap)
         draw_load(load, time, values, self._values.greatest["normal_load"])
         energy = figure.add_subplot(grid[2, 1], sharex=gap)
-        draw_energy(energy, time, values | {"potential_energy": _from_least(values["potential_energy"])})
+        height = values["potential_energy"]
+        draw_energy(energy, time, values | {"potential_energy": height - height.min()})
         for axis in (gap, load):
             axis.tick_params(labelbottom=False)
-
-
-def _from_least(energy):
-    return energy - energy.min()
 
 
 def _view(parameters, position) -> tuple[np.ndarray, np.ndarray, str, str]:
