@@ -16,7 +16,7 @@ class Loading:
         self.change = np.array([*section.change.load, *section.change.moment])
         self.change_time = section.change.time or NEVER
         self.knots, self.commanded = np.array(section.table).reshape(-1, 6), False
-        self.times = np.unique(np.append(self.knots[:, 0], self.change_time))
+        self.times = apart(self.knots[:, 0], [self.change_time])
 
     def set(self, force, moment) -> None:
         """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
@@ -34,6 +34,12 @@ class Loading:
         load = self.load + self.change if jumped else self.load
         more, rate = between(self.knots, elapsed)
         return load if more is None else load + more, rate
+
+
+def apart(*times) -> np.ndarray:
+    """All of these times [s] in rising order, once each where they are one."""
+    found = np.unique(np.concatenate(times))
+    return found[np.diff(found, prepend=-NEVER) > SAME * found] if len(found) else found
 
 
 def next_after(times: np.ndarray, elapsed: float) -> float:

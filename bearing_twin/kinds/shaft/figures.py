@@ -21,7 +21,7 @@ from bearing_twin.sample import Block, Table
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
-WHIRL = "in balance at the run's last speed, balls where they start"
+WHIRL = "in balance at the scene's last speed and loads, balls where they start"
 MEANINGS = {
     "shaft_speed_at_end_rad_s": "of the shaft about its axis, at the end",
     "displacement_m": f"of the shaft's centre of mass, {LATE}",

@@ -80,7 +80,8 @@ def longest_arrow(parameters: ShaftScene) -> float:
 def sizes(parameters: ShaftScene) -> tuple[float, float, float]:
     """Radius [m] of the shaft as it is drawn, and where it begins and ends along z."""
     mounted = [getattr(parameters, side) for side in SIDES]
-    places = [one.place for one in mounted] + [row[0] for row in parameters.shaft.loads + parameters.shaft.unbalances]
+    shaft = parameters.shaft
+    places = [one.place for one in mounted] + [row[0] for row in shaft.loads + shaft.unbalances] + [shaft.load_place]
     beyond = BEYOND * (mounted[1].place - mounted[0].place)
     return min(ring_sizes(one)[0] for one in mounted), min(places) - beyond, max(places) + beyond
 

@@ -25,7 +25,7 @@ from bearing_twin.sample import Channel
 
 REACH = 0.15  # of the shaft's radius: greatest drawn displacement
 TAKEN = (
-    *("position", "tilt", "bearing_force", "shaft_speed", *(f"{side}_normal_load" for side in SIDES)),
+    *("position", "tilt", "bearing_force", "load", "shaft_speed", *(f"{side}_normal_load" for side in SIDES)),
     *("kinetic_energy", "elastic_energy", "load_work", "bearing_work", "dissipated"),
 )
 
@@ -96,6 +96,7 @@ def _panels(parameters) -> tuple[Panel, ...]:
             )
             for b, side in enumerate(SIDES)
         ),
+        Panel("Load on the shaft but its weight", "N", tuple(Line("load", one, k, k) for k, one in enumerate(axes))),
         *(_balls(parameters, side) for side in SIDES),
         curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
         curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
