@@ -12,6 +12,8 @@ from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.statics import balance_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.sample import joined
 
 STILL = ("drive.speed=0", "shaft.unbalances=[]")
 ONE_INSTANT = 0.01 * (1.0 + 1e-13)
@@ -137,3 +139,21 @@ def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_
     with pytest.raises(IntegrationError, match=words) as caught:
         motion.advance(np.arange(1, 30) * 1e-3, 0.029)
     assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
+
+
+@pytest.mark.parametrize("change", ["change={time: 0.31, load: [0, -500, 0]}", "load_place=0.0"])
+def test_the_error_told_holds_for_what_a_change_of_load_begins(change):
+    """The second motion, left after 0.2 s, follows anew; against a motion at a thousandth of the tolerance."""
+    keys = (f"shaft.{change}", "run.duration=0.35")
+    run = simulate(load_scene("shaft_two_6203", keys))
+    values = joined(list(run.blocks())).values
+    exact = motion_of(*keys, share=1e-3)
+    times = 5e-4 * np.arange(1, len(values["load"]))
+    exact.first_outputs()
+    off = np.abs(exact.advance(times, times[-1])["left_normal_load"] - values["left_normal_load"][1:]).max()
+    off /= max(values[f"{side}_normal_load"].max() for side in ("left", "right"))
+    said = run.report.errors["wanted_errors"]["ball_loads"]["error"]
+    assert 0.3 < said / off < 10.0
+    assert said < run.scene.parameters.wanted.tolerance
+    quiet = change == "load_place=0.0"
+    assert (run.report.costs["companion_steps"] > 1000) != quiet

@@ -66,6 +66,11 @@ class Course:
             [np.concatenate([[time], self.turned(time), *self.load_at(time)]) for time in self._times[first : last + 1]]
         )
 
+    def changes(self, since: float, until: float) -> bool:
+        """Whether a part begins after `since` [s] and not after `until`."""
+        first, last = np.searchsorted(self._times, (since, until), side="right")
+        return bool(last > first)
+
     def told(self, now: float, goal: float) -> "Course":
         """That of a shaft that is told at `now` [s] to go to `goal` [rad/s]."""
         angle, speed, _ = self.turned(now)

@@ -1,5 +1,6 @@
 """The figures of a shaft on two bearings: a function of its outputs alone."""
 
+import copy
 import math
 from typing import Any
 
@@ -97,7 +98,7 @@ class _Late:
         rows = rows[late] if self.begun else rows
         if len(rows):
             self.count += len(rows)
-            self.sum += rows.sum(axis=0)
+            self.sum = self.sum + rows.sum(axis=0)  # a copy keeps the one before
             self.least = np.minimum(self.least, rows.min(axis=0))
             self.greatest = np.maximum(self.greatest, rows.max(axis=0))
 
@@ -114,6 +115,12 @@ class _OfBearing:
         self.load, self.angle = np.zeros(2), np.zeros(2)
         self.spots: tuple = ()  # once they are asked for
         self.late = _Late(4)  # radial and axial force, mean powers of the loads on inner and outer raceway
+
+    def copy(self) -> "_OfBearing":
+        """The same so far, which goes its own way."""
+        found = copy.copy(self)
+        found.load, found.angle, found.late = self.load.copy(), self.angle.copy(), copy.copy(self.late)
+        return found
 
     def add(self, load, angle, force, late) -> None:
         """Takes loads and angles (n, balls, 2), forces (n, 3) in."""
@@ -156,6 +163,13 @@ class ShaftFigures:
         self._last = {name: float(values[name][-1]) for name in names}
         if not self._first:
             self._first = {name: float(values[name][0]) for name in names}
+
+    def copy(self) -> "ShaftFigures":
+        """The same so far, which goes its own way."""
+        found = copy.copy(self)
+        found.bearings = {side: one.copy() for side, one in self.bearings.items()}
+        found._late = copy.copy(self._late)
+        return found
 
     @property
     def energy_closure(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.loading import Loading
-from bearing_twin.kinds.second_run import WithSecondRun, is_watched
+from bearing_twin.kinds.second_run import is_watched
 from bearing_twin.kinds.shaft import march
 from bearing_twin.kinds.shaft.course import Course
 from bearing_twin.kinds.shaft.figures import WATCH, ShaftFigures, wanted_errors
@@ -17,6 +17,7 @@ from bearing_twin.kinds.shaft.outputs import channels, contacts_of
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, add_unbalances, new_balls, new_moment
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
+from bearing_twin.kinds.shaft.watched import WatchedShaft
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 from bearing_twin.numerics.steppers import RODAS4
@@ -26,7 +27,6 @@ from bearing_twin.stopping import SIGNALLED
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINER, FINEST = 0.1, 1e-11  # tolerance of the second motion over the first one's, and the least there is
-SHORT = 300  # steps of the second motion in a short run
 FIRST, LEAST = 0.1, 1e-9  # of the stiffest mode's period over 2 pi: first step, least one
 FAILURES = {
     NOT_FINITE: "the motion is not finite any more; lower speed and loads",
@@ -45,7 +45,7 @@ def motion(parameters: ShaftScene, choice: Choice):
         return own
     finer = ShaftMotion(parameters, choice, FINER)
     writer = functools.partial(ShaftFigures, parameters, choice)
-    both = WithSecondRun((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters, SHORT)
+    both = WatchedShaft((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters)
     both.longest_chunk = own.longest_chunk
     return both
 
@@ -138,6 +138,18 @@ class ShaftMotion:
         march.begin_again(self.clock, self.kept, self._seconds, self._shown[-1])
         self._follow(course)
         self.clock[march.STEP] = min(self.clock[march.STEP], self._bounds[march.AFRESH])
+
+    def changes(self, duration: float) -> bool:
+        """Whether speed or load begin to change otherwise within `duration` [s] from now."""
+        return self._course.changes(self._seconds, self._seconds + duration)
+
+    def go_on_from(self, other: "ShaftMotion") -> None:
+        """Goes on where another motion of the same scene is, as it is told; its costs stay its own."""
+        for own, given in zip(self._arrays(), other._arrays(), strict=True):
+            if own is not self.counts:
+                own[...] = given
+        self._now_ns = other._now_ns
+        self._told(other._course)
 
     @property
     def _seconds(self) -> float:

@@ -11,7 +11,6 @@ SHAFT = Kind(
     help="a rigid shaft with mass and unbalance on two ball bearings whose balls are in balance at every instant",
     home=HERE,
     parameters=ShaftScene,
-    brief=True,
     frame="shaft_link",
     **parts_in(
         HERE,
@@ -19,6 +18,9 @@ SHAFT = Kind(
         completed="derived:completed",
         figures="figures:ShaftFigures",
         doubt="doubt:ShaftDoubt",
+        commands="topics:commands",
+        check_drive="operating:check_drive",
+        check_load="operating:check_load",
         picture="picture:ShaftPicture",
     ),
 )

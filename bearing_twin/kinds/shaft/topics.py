@@ -6,11 +6,11 @@ They take many outputs at once, with one row an output in front of every array.
 import numpy as np
 
 from bearing_twin.kinds.bearing.loads import ring_attitude
-from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, STEEL, marker
 from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
 from bearing_twin.kinds.shaft.row import SHAFT
-from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics
+from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, load_command, turning_commands
 from bearing_twin.kinds.urdf import Solid, cylinder
 from bearing_twin.sample import Sample, Wrench
 
@@ -36,6 +36,11 @@ def topics(parameters: ShaftScene) -> tuple[Topic, ...]:
         ),
         Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "shaft, bearings and their forces to look at", FRAME),
     )  # fmt: skip
+
+
+def commands() -> tuple[Command, ...]:
+    """The topics that a running shaft obeys."""
+    return *turning_commands("the shaft", FRAME), load_command("on the shaft about shaft.load_place", FRAME)
 
 
 def ring_centres(parameters: ShaftScene, sample: Sample) -> np.ndarray:
