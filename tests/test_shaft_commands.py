@@ -158,6 +158,7 @@ def test_a_speed_beyond_the_scenes_counts_in_what_equilibria_leave_out():
     report = it.loop.simulation.report()
     share = shares_of(parameters, "hertz", 900.0)["left"]
     after = report.errors["errors_by_source"]["left_greatest_ball_load_n"]["left_out"]
+    assert f"the centrifugal load is at most {share:.2g} of a contact's" in it.loop.simulation.choice.reason
     assert share > 2.0 * shares_of(parameters, "hertz")["left"]
     assert after == pytest.approx(max(1e-4, 0.04 * share**2) * report.figures["left_greatest_ball_load_n"], rel=1e-9)
     assert after > before

@@ -120,28 +120,28 @@ class ShaftMotion:
     @property
     def goal_speed(self) -> float:
         """The speed [rad/s] that the shaft is told to go to, at the drive's acceleration."""
-        return self._course.goal_at(self._seconds)
+        return self._course.goal_at(self.seconds)
 
     @goal_speed.setter
     def goal_speed(self, speed: float) -> None:
-        self._told(self._course.told(self._seconds, speed))
+        self._told(self._course.told(self.seconds, speed))
 
     def set_load(self, force, moment) -> None:
         """New loads at `shaft.load_place` [N], [N m] from now on, or the scene's own where both are None.
 
         They are taken as `operating.check_load` let them pass. Constant loads and unbalances stay.
         """
-        self._told(self._course.loaded(self._seconds, force, moment))
+        self._told(self._course.loaded(self.seconds, force, moment))
 
     def _told(self, course: Course) -> None:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
-        march.begin_again(self.clock, self.kept, self._seconds, self._shown[-1])
+        march.begin_again(self.clock, self.kept, self.seconds, self._shown[-1])
         self._follow(course)
         self.clock[march.STEP] = min(self.clock[march.STEP], self._bounds[march.AFRESH])
 
     def changes(self, duration: float) -> bool:
         """Whether speed or load begin to change otherwise within `duration` [s] from now."""
-        return self._course.changes(self._seconds, self._seconds + duration)
+        return self._course.changes(self.seconds, self.seconds + duration)
 
     def go_on_from(self, other: "ShaftMotion") -> None:
         """Goes on where another motion of the same scene is, as it is told; its costs stay its own."""
@@ -152,14 +152,15 @@ class ShaftMotion:
         self._told(other._course)
 
     @property
-    def _seconds(self) -> float:
+    def seconds(self) -> float:
+        """Simulated time so far [s]."""
         return 1e-9 * self._now_ns
 
     def first_outputs(self) -> Columns:
         """The outputs at the present instant, at the start of a run."""
         rows = np.empty((1, self._layout.width))
         self.clock[march.CURSOR] = 0.0
-        here = np.array([self._seconds])
+        here = np.array([self.seconds])
         march.write_outputs(self.rotor, self._parts(here[0]), self._shown, self.clock, self.kept, here, rows)
         return Columns(self._layout, rows)
 

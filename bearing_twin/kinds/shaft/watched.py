@@ -28,6 +28,11 @@ class WatchedShaft(WithSecondRun):
         self._before, self._changed = MappingProxyType({}), False
 
     @property
+    def seconds(self) -> float:
+        """Simulated time so far [s]."""
+        return self._motion.seconds
+
+    @property
     def goal_speed(self) -> float:
         """The speed [rad/s] that the shaft is told to go to."""
         return self._motion.goal_speed
