@@ -1,5 +1,6 @@
 """Commands to a running shaft on two bearings, without ROS: obeyed, refused, stale; and what its figures then say."""
 
+import json
 import math
 from types import SimpleNamespace
 
@@ -8,10 +9,12 @@ import pytest
 from commanded import obeying, twist, wrench
 from shafts import energy, motion_of
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.contract import Output
-from bearing_twin.kinds.shaft.models import shares_of
+from bearing_twin.kinds.shaft.models import choose, shares_of
+from bearing_twin.kinds.shaft.motion import motion
 from bearing_twin.kinds.shaft.topics import topics
+from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -183,3 +186,60 @@ def test_pose_and_frames_follow_the_shaft():
     x, y, z, w = pose["orientation"]
     axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x)]
     assert axis == pytest.approx([tilt[1], -tilt[0]], rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("companion", ["on", "off"])
+def test_a_motion_goes_on_from_a_snapshot_to_the_bit(companion):
+    """With a commanded load and speed, and a change still to come; by way of JSON, as in the file of a failure."""
+    change = "shaft.change={time: 0.001, load: [0, -30, 0]}", "drive.change={time: 0.02, speed: 5.0}"
+    scene = load_scene("shaft_two_6203", (*change, f"solver.companion={companion}"))
+    one, other = (motion(scene.parameters, choose(scene.parameters)) for _ in range(2))
+    times = 5e-4 * np.arange(1, 20)
+    for it in (one, other):
+        it.first_outputs()
+    one.advance(times, times[-1])
+    one.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
+    one.goal_speed = 340.0
+    one.advance(times, times[-1])
+    other.resume(json.loads(json.dumps(one.snapshot(), allow_nan=False)))
+    assert other.goal_speed == 340.0
+    found, expected = (it.advance(times, times[-1]) for it in (other, one))
+    for name, values in expected.items():
+        assert np.array_equal(values, found[name]), name
+
+
+@pytest.mark.parametrize("key", ["clock", "kept", "balls", "told", "turned", "goal", "commanded", "now"])
+def test_the_state_of_another_shaft_is_refused(key):
+    it = motion_of()
+    it.first_outputs()
+    it.advance(np.array([0.01]), 0.01)
+    kept = it.snapshot()
+    without = {name: value for name, value in kept.items() if name != key}
+    for wrong in ({**kept, key: [[1.0]]}, {**kept, key: [math.nan] * 3}, {**kept, key: None}, without):
+        with pytest.raises((KeyError, TypeError, ValueError)):
+            it.resume(wrong)
+
+
+def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp_path):
+    """Its load is commanded, then its scene's unbalance shakes the shaft through the balls at a speed it was told."""
+    drive = "drive={speed: 10, acceleration: 2e4}"
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.005, 0]]", drive))
+    simulation = Simulation(scene)
+    simulation.advance(20)
+    simulation.set_load((0.0, -200.0, 0.0), (0.0, 0.0))
+    simulation.advance(20)
+    simulation.set_speed(3000.0)
+    with pytest.raises(IntegrationError) as caught:
+        simulation.advance(2000)
+    told = read_failure(write_failure(caught.value, tmp_path))
+    assert told.body == "shaft"
+    rows = {label: value for label, value, _ in told.about_body()}
+    assert rows["load z"] == 0.0
+    assert rows["shaft_speed"] > 10.0
+    unbalance = 0.005 * math.hypot(rows["shaft_speed"] ** 2, 2e4)
+    assert math.hypot(rows["load x"], rows["load y"] + 200.0) == pytest.approx(unbalance, rel=1e-9)
+    again = Simulation(scene)
+    again.resume(told)
+    with pytest.raises(IntegrationError) as twice:
+        again.advance(2000)
+    assert (twice.value.seconds, twice.value.reason) == (caught.value.seconds, "too deep")

@@ -32,8 +32,8 @@ class Course:
     """
 
     def __init__(self, parameters: ShaftScene, loading: Loading, now=0.0, angle=0.0, speed=None, goal=None):
-        self._parameters, self.loading, self._now = parameters, loading, now
-        self._steady, self._goal = constant_loads(parameters), parameters.drive.speed if goal is None else goal
+        self._parameters, self.loading, self.now = parameters, loading, now
+        self._steady, self.goal = constant_loads(parameters), float(parameters.drive.speed if goal is None else goal)
         self._turning = course_of(parameters.drive, now, angle, speed, goal)
         self.speeds = [drive.speed for _, drive in self._turning]
         self._turns = np.array([since for since, _ in self._turning])
@@ -43,7 +43,7 @@ class Course:
     def goal_at(self, time: float) -> float:
         """The speed [rad/s] that the shaft is told to go to at `time` [s]."""
         change = self._parameters.drive.change
-        return float(self._goal + (change.speed if self._now < change.time <= time else 0.0))
+        return float(self.goal + (change.speed if self.now < change.time <= time else 0.0))
 
     def turned(self, time: float) -> tuple[float, float, float]:
         """Angle [rad], speed [rad/s] and acceleration at `time` [s] and, where a part begins there, after it."""

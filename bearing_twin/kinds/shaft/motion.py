@@ -16,6 +16,7 @@ from bearing_twin.kinds.shaft.operating import explained
 from bearing_twin.kinds.shaft.outputs import channels, contacts_of
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, add_unbalances, new_balls, new_moment
+from bearing_twin.kinds.shaft.snapshots import put_back, snapshot_of
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.watched import WatchedShaft
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
@@ -92,12 +93,31 @@ class ShaftMotion:
 
     def _arrays(self) -> list[np.ndarray]:
         """All that a kernel changes and that the next step depends on."""
-        places = [own.place for balls in (self._moved[0], self._shown[0]) for own in balls]
-        return [self.clock, self.kept, self.counts, *places]
+        return [self.clock, self.kept, self.counts, *self.places]
+
+    @property
+    def places(self) -> list[np.ndarray]:
+        """Where the balls of both bearings were found in balance last: in the motion, then in its outputs."""
+        return [own.place for balls in (self._moved[0], self._shown[0]) for own in balls]
+
+    def snapshot(self) -> dict:
+        """The state as plain data; see `resume`."""
+        return snapshot_of(self)
+
+    def resume(self, kept: dict) -> None:
+        """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another shaft."""
+        self.reset()
+        put_back(self, kept)
+        self.keep()
+
+    def follow(self, course: Course, now: float) -> None:
+        """Is at `now` [s] of a course, as arrays put back say."""
+        self._now_ns = round(1e9 * now)
+        self._follow(course)
 
     def keep(self) -> None:
         """Keeps what `take_back` needs."""
-        self._before = [values.copy() for values in self._arrays()], self._now_ns, self._course
+        self._before = [values.copy() for values in self._arrays()], self._now_ns, self.course
 
     def take_back(self) -> None:
         """Back to the last `keep`, as before the last `advance`."""
@@ -110,28 +130,28 @@ class ShaftMotion:
         """Turns and is loaded by `course` from now on."""
         fastest = max(map(abs, course.speeds))
         longest = 2.0 * math.pi / (TURN * fastest) if fastest else math.inf
-        self._course, self._bounds = course, np.array([LEAST / self._fastest, longest, FIRST / self._fastest])
+        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest, FIRST / self._fastest])
 
     def _parts(self, until: float) -> np.ndarray:
         """The parts of the course from that of the step kept to the first after `until` [s]."""
         self.clock[march.PHASE] = 0.0
-        return self._course.rows(float(self.clock[march.BEGAN]), until)
+        return self.course.rows(float(self.clock[march.BEGAN]), until)
 
     @property
     def goal_speed(self) -> float:
         """The speed [rad/s] that the shaft is told to go to, at the drive's acceleration."""
-        return self._course.goal_at(self.seconds)
+        return self.course.goal_at(self.seconds)
 
     @goal_speed.setter
     def goal_speed(self, speed: float) -> None:
-        self._told(self._course.told(self.seconds, speed))
+        self._told(self.course.told(self.seconds, speed))
 
     def set_load(self, force, moment) -> None:
         """New loads at `shaft.load_place` [N], [N m] from now on, or the scene's own where both are None.
 
         They are taken as `operating.check_load` let them pass. Constant loads and unbalances stay.
         """
-        self._told(self._course.loaded(self.seconds, force, moment))
+        self._told(self.course.loaded(self.seconds, force, moment))
 
     def _told(self, course: Course) -> None:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
@@ -141,7 +161,7 @@ class ShaftMotion:
 
     def changes(self, duration: float) -> bool:
         """Whether speed or load begin to change otherwise within `duration` [s] from now."""
-        return self._course.changes(self.seconds, self.seconds + duration)
+        return self.course.changes(self.seconds, self.seconds + duration)
 
     def go_on_from(self, other: "ShaftMotion") -> None:
         """Goes on where another motion of the same scene is, as it is told; its costs stay its own."""
@@ -149,7 +169,7 @@ class ShaftMotion:
             if own is not self.counts:
                 own[...] = given
         self._now_ns = other._now_ns
-        self._told(other._course)
+        self._told(other.course)
 
     @property
     def seconds(self) -> float:
@@ -188,8 +208,8 @@ class ShaftMotion:
     def _failed(self, status: int, seconds: float) -> IntegrationError:
         """The error of a run that failed at `seconds`."""
         error = IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", WORDS[status], seconds, "shaft")
-        angle, speed, acceleration = self._course.turned(seconds)
-        loads = self._course.load_at(seconds)[0]
+        angle, speed, acceleration = self.course.turned(seconds)
+        loads = self.course.load_at(seconds)[0]
         add_unbalances(self.rotor, angle, speed, acceleration, loads)
         return explained(error, self.parameters, self._law, speed, loads)
 

@@ -73,6 +73,14 @@ def _channels(*balls: int) -> tuple[Channel, ...]:
     )
 
 
+def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
+    """The body and the contact that a number of a channel belongs to, such as "left ball 3" and "outer race"."""
+    side = channel.name.partition("_")[0]
+    if side in SIDES:
+        return f"{side} ball {index[0]}", ("inner race", "outer race")[index[1]]
+    return (f"{SIDES[index[0]]} bearing" if channel.axes[:1] == (BEARING,) else "shaft"), ""
+
+
 def contacts_of(parameters: ShaftScene) -> tuple[Contacts, Contacts]:
     """Room for the contacts of both bearings."""
     return tuple(empty_contacts(getattr(parameters, side).geometry.balls) for side in SIDES)

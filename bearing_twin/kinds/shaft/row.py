@@ -16,6 +16,7 @@ SHAFT = Kind(
         HERE,
         motion="motion:motion",
         completed="derived:completed",
+        place_of="outputs:place_of",
         figures="figures:ShaftFigures",
         doubt="doubt:ShaftDoubt",
         commands="topics:commands",
