@@ -243,3 +243,14 @@ def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp
     with pytest.raises(IntegrationError) as twice:
         again.advance(2000)
     assert (twice.value.seconds, twice.value.reason) == (caught.value.seconds, "too deep")
+
+
+def test_a_run_that_fails_at_once_after_a_command_tells_of_the_last_output_given_out(tmp_path):
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.02, 0]]", "drive={speed: 10, acceleration: 1e5}"))
+    simulation = Simulation(scene)
+    simulation.advance(40)
+    simulation.set_speed(3000.0)
+    with pytest.raises(IntegrationError, match="after 0.0195 s: at 0.0") as caught:
+        simulation.advance(2000)
+    told = read_failure(write_failure(caught.value, tmp_path))
+    assert (told.sequence, told.good_seconds) == (39, pytest.approx(0.0195))

@@ -163,6 +163,7 @@ class Simulation:
         if ahead:
             self._motion.take_back()
             self._pending = self._pending.part(0, 0)
+            self._good = self._given[-1]  # what was computed beyond it never came to be
             if given:
                 span = 1e-9 * self.output_period_ns * given
                 self._motion.advance(np.array([span]), span)
