@@ -18,7 +18,8 @@ from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
-QUICK = ("run.output_rate=1000", "run.publish_rate=100", "solver.companion=off")
+DAMPED = "contact.relaxation_time=2e-5"  # what rings dies out within some milliseconds
+QUICK = (DAMPED, "run.output_rate=1000", "run.publish_rate=100", "solver.companion=off")
 
 
 def shaft(overrides=QUICK, **more):
@@ -35,7 +36,7 @@ def turning(speed, **more):
 
 def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
     """At its place, with constant loads and the scene's unbalance; it is held until the next."""
-    keys = (*QUICK, "shaft.load_place=0.02", "shaft.loads=[[0, 10, 0, 0, 0, 0]]", "wanted.tolerance=1e-6")
+    keys = (*QUICK, "shaft.load_place=0.02", "shaft.loads=[[0, 10, 0, 0, 0, 0]]", "wanted.tolerance=1e-5")
     it = shaft(keys)
     it.run(0.015)
     it.tell("command/load", told((0.0, -300.0, 50.0), (0.5, 0.0, 0.0)))
@@ -56,7 +57,7 @@ def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
     assert np.array_equal(out["load"][15:, 2], load[16:46, 2])
     for name in ("position", "tilt", "left_normal_load", "left_contact_angle", "load_work"):
         off = np.abs(it.channel(name)[1:46] - out[name]).max()
-        assert off < 2e-5 * np.abs(out[name]).max(), name
+        assert off < 1e-4 * np.abs(out[name]).max(), name
 
 
 REFUSED = {
@@ -128,7 +129,7 @@ def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_add
 
 def test_books_figures_and_errors_are_those_of_what_was_given_out():
     """Commands within chunks: the companion has gathered what the run has, and nothing of what was computed anew."""
-    simulation = Simulation(load_scene("shaft_two_6203", ("run.duration=0.2", "run.output_rate=5000")))
+    simulation = Simulation(load_scene("shaft_two_6203", (DAMPED, "run.duration=0.2", "run.output_rate=5000")))
     blocks = [simulation.advance(131)]
     for force, speed, outputs in (
         ((0.0, -400.0, 30.0), 314.159, 77),
@@ -223,7 +224,7 @@ def test_the_state_of_another_shaft_is_refused(key):
 def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp_path):
     """Its load is commanded, then its scene's unbalance shakes the shaft through the balls at a speed it was told."""
     drive = "drive={speed: 10, acceleration: 2e4}"
-    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.005, 0]]", drive))
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.005, 0]]", drive, DAMPED, "solver.companion=off"))
     simulation = Simulation(scene)
     simulation.advance(20)
     simulation.set_load((0.0, -200.0, 0.0), (0.0, 0.0))
@@ -250,7 +251,7 @@ def test_a_run_that_fails_at_once_after_a_command_tells_of_the_last_output_given
     simulation = Simulation(scene)
     simulation.advance(40)
     simulation.set_speed(3000.0)
-    with pytest.raises(IntegrationError, match="after 0.0195 s: at 0.0") as caught:
+    with pytest.raises(IntegrationError, match=r"after 0\.0195 s: at 0\.0") as caught:
         simulation.advance(2000)
     told = read_failure(write_failure(caught.value, tmp_path))
     assert (told.sequence, told.good_seconds) == (39, pytest.approx(0.0195))

@@ -141,13 +141,13 @@ def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_
     assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
 
 
-@pytest.mark.parametrize("change", ["change={time: 0.31, load: [0, -500, 0]}", "load_place=0.0"])
+@pytest.mark.parametrize("change", ["change={time: 0.21, load: [0, -500, 0]}", "load_place=0.0"])
 def test_the_error_told_holds_for_what_a_change_of_load_begins(change):
-    """The second motion, left after 0.2 s, follows anew; against a motion at a thousandth of the tolerance."""
-    keys = (f"shaft.{change}", "run.duration=0.35")
+    """The second motion, left after 0.2 s, follows anew; against a motion at a hundredth of the tolerance."""
+    keys = (f"shaft.{change}", "run.duration=0.23")
     run = simulate(load_scene("shaft_two_6203", keys))
     values = joined(list(run.blocks())).values
-    exact = motion_of(*keys, share=1e-3)
+    exact = motion_of(*keys, share=1e-2)
     times = 5e-4 * np.arange(1, len(values["load"]))
     exact.first_outputs()
     off = np.abs(exact.advance(times, times[-1])["left_normal_load"] - values["left_normal_load"][1:]).max()
@@ -156,4 +156,4 @@ def test_the_error_told_holds_for_what_a_change_of_load_begins(change):
     assert 0.3 < said / off < 10.0
     assert said < run.scene.parameters.wanted.tolerance
     quiet = change == "load_place=0.0"
-    assert (run.report.costs["companion_steps"] > 1000) != quiet
+    assert (run.report.costs["companion_steps"] > 700) != quiet
