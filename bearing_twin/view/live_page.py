@@ -37,7 +37,7 @@ def live_page(run: LiveRun, node: str) -> bytes:
         "live": {
             "commands": [one.name for one in KINDS[run.scene.kind].commands()],
             "speed": _acting(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
-            "load": _acting(values, ("ring_load", "load"), 3),
+            "load": _acting(values, ("ring_load", "varying_load"), 3),
         },
         "view": described_view(run.view),
         "packed": packed(time, values, run.view.series),

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from bearing_twin.kinds.shaft.course import constant_loads
 from bearing_twin.kinds.shaft.outputs import channels as channels_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, ring_sizes, sizes
@@ -38,6 +39,7 @@ def view(facts, channels) -> View:
         *picked(channels, TAKEN),
         Channel("turn", "1", (2,), "cosine and sine of the shaft's angle"),
         Channel("centres", "m", (2, 3), "of the inner rings"),
+        Channel("varying_load", "N", (3,), "the load but shaft.loads, which no command replaces"),
     )
     return View(
         series=series,
@@ -120,7 +122,8 @@ def _balls(parameters, side: str) -> Panel:
 def _rows(parameters, sample) -> dict[str, np.ndarray]:
     angle = sample["shaft_angle"]
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return {name: sample[name] for name in TAKEN} | {"turn": turn, "centres": ring_centres(parameters, sample)}
+    found = {name: sample[name] for name in TAKEN} | {"turn": turn, "centres": ring_centres(parameters, sample)}
+    return found | {"varying_load": sample["load"] - constant_loads(parameters)[:3]}
 
 
 def _rod(radius: float, low: float, high: float) -> list[list[tuple[float, float]]]:
