@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import scene_text
 from bearing_twin.nodes.watch_orders import number_of, vector_of
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.view.live import MOST_ROWS, PERIOD, ROWS, Again, LiveRun
 from bearing_twin.view.live_page import live_page
 
@@ -143,3 +145,17 @@ def test_every_kind_has_a_live_page(name):
     page = live_page(run, "/node").decode()
     assert name in page
     assert '"commands":[]' in page.replace(" ", "")
+
+
+def test_the_controls_of_a_shaft_begin_with_its_speed_and_the_load_that_a_command_replaces():
+    """Constant loads of the scene, here a push of 60 N along the axis, stay whatever is commanded."""
+    scene = load_scene("shaft_step_load")
+    run = LiveRun(scene_text(scene, a_choice()))
+    first = Simulation(scene).advance(1)
+    run.frames(samples_message(scene.channels, 0, first.time_ns, first.matrix()), 0.0)
+    [live] = re.findall(r'"live": ?(\{[^}]*\})', live_page(run, "/node").decode())
+    assert json.loads(live) == {
+        "commands": ["command/speed", "command/speed_stamped", "command/load"],
+        "speed": 60.0,
+        "load": pytest.approx([0.0, -100.0, 0.0]),
+    }

@@ -5,57 +5,22 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_run import a_choice
+from commanded import obeying, twist, wrench
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.quasi_static import statics
-from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.commanding import Commands
-from bearing_twin.nodes.simulating import SimulationLoop
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
-COMMANDS = {command.name: command for command in KINDS["bearing"].commands()}
 ALL_FREE = "rings.inner.free=all"
-
-
-def vector(x=0.0, y=0.0, z=0.0):
-    return SimpleNamespace(x=x, y=y, z=z)
-
-
-def wrench(force=(), torque=(), frame="bearing_link"):
-    """What a WrenchStamped looks like."""
-    both = SimpleNamespace(force=vector(*force), torque=vector(*torque))
-    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), wrench=both)
-
-
-def twist(linear=(), angular=(), frame="bearing_link"):
-    """What a TwistStamped looks like."""
-    both = SimpleNamespace(linear=vector(*linear), angular=vector(*angular))
-    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), twist=both)
 
 
 STILL = "model.dimension=quasi_static"
 
 
-def recorded(scene="bearing_6203_rig_400N", overrides=(STILL,), load_timeout_ns=0, frame_prefix=""):
-    """A paused loop over a bearing: `run` goes on, `tell` commands, `channel` is what was computed so far."""
-    scene = load_scene(scene, overrides)
-    simulation, blocks = Simulation(scene), []
-    advance = simulation.advance
-    simulation.advance = lambda outputs: blocks.append(advance(outputs)) or blocks[-1]
-    commands = Commands(load_timeout_ns, frame_prefix)
-    loop = SimulationLoop(
-        simulation, lambda: MessageStream(scene, choice=a_choice()), lambda message: None, "fastest", commands=commands
-    )
-    loop.paced.paused = True
-    return SimpleNamespace(
-        loop=loop,
-        run=lambda seconds: loop.step(0, seconds),
-        tell=lambda name, message: loop.obey(0, COMMANDS[name], message),
-        channel=lambda name: np.concatenate([block.values[name] for block in blocks]),
-    )
+def recorded(scene="bearing_6203_rig_400N", overrides=(STILL,), **more):
+    return obeying(scene, overrides, **more)
 
 
 def test_a_load_acts_from_the_next_output_on_and_is_held_until_the_next():

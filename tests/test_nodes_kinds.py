@@ -74,10 +74,11 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     """Also the scene, of which a late recorder learns: a recording verifies and reports to the bit; a replay is it."""
     path, own, brief = tmp_path / "recording.mcap", tmp_path / "own.mcap", KINDS[kind].brief
     with ros_executor() as executor:
-        # A bearing runs on, so it is told when to end; the others know.
-        more = {"duration": 0.1} if kind == "bearing" else {"log": str(own)} if brief else {}
+        # What runs on is told when to end; the others know.
+        end = load_scene(*PLAYED[kind][:2]).parameters.run.duration
+        more = {"log": str(own)} if brief else {"duration": end}
         node, scene = sim_node(executor, kind, start_paused=True, **more)
-        recorder = started(executor, RecorderNode, log=str(path), full=kind == "bearing")
+        recorder = started(executor, RecorderNode, log=str(path), full=not brief)
         services = plain_node(executor)
         spin_until_ready(executor, node)
         names = names_of(scene)
@@ -107,7 +108,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     for name, ros_type in names:
         # A busy machine may lose what comes at the publish rate, ten deep, but no output.
         left = iter(written[name])
-        if name != f"/{kind}/scene":  # where the bearing's duration differs
+        if name != f"/{kind}/scene":  # where the duration of what runs on differs
             assert all(data in left for data in recorded[name]), name
         if ros_type == cdr.SAMPLE_BLOCK:
             assert recorded[name] == written[name], name
@@ -183,7 +184,8 @@ def test_topics_stand_in_the_namespace_of_the_kind(kind):
         obeyed = {command.name for command in KINDS[kind].commands()}
         heard_of = {"command/speed", "command/speed_stamped", "command/torque", "command/load"}
         assert {name for name in heard_of if watcher.count_subscribers(f"/{kind}/{name}")} == obeyed
-        assert obeyed == (heard_of if kind == "bearing" else set())
+        by_kind = {"bearing": heard_of, "shaft": heard_of - {"command/torque"}}
+        assert obeyed == by_kind.get(kind, set())
         assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
 
 

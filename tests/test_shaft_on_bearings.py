@@ -9,11 +9,13 @@ import pytest
 from scipy import linalg
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
+from shafts import energy, motion_of, outputs_of, parameters_of
 
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of
 from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
+from bearing_twin.kinds.shaft.course import constant_loads
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.modes import critical_speeds, matrices_of, modes_at, modes_of, unbalance_response
 from bearing_twin.kinds.shaft.motion import ShaftMotion
@@ -34,23 +36,6 @@ LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is 
     "left.place=-0.05",
     "right.place=0.05",
 )
-
-
-def parameters_of(*changes, scene="shaft_two_6203"):
-    return load_scene(scene, changes).parameters
-
-
-def motion_of(*changes, scene="shaft_two_6203", share=1.0):
-    loaded = load_scene(scene, (*changes, "solver.companion=off"))
-    return ShaftMotion(loaded.parameters, choose(loaded), share)
-
-
-def outputs_of(motion, duration, count):
-    """The outputs at even times up to `duration` [s], with the first."""
-    first = {name: np.array(values) for name, values in motion.first_outputs().items()}
-    times = duration * np.arange(1, count + 1) / count
-    found = motion.advance(times, duration)
-    return np.append(0.0, times), {name: np.concatenate([first[name], found[name]]) for name in first}
 
 
 def alone(parameters, side, law="hertz"):
@@ -223,12 +208,6 @@ def test_balls_that_pass_move_the_shaft_as_they_move_a_ring():
     swing = np.ptp(heights)
     assert swing > 5e-8
     assert np.abs(out["position"][:, 1] - heights).max() < 0.01 * swing
-
-
-def energy(out):
-    """What the shaft has, less what it was given, plus what it gave (n,), and the size of all that."""
-    names = ("kinetic_energy", "potential_energy", "bearing_work", "dissipated")
-    return sum(out[name] for name in names) - out["load_work"], out["gross_work"][-1]
 
 
 @pytest.mark.parametrize("scene", ["shaft_two_6203", "shaft_angular_pair"])
@@ -549,7 +528,7 @@ def test_a_root_of_scipy_is_the_balance():
     scales, stays = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4]), middles(parameters)
 
     def left(unknown):
-        total = wanted.weight + wanted.steady
+        total = wanted.weight + constant_loads(parameters)
         for side in SIDES:
             across = coupling(parameters, side)
             ring = across @ (unknown * scales) + stays[side]

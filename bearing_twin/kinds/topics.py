@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.contract import ONCE, PUBLISH, Output, Topic
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.contract import ONCE, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.kinds.urdf import Solid, urdf
 from bearing_twin.sample import Sample, Wrench
@@ -99,6 +100,37 @@ def pose_topic(name: str, link: str, text: str, prefix: str = "") -> Topic:
 def _pose(prefix: str, output: Output) -> dict:
     sample = output.sample
     return {"pose": {"position": sample[f"{prefix}position"], "orientation": sample[f"{prefix}orientation"]}}
+
+
+def turning_commands(body: str, link: str) -> tuple[Command, Command]:
+    """The topics that tell a `body` its speed about z, with a header in the frame `link` or without one."""
+    return (
+        Command("command/speed", FLOAT, lambda message: ("set_speed", message.data), f"speed of {body} [rad/s]"),
+        Command(
+            "command/speed_stamped",
+            TWIST,
+            partial(_turning, body),
+            "the same with a header: twist.angular.z alone",
+            link,
+        ),
+    )  # fmt: skip
+
+
+def _turning(body: str, message) -> tuple:
+    linear, angular = message.twist.linear, message.twist.angular
+    if any((linear.x, linear.y, linear.z, angular.x, angular.y)):
+        raise BearingTwinError(f"{body} turns about z alone: leave all but twist.angular.z at 0")
+    return "set_speed", angular.z
+
+
+def load_command(where: str, link: str) -> Command:
+    """The topic of a load from outside, in the frame `link`; `where` says on what and about which point."""
+    return Command("command/load", WRENCH, _load, f"load {where}, held until the next", link)
+
+
+def _load(message) -> tuple:
+    force, torque = message.wrench.force, message.wrench.torque
+    return "set_load", (force.x, force.y, force.z), (torque.x, torque.y, torque.z)
 
 
 def outside_topic(sentences: tuple[str, ...]) -> Topic:

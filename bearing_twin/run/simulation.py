@@ -106,7 +106,7 @@ class Simulation:
         return time.perf_counter() - start
 
     def set_speed(self, speed: float) -> None:
-        """New goal [rad/s] for the inner ring's speed, approached at the drive's acceleration from now on.
+        """New goal [rad/s] for the speed of inner ring or shaft, approached at the drive's acceleration from now on.
 
         Raises BearingTwinError, and changes nothing, where the load is not carried at this speed, or a torque turns it.
         """
@@ -123,7 +123,7 @@ class Simulation:
         self._motion.set_torque(float(torque))
 
     def set_load(self, force, moment) -> None:
-        """New force (3,) [N] and moment (2,) or (3,) [N m] on the inner ring about its centre, from now on.
+        """New force (3,) [N] and moment (2,) or (3,) [N m] on the inner ring or the shaft, from now on.
 
         None for both: the scene's own. Raises BearingTwinError, and changes nothing, for what the scene cannot carry.
         """
@@ -153,6 +153,7 @@ class Simulation:
         if ahead:
             self._motion.take_back()
             self._pending = self._pending.part(0, 0)
+            self._good = self._given[-1]  # what was computed beyond it never came to be
             if given:
                 span = 1e-9 * self.output_period_ns * given
                 self._motion.advance(np.array([span]), span)

@@ -96,8 +96,8 @@ function liveBar({ commands, speed: turning, load: acting }) {
   const button = (text, act) => make("button", { type: "button", onclick: act }, text);
   const number = (label, value) => make("input", { type: "number", step: "any", value, "aria-label": label, title: label });
   const group = (words, ...parts) => make("span", { class: "live-group" }, make("span", { class: "live-words" }, words), ...parts);
-  const speed = number("speed of the inner ring [rpm]", Math.round((turning * 30) / Math.PI)), pace = number("pace: simulated seconds in a second", 1);
-  const load = ["x", "y", "z"].map((axis, k) => number(`load on the inner ring along ${axis} [N]`, Number(acting[k].toPrecision(4))));
+  const speed = number("speed [rpm]", Math.round((turning * 30) / Math.PI)), pace = number("pace: simulated seconds in a second", 1);
+  const load = ["x", "y", "z"].map((axis, k) => number(`load along ${axis} [N]`, Number(acting[k].toPrecision(4))));
   const follow = make("input", { type: "checkbox", id: "live-follow", checked: "" });
   const obeys = (name, part) => (commands.includes(name) ? [part] : []);
   const controls = [

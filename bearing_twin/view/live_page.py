@@ -36,8 +36,8 @@ def live_page(run: LiveRun, node: str) -> bytes:
         **{key: [] for key in ("warnings", "flags", "figures", "tables", "errors")},
         "live": {
             "commands": [one.name for one in KINDS[run.scene.kind].commands()],
-            "speed": _acting(values, "inner_ring_speed", 1)[0],
-            "load": _acting(values, "ring_load", 3),
+            "speed": _acting(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
+            "load": _acting(values, ("ring_load", "varying_load"), 3),
         },
         "view": described_view(run.view),
         "packed": packed(time, values, run.view.series),
@@ -49,9 +49,9 @@ def live_page(run: LiveRun, node: str) -> bytes:
     return "".join((head, style, "</head>", body, script, "</body>", end)).encode()
 
 
-def _acting(values, series: str, width: int) -> list[float]:
-    """The last row of a series of `width` numbers, to begin the controls with; zeros where the scene has none such."""
-    return np.ravel(values[series][-1]).tolist() if series in values else [0.0] * width
+def _acting(values, series: tuple[str, ...], width: int) -> list[float]:
+    """The last row of the first of these series that is there, to begin the controls with; else `width` zeros."""
+    return next((np.ravel(values[one][-1]).tolist() for one in series if one in values), [0.0] * width)
 
 
 def _text(name: str) -> str:

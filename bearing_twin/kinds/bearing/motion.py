@@ -21,7 +21,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.partners import Loading, border_scales, caged_start, partners_of, settled_start
+from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk, Instants, check, integrated
@@ -56,7 +56,7 @@ class BearingMotion:
         self.parameters = parameters
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
-        self.loading, self._instants = Loading(parameters), Instants()
+        self.loading, self._instants = RingLoading(parameters), Instants()
         partners = partners_of(parameters)
         together = LONGEST_EVEN if partners.even and partners.ring else None
         self.longest_chunk = together if partners.active else LONGEST_ALONE
@@ -87,7 +87,7 @@ class BearingMotion:
     def reset(self) -> None:
         """Back to the start."""
         self.state, self.border = self._start.copy(), self._start_border.copy()
-        self.loading = Loading(self.parameters)
+        self.loading = RingLoading(self.parameters)
         self.orientation = np.zeros((self.bearing.balls, 4))
         self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
         self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])

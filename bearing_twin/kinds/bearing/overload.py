@@ -4,11 +4,11 @@ import numpy as np
 
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.forces.layout import CAGE, SHAFT_SPEED
-from bearing_twin.kinds.bearing.quasi_static.operating import check_load
+from bearing_twin.kinds.bearing.quasi_static.operating import OVERLOAD, check_load
 from bearing_twin.kinds.bearing.stepping.border import Partners, outside_load
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk
 
-OVERLOAD, TOO_FAST = "overload", "too fast"  # reasons of such errors
+TOO_FAST = "too fast"  # reason of an error
 
 
 def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin: float) -> IntegrationError:

@@ -1,7 +1,5 @@
 """Ring and cage of a scene: what acts on them over time, and the equilibrium from which they and the balls start."""
 
-import math
-
 import numpy as np
 
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
@@ -18,6 +16,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN,
     TANGENTIAL_VELOCITY,
 )
+from bearing_twin.kinds.bearing.loading import Loading, between, next_after
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -45,34 +44,21 @@ from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, Partners
 from bearing_twin.kinds.bearing.stepping.shaft import Shaft
 from bearing_twin.numerics.lanes import COLUMNS
 
-NEVER = math.inf
 RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/test_error_scales.py`)
-SAME = 1e-12  # relative: instants nearer than this are one
 
 
-class Loading:
-    """What acts on the inner ring from outside: the scene's loads over time, or what is commanded in their place."""
+class RingLoading(Loading):
+    """What acts on the inner ring from outside: loads, and the torque on the shaft, the scene's or commanded ones."""
 
     def __init__(self, parameters: BearingScene):
-        ring = parameters.rings.inner
-        self.load, self.change = (
-            np.array([*ring.load, *ring.moment]),
-            np.array([*ring.change.load, *ring.change.moment]),
-        )
-        self.change_time = ring.change.time or NEVER
-        self.knots, self.commanded = np.array(ring.table).reshape(-1, 6), False
+        super().__init__(parameters.rings.inner)
         drive = parameters.drive
         self.torque, self.torque_knots = drive.torque, np.array(drive.torque_table).reshape(-1, 2)
         self.torque_commanded = False
 
-    def set(self, force, moment) -> None:
-        """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
-        self.load = np.array([*force, *moment], float)[:CAGE]
-        self.change_time, self.knots, self.commanded = NEVER, np.empty((0, 6)), True
-
-    def loaded(self, parameters: BearingScene, force, moment) -> "Loading":
+    def loaded(self, parameters: BearingScene, force, moment) -> "RingLoading":
         """The same with other loads, or the scene's own where both are None; a commanded torque stays."""
-        found = Loading(parameters)
+        found = RingLoading(parameters)
         if force is not None:
             found.set(force, moment)
         if self.torque_commanded:
@@ -84,33 +70,13 @@ class Loading:
         self.torque, self.torque_knots, self.torque_commanded = float(torque), np.empty((0, 2)), True
 
     def until_next(self, elapsed: float) -> float:
-        """Seconds until the load jumps, or grows otherwise."""
-        times = np.concatenate((self.knots[:, 0], self.torque_knots[:, 0], [self.change_time]))
-        return float(np.min(times[times > elapsed * (1.0 + SAME)], initial=NEVER)) - elapsed
-
-    def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
-        """Load (5,) at `elapsed` [s] and its rate (5,), which hold until the next jump."""
-        jumped = elapsed >= self.change_time * (1.0 - SAME)
-        load = self.load + self.change if jumped else self.load
-        more, rate = _between(self.knots, elapsed)
-        return load if more is None else load + more, rate
+        """Seconds until the load or the torque jumps, or grows otherwise."""
+        return min(super().until_next(elapsed), next_after(self.torque_knots[:, 0], elapsed) - elapsed)
 
     def torque_at(self, elapsed: float) -> tuple[float, float]:
         """Torque [N m] on the shaft at `elapsed` [s] and its rate, which hold until the next jump."""
-        more, rate = _between(self.torque_knots, elapsed)
+        more, rate = between(self.torque_knots, elapsed)
         return (self.torque, 0.0) if more is None else (self.torque + float(more[0]), float(rate[0]))
-
-
-def _between(knots: np.ndarray, elapsed: float) -> tuple[np.ndarray | None, np.ndarray]:
-    """What a table (n, 1 + m), time first, has at `elapsed` [s], None where it has no row, and its rate (m,)."""
-    rate = np.zeros(knots.shape[1] - 1)
-    if not len(knots):
-        return None, rate
-    row = int(np.searchsorted(knots[:, 0], elapsed * (1.0 + SAME), side="right")) - 1
-    if row < 0 or row + 1 == len(knots):
-        return knots[max(row, 0), 1:], rate
-    rate = (knots[row + 1, 1:] - knots[row, 1:]) / (knots[row + 1, 0] - knots[row, 0])
-    return knots[row, 1:] + rate * (elapsed - knots[row, 0]), rate
 
 
 def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
@@ -206,7 +172,7 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
-    support = weighed_support(parameters, Loading(parameters).at(0.0)[0])
+    support = weighed_support(parameters, RingLoading(parameters).at(0.0)[0])
     found = _settled(weighed_solver(parameters, setting, azimuths), support, partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.bearing.acting import LoadChange
 from bearing_twin.kinds.bearing.choices import CHOICE, Switch
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
@@ -28,7 +29,7 @@ from bearing_twin.kinds.bearing.moving import moving_by
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import caged_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
-from bearing_twin.kinds.bearing.rings import FREE, LoadChange, free_coordinates
+from bearing_twin.kinds.bearing.rings import FREE, free_coordinates
 from bearing_twin.kinds.bearing.start import rolling
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.kinds.energy import STORED

@@ -4,11 +4,10 @@
 import math
 from dataclasses import dataclass
 
-from bearing_twin import tables
+from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.parameters import choice, quantity, section
 
-LOAD_COLUMNS = (("time", "s"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
 COORDINATES = ("x", "y", "z", "theta_x", "theta_y")
 FREE = {  # rings.inner.free: which of the coordinates follow the loads
     "none": (False, False, False, False, False),
@@ -34,20 +33,11 @@ class RingSupport:
 
 
 @dataclass(frozen=True)
-class LoadChange:
-    """One change of the load on the inner ring while it runs, added at once to what it was."""
-
-    time: float = quantity(0.0, "s", "when the load changes; 0 = never", at_least=0.0)
-    load: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "N", "added to rings.inner.load")
-    moment: tuple[float, float] = quantity((0.0, 0.0), "N m", "added to rings.inner.moment")
-
-
-@dataclass(frozen=True)
 class InnerRing:
     """What acts on the inner ring, and where it may go; a coordinate that is not free is held by the drive."""
 
-    load: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "N", "force on the inner ring at its centre")
-    moment: tuple[float, float] = quantity((0.0, 0.0), "N m", "on the inner ring about x and y")
+    load: tuple[float, float, float] = steady_load("on the inner ring at its centre")
+    moment: tuple[float, float] = steady_moment("the inner ring")
     free: str = choice(
         "auto", ("auto", *FREE), "coordinates that follow the loads; auto = displacement with a load, all with a moment"
     )
@@ -57,9 +47,7 @@ class InnerRing:
     )
     unbalance: float = quantity(0.0, "kg m", "mass times radius off the axis, at +x when the run starts", at_least=0.0)
     change: LoadChange = section(LoadChange)
-    table: tuple = tables.table(
-        LOAD_COLUMNS, "loads over time, added to load and moment; straight between rows, then as the last"
-    )
+    table: tuple = load_table()
     support: RingSupport = section(RingSupport)
 
 

@@ -5,7 +5,6 @@ They take many outputs at once, with one row an output in front of every array.
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.markers import markers, solids
 from bearing_twin.kinds.bearing.outputs import contact_details
@@ -13,7 +12,15 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import moving_centre
 from bearing_twin.kinds.bearing.row import BEARING
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
-from bearing_twin.kinds.topics import FLOAT, MARKER_ARRAY, POSE, TWIST, WRENCH, body_topics, contacts_topic
+from bearing_twin.kinds.topics import (
+    FLOAT,
+    MARKER_ARRAY,
+    POSE,
+    body_topics,
+    contacts_topic,
+    load_command,
+    turning_commands,
+)
 from bearing_twin.sample import Sample
 
 FRAME = BEARING.frame
@@ -66,29 +73,12 @@ def _cage_topics(parameters: BearingScene) -> tuple[Topic, ...]:
 
 def commands() -> tuple[Command, ...]:
     """The topics that a running bearing obeys."""
-    return (
-        Command("command/speed", FLOAT, lambda message: ("set_speed", message.data), "speed of the inner ring [rad/s]"),
-        Command(
-            "command/torque", FLOAT, lambda message: ("set_torque", message.data),
-            "torque on the inner ring about +z [N m], of a scene whose drive.kind is torque; held until the next",
-        ),
-        Command("command/speed_stamped", TWIST, _turning, "the same with a header: twist.angular.z alone", FRAME),
-        Command(
-            "command/load", WRENCH, _load, "load on the inner ring about its centre, held until the next", FRAME
-        ),
+    speed, stamped = turning_commands("the inner ring", FRAME)
+    torque = Command(
+        "command/torque", FLOAT, lambda message: ("set_torque", message.data),
+        "torque on the inner ring about +z [N m], of a scene whose drive.kind is torque; held until the next",
     )  # fmt: skip
-
-
-def _turning(message) -> tuple:
-    linear, angular = message.twist.linear, message.twist.angular
-    if any((linear.x, linear.y, linear.z, angular.x, angular.y)):
-        raise BearingTwinError("the inner ring turns about z alone: leave all but twist.angular.z at 0")
-    return "set_speed", angular.z
-
-
-def _load(message) -> tuple:
-    force, torque = message.wrench.force, message.wrench.torque
-    return "set_load", (force.x, force.y, force.z), (torque.x, torque.y, torque.z)
+    return speed, torque, stamped, load_command("on the inner ring about its centre", FRAME)
 
 
 def state(output: Output) -> dict:

@@ -3,12 +3,16 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.adequacy import still_error
-from bearing_twin.kinds.doubt import HERTZ_MENDS
+from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT
 from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.kinds.shaft.figures import WATCH
 from bearing_twin.kinds.shaft.models import law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
+from bearing_twin.sample import Block
 
 LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
 
@@ -17,6 +21,22 @@ class ShaftDoubt(SecondRunDoubt):
     """By a second motion; the law against exact Hertz; equilibria against balls that move."""
 
     watch = WATCH
+
+    def __init__(self, parameters, choice):
+        super().__init__(parameters, choice)
+        self._fastest = 0.0  # rad/s, of the outputs so far: a command may go beyond the scene's speeds
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        super().add(block)
+        self._fastest = max(self._fastest, float(np.abs(block.values["shaft_speed"]).max(initial=0.0)))
+
+    def _shares(self) -> dict[str, float]:
+        """As `shares_of`; none where the scene's own loads are not carried at the speed that was commanded."""
+        try:
+            return shares_of(self.parameters, self.choice.law, self._fastest)
+        except SceneError:
+            return {}
 
     def _of_loads(self, figures: Mapping[str, Any], shares: Mapping[str, float]) -> dict[str, float]:
         return {
@@ -35,12 +55,14 @@ class ShaftDoubt(SecondRunDoubt):
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """What was measured of equilibria against the motion of balls, by centrifugal load over contact load."""
-        shares = shares_of(self.parameters, self.choice.law)
-        return self._of_loads(figures, {side: still_error(share) for side, share in shares.items()})
+        shares = self._shares()
+        return self._of_loads(figures, {side: still_error(share) for side, share in shares.items()}) if shares else {}
 
     def notes(self) -> dict[str, str]:
         """What is not in the errors."""
-        return {
+        speed = f"at {self._fastest:.4g} rad/s, as commanded, nothing carries the scene's own loads: what equilibria "
+        unknown = {} if self._shares() else {LEFT_OUT: f"{speed}leave out is not known"}
+        return unknown | {
             "balls": "skidding, friction, forces on the cages and the balls' own ringing, above about 1 kHz, are not "
             "computed",
             "structure": "shaft and housings are rigid",

@@ -1,5 +1,6 @@
 """The figures of a shaft on two bearings: a function of its outputs alone."""
 
+import copy
 import math
 from typing import Any
 
@@ -21,7 +22,7 @@ from bearing_twin.sample import Block, Table
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
-WHIRL = "in balance at the run's last speed, balls where they start"
+WHIRL = "in balance at the scene's last speed and loads, balls where they start"
 MEANINGS = {
     "shaft_speed_at_end_rad_s": "of the shaft about its axis, at the end",
     "displacement_m": f"of the shaft's centre of mass, {LATE}",
@@ -92,7 +93,7 @@ class _Late:
         rows = rows[late] if self.begun else rows
         if len(rows):
             self.count += len(rows)
-            self.sum += rows.sum(axis=0)
+            self.sum = self.sum + rows.sum(axis=0)  # a copy keeps the one before
             self.least = np.minimum(self.least, rows.min(axis=0))
             self.greatest = np.maximum(self.greatest, rows.max(axis=0))
 
@@ -109,6 +110,12 @@ class _OfBearing:
         self.load, self.angle = np.zeros(2), np.zeros(2)
         self.spots: tuple = ()  # once they are asked for
         self.late = _Late(4)  # radial and axial force, mean powers of the loads on inner and outer raceway
+
+    def copy(self) -> "_OfBearing":
+        """The same so far, which goes its own way."""
+        found = copy.copy(self)
+        found.load, found.angle, found.late = self.load.copy(), self.angle.copy(), copy.copy(self.late)
+        return found
 
     def add(self, load, angle, force, late) -> None:
         """Takes loads and angles (n, balls, 2), forces (n, 3) in."""
@@ -151,6 +158,13 @@ class ShaftFigures:
         self._last = {name: float(values[name][-1]) for name in names}
         if not self._first:
             self._first = {name: float(values[name][0]) for name in names}
+
+    def copy(self) -> "ShaftFigures":
+        """The same so far, which goes its own way."""
+        found = copy.copy(self)
+        found.bearings = {side: one.copy() for side, one in self.bearings.items()}
+        found._late = copy.copy(self._late)
+        return found
 
     @property
     def energy_closure(self) -> float:

@@ -1,16 +1,15 @@
 """The motion of the shaft step by step, by a linearly implicit method: its contacts are stiff.
 
 A step that reaches beyond what is asked for is kept, with its interpolant, so that a run does not depend on how it is
-cut. Steps end where the drive changes. Outputs have balls of their own: looking at a motion does not touch it.
+cut. Steps end where drive or load change. Outputs have balls of their own: looking at a motion does not touch it.
 """
 
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
 from bearing_twin.kinds.shaft.outputs import write_row
-from bearing_twin.kinds.shaft.rotor import BEARING_WORK, DISSIPATED, LOAD_WORK, STATE, jacobian, rates
+from bearing_twin.kinds.shaft.rotor import BEARING_WORK, DISSIPATED, LOAD_WORK, STATE, Part, jacobian, rates
 from bearing_twin.numerics.rosenbrock_step import dense_terms, rosenbrock_step
 from bearing_twin.numerics.runge_kutta import longest_step
 from bearing_twin.numerics.statuses import EVALUATIONS, OK, REJECTIONS, STALLED, STEPS, STOPPED, TOO_DEEP
@@ -18,11 +17,14 @@ from bearing_twin.numerics.steppers import rosenbrock_dense
 
 COUNTS = 3
 BEGAN, TIME, STEP, PHASE, CURSOR, GROSS, GROSS_BEFORE, CLOCK = range(8)
-"""Of the clock: begin and end [s] of the step kept, next step [s], part of the drive's course, outputs written, work of
+"""Of the clock: begin and end [s] of the step kept, next step [s], part of the course, outputs written, work of
 loads and bearings with each step's counted by its size [J], and that at the begin of the step kept."""
 
 START, END, THIRD, FOURTH, KEPT = range(5)  # rows of the step kept: states at its ends, and its interpolant
-NEAR = 1e-3  # of a step: no shorter one is left before the drive changes
+NEAR = 1e-3  # of a step: no shorter one is left before a part of the course ends
+SAME = 1e-9  # relative: loads nearer than this are one
+LOAD, GROWTH, PART = 4, 4 + COORDINATES, 4 + 2 * COORDINATES  # of a row of the course: see `Part`
+SHORTEST, LONGEST, AFRESH = range(3)  # of the bounds [s]: steps, and the first one after a jump
 SLOPES = 2  # rates for the explicit change with time, beside those of the stages
 
 
@@ -40,9 +42,43 @@ def _keep_step(method, work, kept):
 
 
 @inlined
-def _drive_of(course, phase):
-    """How the shaft turns in that part of its course."""
-    return RingDrive(course[phase, 1], course[phase, 2], course[phase, 3])
+def _part_of(course, phase):
+    """That part of the course."""
+    row = course[phase]
+    return Part(row[0], row[1], row[2], row[3], row[LOAD:GROWTH], row[GROWTH:PART])
+
+
+@inlined
+def _jumps(course, phase):
+    """Whether the load jumps where that part of the course begins."""
+    before, here = course[phase - 1], course[phase]
+    for i in range(COORDINATES):
+        came = before[LOAD + i] + (here[0] - before[0]) * before[GROWTH + i]
+        if abs(here[LOAD + i] - came) > SAME * (abs(before[LOAD + i]) + abs(here[LOAD + i])):
+            return True
+    return False
+
+
+@inlined
+def _state_at(clock, kept, time, state):
+    """Fills the state at `time` [s] of the step kept; returns the gross work there."""
+    lasts = clock[TIME] - clock[BEGAN]
+    share = (time - clock[BEGAN]) / lasts if lasts > 0.0 else 1.0
+    for n in range(STATE):
+        state[n] = rosenbrock_dense(share, kept[START, n], kept[END, n], kept[THIRD, n], kept[FOURTH, n])
+    return clock[GROSS_BEFORE] + share * (clock[GROSS] - clock[GROSS_BEFORE])
+
+
+@kernel
+def begin_again(clock, kept, time, state):
+    """Drops what of the step kept lies beyond `time` [s]: the motion goes on from there; `state` (STATE,) is room."""
+    gross = _state_at(clock, kept, time, state)
+    kept[START] = state
+    kept[END] = state
+    kept[THIRD] = 0.0
+    kept[FOURTH] = 0.0
+    clock[BEGAN] = clock[TIME] = time
+    clock[GROSS_BEFORE] = clock[GROSS] = gross
 
 
 @kernel
@@ -54,14 +90,10 @@ def write_outputs(rotor, course, shown, clock, kept, times, rows):
     """
     phase = int(clock[PHASE])
     balls, moment, contacts, state = shown
-    system = (rotor, _drive_of(course, phase), course[phase, 0], balls, moment)
+    system = (rotor, _part_of(course, phase), balls, moment)
     while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= clock[TIME]:
         cursor = int(clock[CURSOR])
-        lasts = clock[TIME] - clock[BEGAN]
-        share = (times[cursor] - clock[BEGAN]) / lasts if lasts > 0.0 else 1.0
-        for n in range(STATE):
-            state[n] = rosenbrock_dense(share, kept[START, n], kept[END, n], kept[THIRD, n], kept[FOURTH, n])
-        gross = clock[GROSS_BEFORE] + share * (clock[GROSS] - clock[GROSS_BEFORE])
+        gross = _state_at(clock, kept, times[cursor], state)
         if write_row(system, times[cursor], state, gross, contacts, rows[cursor]) > 1.0:
             clock[TIME] = times[cursor]
             return TOO_DEEP
@@ -73,9 +105,9 @@ def write_outputs(rotor, course, shown, clock, kept, times, rows):
 def advance(rotor, course, method, work, moved, shown, clock, kept, counts, times, until, bounds, furthest, rows, stop):
     """Steps until one reaches `until` [s], and writes the outputs at `times` [s] to `rows`; returns a status.
 
-    `course` (parts, 4) holds from when on [s] the shaft turns how: angle, speed, acceleration. `moved` is (balls,
-    moment) of the motion, `shown` as of `write_outputs`. Steps are within `bounds` (2,) [s] and end within
-    `furthest` (5,); `stop` (1,) is looked at before each.
+    `course` (parts, PART) holds the parts from that of the step kept on. `moved` is (balls, moment) of the motion,
+    `shown` as of `write_outputs`. Steps are within `bounds` (3,) [s] and end within `furthest` (5,); `stop` (1,) is
+    looked at before each.
     """
     while True:
         status = write_outputs(rotor, course, shown, clock, kept, times, rows)
@@ -87,12 +119,14 @@ def advance(rotor, course, method, work, moved, shown, clock, kept, counts, time
         if phase + 1 < len(course) and time >= course[phase + 1, 0]:
             phase += 1
             clock[PHASE] = phase
+            if _jumps(course, phase):
+                clock[STEP] = min(clock[STEP], bounds[AFRESH])
         ends = course[phase + 1, 0] if phase + 1 < len(course) else math.inf
-        wanted = min(clock[STEP], bounds[1])
+        wanted = min(clock[STEP], bounds[LONGEST])
         reaches = time + (1.0 + NEAR) * wanted >= ends
-        system = (rotor, _drive_of(course, phase), course[phase, 0], moved[0], moved[1])
+        system = (rotor, _part_of(course, phase), moved[0], moved[1])
         rejected, cut = counts[REJECTIONS], ends - time if reaches else wanted
-        step, following = longest_step(_one_step, system, method, kept[END], cut, bounds[0], time, work, counts)
+        step, following = longest_step(_one_step, system, method, kept[END], cut, bounds[SHORTEST], time, work, counts)
         rejections = counts[REJECTIONS] - rejected
         counts[EVALUATIONS] += SLOPES * (rejections + (step > 0.0))
         if step < 0.0:

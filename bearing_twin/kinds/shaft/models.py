@@ -11,6 +11,7 @@ from bearing_twin.kinds.shaft.statics import balance_of
 from bearing_twin.report import Choice
 
 METHOD = "rodas4"
+SAME = 1e-9  # relative: speeds nearer than this are one
 FAST = 1000.0  # Hz: balls that are in balance at every instant answer later motion at once
 
 
@@ -27,19 +28,26 @@ def law_error(parameters: ShaftScene, law: str) -> float:
     return max(of_bearings.law_error(law, bearing_scene(parameters, side)) for side in SIDES)
 
 
-def shares_of(parameters: ShaftScene, law: str) -> dict[str, float]:
-    """The centrifugal load over that on the inner raceway by bearing, at the greatest speed, in balance there."""
-    speed = max(speeds_of(parameters), key=abs)
-    found = balance_of(parameters, law, float(speed))
-    return {side: centrifugal_share(one) for side, one in zip(SIDES, found.contacts, strict=True)}
+def shares_of(parameters: ShaftScene, law: str, commanded: float = 0.0) -> dict[str, float]:
+    """The centrifugal load over that on the inner raceway by bearing, in balance at the greatest speed [rad/s].
+
+    That is the scene's, or a greater `commanded` one. Of the loads at the run's start and end those count under which
+    it is greater. Raises SceneError where nothing carries them.
+    """
+    speed, shares = max(speeds_of(parameters), key=abs), dict.fromkeys(SIDES, 0.0)
+    speed = commanded if commanded > abs(speed) * (1.0 + SAME) else speed
+    for time in (0.0, float(parameters.run.duration)):
+        for side, contacts in zip(SIDES, balance_of(parameters, law, float(speed), time).contacts, strict=True):
+            shares[side] = max(shares[side], centrifugal_share(contacts))
+    return shares
 
 
 def choose(parameters: ShaftScene) -> Choice:
-    """Law and method; raises SceneError where the shaft is not in balance at one of its speeds."""
+    """Law and method; raises SceneError where the shaft is not in balance as its run begins, or as it ends."""
     law = law_of(parameters)
     warnings = []
-    for speed in speeds_of(parameters):
-        balance_of(parameters, law, float(speed))
+    balance_of(parameters, law, float(parameters.drive.speed))
+    balance_of(parameters, law, float(speeds_of(parameters)[-1]), float(parameters.run.duration))
     error = law_error(parameters, law)
     share = max(shares_of(parameters, law).values())
     if still_error(share) > parameters.wanted.tolerance:

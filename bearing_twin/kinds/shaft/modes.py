@@ -14,7 +14,7 @@ import numpy as np
 
 from bearing_twin.kinds.shaft.derived import speeds_of
 from bearing_twin.kinds.shaft.parameters import ShaftScene
-from bearing_twin.kinds.shaft.rotor import Rotor, outer_loads
+from bearing_twin.kinds.shaft.rotor import Rotor, add_unbalances
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, rotor_of
 
 STILL = 1e-6  # of the motion's square: a mode with less of it across the axis does not whirl
@@ -100,17 +100,23 @@ def critical_speeds(matrices: Matrices) -> list[float]:
 
 def unbalance_response(rotor: Rotor, matrices: Matrices, speed: float) -> np.ndarray:
     """The linear response u (5,) to the unbalances at an even speed: q = Re(u exp(i w t))."""
-    along, across, steady = np.zeros(5), np.zeros(5), rotor._replace(steady=np.zeros(5))
-    outer_loads(steady, 0.0, float(speed), 0.0, along)
-    outer_loads(steady, -0.5 * math.pi, float(speed), 0.0, across)
+    along, across = np.zeros(5), np.zeros(5)
+    add_unbalances(rotor, 0.0, float(speed), 0.0, along)
+    add_unbalances(rotor, -0.5 * math.pi, float(speed), 0.0, across)
     damping = matrices.damping + speed * matrices.gyroscopic
     system = matrices.stiffness + 1j * speed * damping - speed**2 * np.diag(matrices.inertia)
     return np.linalg.solve(system, along + 1j * across)
 
 
+def last_matrices(parameters: ShaftScene, law: str) -> tuple[Matrices, float]:
+    """The matrices of a scene in balance at the speed [rad/s], which follows, and the loads that its run ends with."""
+    speed = float(speeds_of(parameters)[-1])
+    stiffness = balance_of(parameters, law, speed, float(parameters.run.duration)).stiffness
+    return matrices_of(rotor_of(parameters, law), stiffness), speed
+
+
 @functools.lru_cache(maxsize=8)
 def modes_of(parameters: ShaftScene, law: str) -> tuple[Modes, list[float]]:
-    """The modes and the critical speeds of a scene, in balance at the speed that its run ends with."""
-    speed = float(speeds_of(parameters)[-1])
-    matrices = matrices_of(rotor_of(parameters, law), balance_of(parameters, law, speed).stiffness)
+    """The modes and the critical speeds of a scene, in balance at the speed and the loads that its run ends with."""
+    matrices, speed = last_matrices(parameters, law)
     return modes_at(matrices, speed), critical_speeds(matrices)

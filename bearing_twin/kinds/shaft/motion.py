@@ -6,15 +6,19 @@ import math
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, Stopped
-from bearing_twin.kinds.second_run import WithSecondRun, is_watched
+from bearing_twin.kinds.bearing.loading import Loading
+from bearing_twin.kinds.second_run import is_watched
 from bearing_twin.kinds.shaft import march
-from bearing_twin.kinds.shaft.derived import course_of, speeds_of
+from bearing_twin.kinds.shaft.course import Course
 from bearing_twin.kinds.shaft.figures import WATCH, ShaftFigures, wanted_errors
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
+from bearing_twin.kinds.shaft.operating import explained
 from bearing_twin.kinds.shaft.outputs import channels, contacts_of
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
-from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, new_balls, new_moment
+from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, add_unbalances, new_balls, new_moment
+from bearing_twin.kinds.shaft.snapshots import put_back, snapshot_of
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
+from bearing_twin.kinds.shaft.watched import WatchedShaft
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
 from bearing_twin.numerics.steppers import RODAS4
@@ -24,7 +28,6 @@ from bearing_twin.stopping import SIGNALLED
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINER, FINEST = 0.1, 1e-11  # tolerance of the second motion over the first one's, and the least there is
-SHORT = 300  # steps of the second motion in a short run
 FIRST, LEAST = 0.1, 1e-9  # of the stiffest mode's period over 2 pi: first step, least one
 FAILURES = {
     NOT_FINITE: "the motion is not finite any more; lower speed and loads",
@@ -43,7 +46,7 @@ def motion(parameters: ShaftScene, choice: Choice):
         return own
     finer = ShaftMotion(parameters, choice, FINER)
     writer = functools.partial(ShaftFigures, parameters, choice)
-    both = WithSecondRun((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters, SHORT)
+    both = WatchedShaft((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters)
     both.longest_chunk = own.longest_chunk
     return both
 
@@ -54,10 +57,9 @@ class ShaftMotion:
     longest_chunk = 0.1  # s: what a second motion finds is compared once a chunk
 
     def __init__(self, parameters: ShaftScene, choice: Choice, share: float = 1.0):
-        self.parameters, self.stop = parameters, SIGNALLED
+        self.parameters, self._law, self.stop = parameters, choice.law, SIGNALLED
         begin = balance_of(parameters, choice.law, float(parameters.drive.speed))
         self.rotor = rotor_of(parameters, choice.law, begin.ratios)
-        self.course = np.array([(when, *drive) for when, drive in course_of(parameters)])
         self._begin = np.zeros(STATE)
         self._begin[:RATE] = begin.coordinates
         matrices = matrices_of(self.rotor, begin.stiffness)
@@ -72,9 +74,6 @@ class ShaftMotion:
         lever = lever_of(self.rotor)
         self._scales = place * np.array([1.0, 1.0, 1.0, 1.0 / lever, 1.0 / lever])
         self._furthest = longest_of(self.rotor) / np.array([1.0, 1.0, 1.0, lever, lever])
-        fastest_turn = max(abs(one) for one in speeds_of(parameters))
-        longest = 2.0 * math.pi / (TURN * fastest_turn) if fastest_turn else math.inf
-        self._bounds = np.array([LEAST / self._fastest, longest])
         self._layout = layout_of(channels(parameters))
         self.reset()
 
@@ -82,6 +81,7 @@ class ShaftMotion:
         """Back to the start."""
         balls = [getattr(self.parameters, side).geometry.balls for side in SIDES]
         scales = np.concatenate([self._scales, self._fastest * self._scales])
+        self._follow(Course(self.parameters, Loading(self.parameters.shaft)))
         self._work = rosenbrock_work(STATE, MOVING, len(RODAS4.alpha), scales)
         self._moved = tuple(map(new_balls, balls)), new_moment()
         self._shown = tuple(map(new_balls, balls)), new_moment(), contacts_of(self.parameters), np.zeros(STATE)
@@ -93,24 +93,95 @@ class ShaftMotion:
 
     def _arrays(self) -> list[np.ndarray]:
         """All that a kernel changes and that the next step depends on."""
-        places = [own.place for balls in (self._moved[0], self._shown[0]) for own in balls]
-        return [self.clock, self.kept, self.counts, *places]
+        return [self.clock, self.kept, self.counts, *self.places]
+
+    @property
+    def places(self) -> list[np.ndarray]:
+        """Where the balls of both bearings were found in balance last: in the motion, then in its outputs."""
+        return [own.place for balls in (self._moved[0], self._shown[0]) for own in balls]
+
+    def snapshot(self) -> dict:
+        """The state as plain data; see `resume`."""
+        return snapshot_of(self)
+
+    def resume(self, kept: dict) -> None:
+        """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another shaft."""
+        self.reset()
+        put_back(self, kept)
+        self.keep()
+
+    def follow(self, course: Course, now: float) -> None:
+        """Is at `now` [s] of a course, as arrays put back say."""
+        self._now_ns = round(1e9 * now)
+        self._follow(course)
 
     def keep(self) -> None:
         """Keeps what `take_back` needs."""
-        self._before = [values.copy() for values in self._arrays()], self._now_ns
+        self._before = [values.copy() for values in self._arrays()], self._now_ns, self.course
 
     def take_back(self) -> None:
         """Back to the last `keep`, as before the last `advance`."""
-        arrays, self._now_ns = self._before
+        arrays, self._now_ns, course = self._before
+        self._follow(course)
         for values, before in zip(self._arrays(), arrays, strict=True):
             values[...] = before
+
+    def _follow(self, course: Course) -> None:
+        """Turns and is loaded by `course` from now on."""
+        fastest = max(map(abs, course.speeds))
+        longest = 2.0 * math.pi / (TURN * fastest) if fastest else math.inf
+        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest, FIRST / self._fastest])
+
+    def _parts(self, until: float) -> np.ndarray:
+        """The parts of the course from that of the step kept to the first after `until` [s]."""
+        self.clock[march.PHASE] = 0.0
+        return self.course.rows(float(self.clock[march.BEGAN]), until)
+
+    @property
+    def goal_speed(self) -> float:
+        """The speed [rad/s] that the shaft is told to go to, at the drive's acceleration."""
+        return self.course.goal_at(self.seconds)
+
+    @goal_speed.setter
+    def goal_speed(self, speed: float) -> None:
+        self._told(self.course.told(self.seconds, speed))
+
+    def set_load(self, force, moment) -> None:
+        """New loads at `shaft.load_place` [N], [N m] from now on, or the scene's own where both are None.
+
+        They are taken as `operating.check_load` let them pass. Constant loads and unbalances stay.
+        """
+        self._told(self.course.loaded(self.seconds, force, moment))
+
+    def _told(self, course: Course) -> None:
+        """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
+        march.begin_again(self.clock, self.kept, self.seconds, self._shown[-1])
+        self._follow(course)
+        self.clock[march.STEP] = min(self.clock[march.STEP], self._bounds[march.AFRESH])
+
+    def changes(self, duration: float) -> bool:
+        """Whether speed or load begin to change otherwise within `duration` [s] from now."""
+        return self.course.changes(self.seconds, self.seconds + duration)
+
+    def go_on_from(self, other: "ShaftMotion") -> None:
+        """Goes on where another motion of the same scene is, as it is told; its costs stay its own."""
+        for own, given in zip(self._arrays(), other._arrays(), strict=True):
+            if own is not self.counts:
+                own[...] = given
+        self._now_ns = other._now_ns
+        self._told(other.course)
+
+    @property
+    def seconds(self) -> float:
+        """Simulated time so far [s]."""
+        return 1e-9 * self._now_ns
 
     def first_outputs(self) -> Columns:
         """The outputs at the present instant, at the start of a run."""
         rows = np.empty((1, self._layout.width))
         self.clock[march.CURSOR] = 0.0
-        march.write_outputs(self.rotor, self.course, self._shown, self.clock, self.kept, np.zeros(1), rows)
+        here = np.array([self.seconds])
+        march.write_outputs(self.rotor, self._parts(here[0]), self._shown, self.clock, self.kept, here, rows)
         return Columns(self._layout, rows)
 
     def advance(self, times: np.ndarray, duration: float) -> Columns:
@@ -122,19 +193,25 @@ class ShaftMotion:
         rows = np.empty((len(due), self._layout.width))
         self.clock[march.CURSOR] = 0.0
         status = march.advance(
-            self.rotor, self.course, RODAS4, self._work, self._moved, self._shown, self.clock, self.kept, self.counts,
-            due, 1e-9 * until, self._bounds, self._furthest, rows,
-            self.stop,
+            self.rotor, self._parts(1e-9 * until), RODAS4, self._work, self._moved, self._shown, self.clock, self.kept,
+            self.counts, due, 1e-9 * until, self._bounds, self._furthest, rows, self.stop,
         )  # fmt: skip
         seconds = float(self.clock[march.TIME])
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
+        status = status if np.isfinite(self.kept).all() or status != OK else NOT_FINITE
         if status != OK:
-            raise IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", WORDS[status], seconds, "shaft")
-        if not np.isfinite(self.kept).all():
-            raise IntegrationError(f"at {seconds:.9g} s {FAILURES[NOT_FINITE]}", WORDS[NOT_FINITE], seconds, "shaft")
+            raise self._failed(status, seconds)
         self._now_ns = until
         return Columns(self._layout, rows)
+
+    def _failed(self, status: int, seconds: float) -> IntegrationError:
+        """The error of a run that failed at `seconds`."""
+        error = IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", WORDS[status], seconds, "shaft")
+        angle, speed, acceleration = self.course.turned(seconds)
+        loads = self.course.load_at(seconds)[0]
+        add_unbalances(self.rotor, angle, speed, acceleration, loads)
+        return explained(error, self.parameters, self._law, speed, loads)
 
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs say all."""

@@ -13,6 +13,7 @@ from bearing_twin.kinds.shaft.rotor import (
     DISSIPATED,
     LOAD_WORK,
     RATE,
+    outer_loads,
     ring_at,
     shaft_loads,
     turned_to,
@@ -20,7 +21,7 @@ from bearing_twin.kinds.shaft.rotor import (
 from bearing_twin.sample import Channel
 
 BEARING, ABOUT, RACE = "bearing", "about", "race"  # axes: left, right; x, y; inner, outer
-HEAD, REST = 30, 8  # numbers before and after those of the balls
+LOAD, HEAD, REST = 30, 35, 8  # where the load stands; numbers before and after those of the balls
 
 
 def channels(parameters: ShaftScene) -> tuple[Channel, ...]:
@@ -58,6 +59,8 @@ def _channels(*balls: int) -> tuple[Channel, ...]:
         Channel("bearing_force", "N", (2, 3), "of each bearing on the shaft", (BEARING, "axis")),
         Channel("bearing_moment", "N m", (2, 2), "of each on the shaft, about its ring's centre", (BEARING, ABOUT)),
         Channel("orbit_angle", "rad", (2,), "azimuth of ball 0 of each bearing, not wrapped", (BEARING,)),
+        Channel("load", "N", (3,), "on the shaft from outside, with its unbalances, its weight left out"),
+        Channel("load_moment", "N m", (2,), "of that load, about the centre of mass", (ABOUT,)),
         *of_balls,
         Channel("kinetic_energy", "J", (), "of the shaft, its spin left out"),
         Channel("potential_energy", "J", (), "of the shaft's weight"),
@@ -68,6 +71,14 @@ def _channels(*balls: int) -> tuple[Channel, ...]:
         Channel("dissipated", "J", (), "in viscous contacts since the start"),
         Channel("gross_work", "J", (), "of loads and bearings, that of each step counted by its size"),
     )
+
+
+def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
+    """The body and the contact that a number of a channel belongs to, such as "left ball 3" and "outer race"."""
+    side = channel.name.partition("_")[0]
+    if side in SIDES:
+        return f"{side} ball {index[0]}", ("inner race", "outer race")[index[1]]
+    return (f"{SIDES[index[0]]} bearing" if channel.axes[:1] == (BEARING,) else "shaft"), ""
 
 
 def contacts_of(parameters: ShaftScene) -> tuple[Contacts, Contacts]:
@@ -91,12 +102,13 @@ def write_row(system, time, state, gross, contacts, row):
 
     Returns the greatest squeeze or contact angle of a ball over its limit.
     """
-    rotor, drive, begin, balls, moment = system
-    angle, speed = turned_to(drive, begin, time)
+    rotor, part, balls, moment = system
+    angle, speed = turned_to(part, time)
     for i in range(COORDINATES):
         row[i], row[COORDINATES + i] = state[i], state[RATE + i]
         moment.ahead[i] = state[i] + rotor.relaxation_time * state[RATE + i]
     row[10], row[11] = angle, speed
+    outer_loads(rotor, part, time, angle, speed, row[LOAD : LOAD + COORDINATES])
     kinetic = potential = elastic = 0.0
     for i in range(COORDINATES):
         kinetic += 0.5 * (rotor.mass if i < 3 else rotor.transverse) * state[RATE + i] ** 2

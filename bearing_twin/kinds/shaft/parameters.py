@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 
 from bearing_twin import tables
+from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures
 from bearing_twin.kinds.bearing.drive import SpeedChange
 from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geometry, GivenRatings, Materials
@@ -24,14 +25,19 @@ class RigidShaft:
     inertia: tuple[float, float] = quantity(
         (1e-3, 2e-4), "kg m^2", "about a diameter through the centre of mass, and about the axis", above=0.0
     )
-    loads: tuple = tables.table(LOADS, "constant loads: where, force and moment", over_time=False)
+    load: tuple[float, float, float] = steady_load("on the shaft at load_place on its axis")
+    moment: tuple[float, float] = steady_moment("the shaft")
+    load_place: float = quantity(0.0, "m", "along z: where load, change, table and a commanded load act")
+    change: LoadChange = section(LoadChange)
+    table: tuple = load_table()
+    loads: tuple = tables.table(LOADS, "further, constant loads: where, force and moment", over_time=False)
     unbalances: tuple = tables.table(
         UNBALANCES, "where, mass times its distance from the axis, its azimuth when the run starts", over_time=False
     )
     start: str = choice(
         SETTLED,
         (SETTLED, EQUILIBRIUM),
-        "equilibrium = at rest under the constant loads; settled = there, with the linear response to the unbalances",
+        "equilibrium = at rest under the first loads; settled = there, with the linear response to the unbalances",
     )
 
 

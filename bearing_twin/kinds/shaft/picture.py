@@ -5,9 +5,8 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin.kinds.shaft.modes import matrices_of, modes_at, modes_of
+from bearing_twin.kinds.shaft.modes import last_matrices, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import (
     BALL_COLOURS,
@@ -110,11 +109,10 @@ def _draw_forces(axis, values):
 
 
 def _draw_frequencies(axis, parameters, law):
-    """Natural frequencies over speed, as stiff as in balance at the run's speed, and the line of one swing a turn."""
+    """Natural frequencies over speed, as stiff as in balance at the run's end, and the line of one swing a turn."""
     frame(axis)
     found, critical = modes_of(parameters, law)
-    speed = parameters.drive.speed
-    matrices = matrices_of(rotor_of(parameters, law), balance_of(parameters, law, float(speed)).stiffness)
+    matrices, speed = last_matrices(parameters, law)
     ends = [abs(speed), LEAST * 2.0 * math.pi * found.frequencies[0], *critical[:1]]
     speeds = np.linspace(0.0, BEYOND * max(ends), SPEEDS)
     rows = [modes_at(matrices, one) for one in speeds]

@@ -46,7 +46,7 @@ class Seat(NamedTuple):
 
 
 class Rotor(NamedTuple):
-    """Everything the equations of motion need (SI): `weight` and `steady` loads (5,), `unbalances` (n, 3)."""
+    """What the equations of motion need at any time (SI): `weight` (5,), `unbalances` (n, 3)."""
 
     seats: tuple
     mass: float
@@ -54,8 +54,21 @@ class Rotor(NamedTuple):
     polar: float
     relaxation_time: float
     weight: np.ndarray
-    steady: np.ndarray
     unbalances: np.ndarray
+
+
+class Part(NamedTuple):
+    """A part of the course, since `begin` [s]: the shaft had turned by `angle` and turns with even acceleration.
+
+    From outside acts `load` (5,) [N, N m] about the centre of mass, which grows by `growth` (5,) a second.
+    """
+
+    begin: float
+    angle: float
+    speed: float
+    acceleration: float
+    load: np.ndarray
+    growth: np.ndarray
 
 
 class Balls(NamedTuple):
@@ -101,11 +114,11 @@ def new_moment() -> Moment:
 
 
 @inlined
-def turned_to(drive, begin, time):
-    """(angle, speed) of a shaft that turns by `drive` since `begin` [s]."""
-    passed = time - begin
-    angle = drive.angle + (drive.speed + 0.5 * drive.acceleration * passed) * passed
-    return angle, drive.speed + drive.acceleration * passed
+def turned_to(part, time):
+    """(angle, speed) of the shaft at `time` [s] of a part of its course."""
+    passed = time - part.begin
+    angle = part.angle + (part.speed + 0.5 * part.acceleration * passed) * passed
+    return angle, part.speed + part.acceleration * passed
 
 
 @inlined
@@ -163,10 +176,8 @@ def shaft_loads(rotor, angle, speed, q, balls, load, stiffness):
 
 
 @kernel
-def outer_loads(rotor, angle, speed, acceleration, out):
-    """Loads (5,) on the shaft but its weight: constant ones, and m e (w^2 + w' across) of each unbalance."""
-    for i in range(COORDINATES):
-        out[i] = rotor.steady[i]
+def add_unbalances(rotor, angle, speed, acceleration, out):
+    """Adds m e (w^2 + w' across) of each unbalance to the loads (5,) on the shaft."""
     for n in range(len(rotor.unbalances)):
         place, size, azimuth = rotor.unbalances[n, 0], rotor.unbalances[n, 1], rotor.unbalances[n, 2]
         cosine, sine = math.cos(angle + azimuth), math.sin(angle + azimuth)
@@ -178,6 +189,14 @@ def outer_loads(rotor, angle, speed, acceleration, out):
         out[4] += place * x
 
 
+@kernel
+def outer_loads(rotor, part, time, angle, speed, out):
+    """Loads (5,) on the shaft at `time` [s] but its weight: those from outside, and of the unbalances."""
+    for i in range(COORDINATES):
+        out[i] = part.load[i] + (time - part.begin) * part.growth[i]
+    add_unbalances(rotor, angle, speed, part.acceleration, out)
+
+
 @inlined
 def _cage_load(ring, load):
     return ring[1] * load[0] - ring[0] * load[1] + ring[4] * load[3] - ring[3] * load[4]
@@ -185,14 +204,14 @@ def _cage_load(ring, load):
 
 @kernel
 def rates(system, time, state, slopes):
-    """The slopes (STATE,) of a state at `time` [s]; `system` is (rotor, drive, begin of it, balls, moment)."""
-    rotor, drive, begin, balls, moment = system
-    angle, speed = turned_to(drive, begin, time)
+    """The slopes (STATE,) of a state at `time` [s]; `system` is (rotor, part of the course, balls, moment)."""
+    rotor, part, balls, moment = system
+    angle, speed = turned_to(part, time)
     moment.turning[0], moment.turning[1] = angle, speed
     for i in range(COORDINATES):
         moment.ahead[i] = state[i] + rotor.relaxation_time * state[RATE + i]
     shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
-    outer_loads(rotor, angle, speed, drive.acceleration, moment.outer)
+    outer_loads(rotor, part, time, angle, speed, moment.outer)
     spin = rotor.polar * speed
     outer = given = viscous = 0.0
     for i in range(COORDINATES):
@@ -219,7 +238,7 @@ def rates(system, time, state, slopes):
 @kernel
 def jacobian(system, state, matrix):
     """Derivatives (STATE, MOVING) of the slopes that `rates` has just given, exact but for K's own in what is lost."""
-    rotor, _, _, balls, moment = system
+    rotor, _, balls, moment = system
     matrix[:] = 0.0
     late, k = rotor.relaxation_time, moment.stiffness
     for i in range(COORDINATES):

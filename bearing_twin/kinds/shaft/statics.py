@@ -10,6 +10,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, limits_used, shared
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES, ROUNDING, coordinates_in_balance
 from bearing_twin.kinds.bearing.quasi_static.statics import LONGEST, Solver, Support, loose_directions, setting_of
+from bearing_twin.kinds.shaft.course import loads_of
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import Rotor, Seat, new_balls, shaft_loads
@@ -37,13 +38,8 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
         setting = setting_of(scene, law, parameters.drive.speed)
         seats.append(Seat(setting, *map(float, places), tuple(map(float, scene.gravity))))
     weight = shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
-    steady = np.zeros(COORDINATES)
-    for place, *load in shaft.loads:
-        steady += [*load[:3], load[3] - place * load[1], load[4] + place * load[0]]
     unbalances = np.array(shaft.unbalances, float).reshape(-1, 3)
-    return Rotor(
-        tuple(seats), shaft.mass, *shaft.inertia, parameters.contact.relaxation_time, weight, steady, unbalances
-    )
+    return Rotor(tuple(seats), shaft.mass, *shaft.inertia, parameters.contact.relaxation_time, weight, unbalances)
 
 
 def lever_of(rotor: Rotor) -> float:
@@ -138,17 +134,33 @@ class ShaftSolver(Solver):
 
 
 @functools.lru_cache(maxsize=8)
-def balance_of(parameters: ShaftScene, law: str, speed: float) -> Balance:
-    """The shaft in balance under its weight and constant loads, turning at `speed` [rad/s].
+def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0) -> Balance:
+    """The shaft in balance under its weight and the scene's loads at `time` [s], turning at `speed` [rad/s].
 
     Raises SceneError for what no contact carries or what pushes the shaft through its balls.
     """
-    rotor = rotor_of(parameters, law)
-    solver = ShaftSolver(rotor, tuple(getattr(parameters, side).geometry.balls for side in SIDES), float(speed))
-    support = Support((True,) * 5, tuple((rotor.weight + rotor.steady).tolist()), (0.0,) * 5)
+    solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
     solver.settle(support)
     solver.refuse_thrown_out(support)
     contacts = solver.contacts()
     ratios = tuple(float(shared(one, one.orbit)) / (speed or 1.0) for one in contacts)
     rings = tuple(own.ring.copy() for own in solver.balls)
     return Balance(solver.q.copy(), solver.stiffness.copy(), rings, tuple(contacts), ratios)
+
+
+def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> ShaftSolver:
+    """The solver for the shaft at `speed` [rad/s], balls where they start.
+
+    Else `first(balls)` says at which azimuth [rad] the first of so many stands.
+    """
+    balls, rotor = tuple(getattr(parameters, side).geometry.balls for side in SIDES), rotor_of(parameters, law)
+    if first is not None:
+        seats = zip(rotor.seats, balls, strict=True)
+        rotor = rotor._replace(seats=tuple(seat._replace(first=float(first(count))) for seat, count in seats))
+    return ShaftSolver(rotor, balls, float(speed))
+
+
+def weighed_support(parameters: ShaftScene, loads: np.ndarray) -> Support:
+    """All coordinates free, under the shaft's weight and `loads` (5,) about its centre of mass."""
+    weight = parameters.shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
+    return Support((True,) * COORDINATES, tuple((weight + loads).tolist()), (0.0,) * COORDINATES)

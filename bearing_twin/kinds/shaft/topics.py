@@ -6,11 +6,11 @@ They take many outputs at once, with one row an output in front of every array.
 import numpy as np
 
 from bearing_twin.kinds.bearing.loads import ring_attitude
-from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, STEEL, marker
 from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
 from bearing_twin.kinds.shaft.row import SHAFT
-from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics
+from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, load_command, turning_commands
 from bearing_twin.kinds.urdf import Solid, cylinder
 from bearing_twin.sample import Sample, Wrench
 
@@ -36,6 +36,11 @@ def topics(parameters: ShaftScene) -> tuple[Topic, ...]:
         ),
         Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "shaft, bearings and their forces to look at", FRAME),
     )  # fmt: skip
+
+
+def commands() -> tuple[Command, ...]:
+    """The topics that a running shaft obeys."""
+    return *turning_commands("the shaft", FRAME), load_command("on the shaft about shaft.load_place", FRAME)
 
 
 def ring_centres(parameters: ShaftScene, sample: Sample) -> np.ndarray:
@@ -80,7 +85,8 @@ def longest_arrow(parameters: ShaftScene) -> float:
 def sizes(parameters: ShaftScene) -> tuple[float, float, float]:
     """Radius [m] of the shaft as it is drawn, and where it begins and ends along z."""
     mounted = [getattr(parameters, side) for side in SIDES]
-    places = [one.place for one in mounted] + [row[0] for row in parameters.shaft.loads + parameters.shaft.unbalances]
+    shaft = parameters.shaft
+    places = [one.place for one in mounted] + [row[0] for row in shaft.loads + shaft.unbalances] + [shaft.load_place]
     beyond = BEYOND * (mounted[1].place - mounted[0].place)
     return min(ring_sizes(one)[0] for one in mounted), min(places) - beyond, max(places) + beyond
 

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from bearing_twin.kinds.shaft.course import constant_loads
 from bearing_twin.kinds.shaft.outputs import channels as channels_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, ring_sizes, sizes
@@ -25,7 +26,7 @@ from bearing_twin.sample import Channel
 
 REACH = 0.15  # of the shaft's radius: greatest drawn displacement
 TAKEN = (
-    *("position", "tilt", "bearing_force", "shaft_speed", *(f"{side}_normal_load" for side in SIDES)),
+    *("position", "tilt", "bearing_force", "load", "shaft_speed", *(f"{side}_normal_load" for side in SIDES)),
     *("kinetic_energy", "elastic_energy", "load_work", "bearing_work", "dissipated"),
 )
 
@@ -38,6 +39,7 @@ def view(facts, channels) -> View:
         *picked(channels, TAKEN),
         Channel("turn", "1", (2,), "cosine and sine of the shaft's angle"),
         Channel("centres", "m", (2, 3), "of the inner rings"),
+        Channel("varying_load", "N", (3,), "the load but shaft.loads, which no command replaces"),
     )
     return View(
         series=series,
@@ -96,6 +98,7 @@ def _panels(parameters) -> tuple[Panel, ...]:
             )
             for b, side in enumerate(SIDES)
         ),
+        Panel("Load on the shaft but its weight", "N", tuple(Line("load", one, k, k) for k, one in enumerate(axes))),
         *(_balls(parameters, side) for side in SIDES),
         curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
         curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
@@ -119,7 +122,8 @@ def _balls(parameters, side: str) -> Panel:
 def _rows(parameters, sample) -> dict[str, np.ndarray]:
     angle = sample["shaft_angle"]
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return {name: sample[name] for name in TAKEN} | {"turn": turn, "centres": ring_centres(parameters, sample)}
+    found = {name: sample[name] for name in TAKEN} | {"turn": turn, "centres": ring_centres(parameters, sample)}
+    return found | {"varying_load": sample["load"] - constant_loads(parameters)[:3]}
 
 
 def _rod(radius: float, low: float, high: float) -> list[list[tuple[float, float]]]:

@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.rings import PRESCRIBED, dimension_of, idle_load
 from bearing_twin.kinds.contract import OperatingPoint
 
 PLACES = 3  # of the balls on their way round, from one on the load line to two beside it
+OVERLOAD = "overload"  # reason of the error of a run whose load nothing carries
 
 
 def commanded_loads(force, moment) -> tuple[float, ...]:
@@ -27,7 +28,7 @@ def commanded_loads(force, moment) -> tuple[float, ...]:
         raise BearingTwinError(f"force {_words(force)} N and torque {_words(moment)} N m must be finite")
     if any(values[5:]):
         raise BearingTwinError(
-            f"the torque of {values[5]:g} N m about z is the drive's; command its speed, or its torque, instead"
+            f"the torque of {values[5]:g} N m about z is the drive's, which has a command of its own"
         )
     return tuple(map(float, values[:5]))
 
@@ -53,9 +54,13 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
     support = weighed_support(parameters, loads)
     setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
     for place in range(PLACES):
-        first = load_line(support) + math.pi / balls * place / (PLACES - 1)
-        azimuths = azimuths_of(balls, first)
+        azimuths = azimuths_of(balls, tried_at(support, balls, place))
         weighed_solver(parameters, setting, azimuths).solve(support)
+
+
+def tried_at(support: Support, balls: int, place: int) -> float:
+    """Azimuth [rad] of the first of so many balls, when a load is tried with them at that one of PLACES."""
+    return load_line(support) + math.pi / balls * place / (PLACES - 1)
 
 
 def check_drive(parameters, law: str, key: str, value: float, load: tuple) -> None:
@@ -63,14 +68,18 @@ def check_drive(parameters, law: str, key: str, value: float, load: tuple) -> No
 
     Also for a speed at which the `load` (force, moment) is not carried, None for both being the scene's own.
     """
-    kind = parameters.drive.kind
+    check_goal(parameters.drive.kind, key, value)
+    if key == SPEED:
+        check_load(parameters, law, value, *load)
+
+
+def check_goal(kind: str, key: str, value: float) -> None:
+    """Raises BearingTwinError for a `key`, SPEED or TORQUE, that a drive of this kind does not take, or no number."""
     if key != kind:
         why = "the speed follows from the torque" if kind == TORQUE else "the torque follows from the speed"
         raise BearingTwinError(f"drive.kind = {kind}: {why}; command the {kind} instead")
     if not math.isfinite(value):
         raise BearingTwinError(f"a {key} of {value:g} is not finite")
-    if key == SPEED:
-        check_load(parameters, law, value, *load)
 
 
 def operating_point(parameters, law: str, sample) -> OperatingPoint:

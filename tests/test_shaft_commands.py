@@ -1,0 +1,257 @@
+"""Commands to a running shaft on two bearings, without ROS: obeyed, refused, stale; and what its figures then say."""
+
+import json
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from commanded import obeying, twist, wrench
+from shafts import energy, motion_of
+
+from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds.contract import Output
+from bearing_twin.kinds.shaft.models import choose, shares_of
+from bearing_twin.kinds.shaft.motion import motion
+from bearing_twin.kinds.shaft.topics import topics
+from bearing_twin.run.failure import read_failure, write_failure
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+
+DAMPED = "contact.relaxation_time=2e-5"  # what rings dies out within some milliseconds
+QUICK = (DAMPED, "run.output_rate=1000", "run.publish_rate=100", "solver.companion=off")
+
+
+def shaft(overrides=QUICK, **more):
+    return obeying("shaft_two_6203", overrides, **more)
+
+
+def told(force=(), torque=()):
+    return wrench(force, torque, frame="shaft_link")
+
+
+def turning(speed, **more):
+    return twist(angular=(0.0, 0.0, speed), frame="shaft_link", **more)
+
+
+def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
+    """At its place, with constant loads and the scene's unbalance; it is held until the next."""
+    keys = (*QUICK, "shaft.load_place=0.02", "shaft.loads=[[0, 10, 0, 0, 0, 0]]", "wanted.tolerance=1e-5")
+    it = shaft(keys)
+    it.run(0.015)
+    it.tell("command/load", told((0.0, -300.0, 50.0), (0.5, 0.0, 0.0)))
+    it.run(0.03)
+    it.tell("command/load", told((0.0, -100.0, 0.0)))
+    it.run(0.01)
+    unbalance = 2.0e-5 * 314.159**2
+    load = it.channel("load") - [10.0, 0.0, 0.0]
+    assert np.hypot(*load[:16, :2].T) == pytest.approx(unbalance, rel=1e-9)
+    assert load[16:46, 1] == pytest.approx(-300.0, abs=1.001 * unbalance)
+    assert load[16:46, 2] == pytest.approx(50.0)
+    assert load[46:, 1] == pytest.approx(-100.0, abs=1.001 * unbalance)
+    assert it.channel("load_moment")[20, 0] == pytest.approx(0.5 + 0.02 * 300.0, abs=0.01 * unbalance * 1.001)
+    written = "shaft.change={time: 0.015, load: [0, -300, 50], moment: [0.5, 0]}"
+    scene = motion_of(*keys, written)
+    times = 1e-3 * np.arange(1, 46)
+    out = scene.advance(times, times[-1])
+    assert np.array_equal(out["load"][15:, 2], load[16:46, 2])
+    for name in ("position", "tilt", "left_normal_load", "left_contact_angle", "load_work"):
+        off = np.abs(it.channel(name)[1:46] - out[name]).max()
+        assert off < 1e-4 * np.abs(out[name]).max(), name
+
+
+REFUSED = {
+    "nan": ("load", told((0.0, math.nan, 0.0)), "must be finite"),
+    "frame": ("load", wrench((0.0, -10.0, 0.0)), "its frame is 'bearing_link', but it is taken in shaft_link alone"),
+    "drive": ("load", told((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
+    "too much": ("load", told((0.0, -1e5, 0.0)), "the shaft through the balls: .* the greatest in this direction is"),
+    "no speed": ("speed", SimpleNamespace(data=math.nan), "must be finite"),
+    "too fast": ("speed", SimpleNamespace(data=2e4), r"must be finite and within \+-10000"),
+    "across": ("speed_stamped", turning(200.0, linear=(1.0,)), "the shaft turns about z alone"),
+}
+
+
+@pytest.fixture(scope="module")
+def left_alone():
+    it = shaft()
+    it.run(0.03)
+    return it
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case, left_alone):
+    name, message, words = REFUSED[case]
+    it = shaft()
+    it.run(0.013)
+    with pytest.raises(BearingTwinError, match=f"command/{name} refused: .*" + words) as caught:
+        it.tell(f"command/{name}", message)
+    assert "\n" not in str(caught.value)
+    it.run(0.017)
+    for channel in ("position", "shaft_speed", "left_normal_load"):
+        assert np.array_equal(it.channel(channel), left_alone.channel(channel)), channel
+    assert (it.loop.commands.taken, it.loop.commands.refused) == (0, 1)
+    assert it.loop.commands.doubt().startswith(f"1 refused, the last: command/{name} refused")
+
+
+def test_a_shaft_refuses_a_torque_and_a_speed_at_which_nothing_carries_its_load():
+    simulation = Simulation(load_scene("shaft_two_6203", QUICK))
+    with pytest.raises(BearingTwinError, match="the torque follows from the speed; command the speed instead"):
+        simulation.set_torque(0.1)
+    with pytest.raises(BearingTwinError, match="at 60000 rad/s the balls are thrown outwards so far that nothing"):
+        simulation.set_speed(6e4)
+
+
+def test_a_stale_load_gives_way_to_the_scenes_own_over_time():
+    keys = (*QUICK, "shaft.unbalances=[]", "shaft.table=[[0,0,0,0,0,0],[0.1,0,-100,0,0,0]]")
+    it = shaft(keys, load_timeout_ns=20_000_000)
+    it.tell("command/load", told((0.0, -200.0, 0.0)))
+    it.run(0.05)
+    assert it.channel("load")[:21, 1] == pytest.approx(-200.0)
+    assert it.channel("load")[21:, 1] == pytest.approx(-np.arange(21.0, 51.0))
+    assert it.loop.commands.doubt() == "command/load is stale, 0.02 s without another: the scene's own load acts"
+    it.loop.reset(0)
+    it.run(0.01)
+    assert it.channel("load")[-11:, 1] == pytest.approx(-np.arange(11.0))
+
+
+def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_added_to_it():
+    it = shaft((*QUICK, "drive.change={time: 0.04, speed: 10.0}"))
+    it.run(0.0105)
+    it.tell("command/speed_stamped", turning(330.0))
+    it.run(0.05)
+    speed, angle = it.channel("shaft_speed"), it.channel("shaft_angle")
+    since = np.maximum(np.arange(len(speed)) - 11, 0.0)
+    ramp = np.minimum(314.159 + 2.0 * since, 330.0) + np.clip(2.0 * (np.arange(len(speed)) - 40), 0.0, 10.0)
+    assert speed == pytest.approx(ramp, rel=1e-12)
+    assert np.diff(angle) == pytest.approx(1e-3 * 0.5 * (speed[1:] + speed[:-1]), rel=3e-4)
+    assert it.loop.simulation.report().figures["shaft_speed_at_end_rad_s"] == 340.0
+
+
+def test_books_figures_and_errors_are_those_of_what_was_given_out():
+    """Commands within chunks: the companion has gathered what the run has, and nothing of what was computed anew."""
+    simulation = Simulation(load_scene("shaft_two_6203", (DAMPED, "run.duration=0.2", "run.output_rate=5000")))
+    blocks = [simulation.advance(131)]
+    for force, speed, outputs in (
+        ((0.0, -400.0, 30.0), 314.159, 77),
+        ((0.0, 0.0, 0.0), 340.0, 203),
+        (None, 300.0, 590),
+    ):
+        simulation.set_load(force, None if force is None else (0.0, 0.0))
+        simulation.set_speed(speed)
+        blocks.append(simulation.advance(outputs))
+    report = simulation.report(last=True)
+    own = simulation._motion._figures[0].figures()
+    assert own.keys() == report.figures.keys()
+    for key, value in own.items():
+        assert report.figures[key] == pytest.approx(value, rel=1e-9, abs=1e-20), key
+    assert report.status == "done"
+    assert 0.0 < report.errors["wanted_errors"]["ball_loads"]["error"] < 1e-3
+    values = {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
+    books, gross = energy(values)
+    assert np.abs(books - books[0]).max() < 1e-5 * gross
+    assert np.ptp(values["load"][:, 1]) > 390.0
+
+
+def test_a_speed_beyond_the_scenes_counts_in_what_equilibria_leave_out():
+    it = shaft(("run.output_rate=1000", "drive.acceleration=1e5"))
+    parameters = it.loop.simulation.scene.parameters
+    it.run(0.005)
+    before = it.loop.simulation.report().errors["errors_by_source"]["left_greatest_ball_load_n"]["left_out"]
+    it.tell("command/speed", SimpleNamespace(data=900.0))
+    it.run(0.02)
+    report = it.loop.simulation.report()
+    share = shares_of(parameters, "hertz", 900.0)["left"]
+    after = report.errors["errors_by_source"]["left_greatest_ball_load_n"]["left_out"]
+    assert f"the centrifugal load is at most {share:.2g} of a contact's" in it.loop.simulation.choice.reason
+    assert share > 2.0 * shares_of(parameters, "hertz")["left"]
+    assert after == pytest.approx(max(1e-4, 0.04 * share**2) * report.figures["left_greatest_ball_load_n"], rel=1e-9)
+    assert after > before
+
+
+def test_pose_and_frames_follow_the_shaft():
+    it = shaft()
+    it.tell("command/load", told((0.0, -500.0, 0.0), (2.0, 0.0, 0.0)))
+    simulation = it.loop.simulation
+    sample = simulation.advance(60)[59]
+    output = Output(simulation.scene.parameters, "hertz", sample)
+    by_name = {topic.name: topic for topic in topics(simulation.scene.parameters)}
+    pose = by_name["shaft/pose"].fields(output)["pose"]
+    frames = {
+        one["child_frame_id"]: one["transform"]["translation"] for one in by_name["/tf"].fields(output)["transforms"]
+    }
+    assert pose["position"][1] == frames["shaft"][1] == sample["position"][1] < -1e-6
+    tilt = sample["tilt"]
+    assert abs(tilt[0]) > 1e-6
+    along = frames["right_bearing"] - frames["left_bearing"]
+    assert along == pytest.approx([0.09 * tilt[1], -0.09 * tilt[0], 0.09], rel=1e-9, abs=1e-15)
+    x, y, z, w = pose["orientation"]
+    axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x)]
+    assert axis == pytest.approx([tilt[1], -tilt[0]], rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("companion", ["on", "off"])
+def test_a_motion_goes_on_from_a_snapshot_to_the_bit(companion):
+    """With a commanded load and speed, and a change still to come; by way of JSON, as in the file of a failure."""
+    change = "shaft.change={time: 0.001, load: [0, -30, 0]}", "drive.change={time: 0.02, speed: 5.0}"
+    scene = load_scene("shaft_two_6203", (*change, f"solver.companion={companion}"))
+    one, other = (motion(scene.parameters, choose(scene.parameters)) for _ in range(2))
+    times = 5e-4 * np.arange(1, 20)
+    for it in (one, other):
+        it.first_outputs()
+    one.advance(times, times[-1])
+    one.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
+    one.goal_speed = 340.0
+    one.advance(times, times[-1])
+    other.resume(json.loads(json.dumps(one.snapshot(), allow_nan=False)))
+    assert other.goal_speed == 340.0
+    found, expected = (it.advance(times, times[-1]) for it in (other, one))
+    for name, values in expected.items():
+        assert np.array_equal(values, found[name]), name
+
+
+@pytest.mark.parametrize("key", ["clock", "kept", "balls", "told", "turned", "goal", "commanded", "now"])
+def test_the_state_of_another_shaft_is_refused(key):
+    it = motion_of()
+    it.first_outputs()
+    it.advance(np.array([0.01]), 0.01)
+    kept = it.snapshot()
+    without = {name: value for name, value in kept.items() if name != key}
+    for wrong in ({**kept, key: [[1.0]]}, {**kept, key: [math.nan] * 3}, {**kept, key: None}, without):
+        with pytest.raises((KeyError, TypeError, ValueError)):
+            it.resume(wrong)
+
+
+def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp_path):
+    """Its load is commanded, then its scene's unbalance shakes the shaft through the balls at a speed it was told."""
+    drive = "drive={speed: 10, acceleration: 2e4}"
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.005, 0]]", drive, DAMPED, "solver.companion=off"))
+    simulation = Simulation(scene)
+    simulation.advance(20)
+    simulation.set_load((0.0, -200.0, 0.0), (0.0, 0.0))
+    simulation.advance(20)
+    simulation.set_speed(3000.0)
+    with pytest.raises(IntegrationError) as caught:
+        simulation.advance(2000)
+    told = read_failure(write_failure(caught.value, tmp_path))
+    assert told.body == "shaft"
+    rows = {label: value for label, value, _ in told.about_body()}
+    assert rows["load z"] == 0.0
+    assert rows["shaft_speed"] > 10.0
+    unbalance = 0.005 * math.hypot(rows["shaft_speed"] ** 2, 2e4)
+    assert math.hypot(rows["load x"], rows["load y"] + 200.0) == pytest.approx(unbalance, rel=1e-9)
+    again = Simulation(scene)
+    again.resume(told)
+    with pytest.raises(IntegrationError) as twice:
+        again.advance(2000)
+    assert (twice.value.seconds, twice.value.reason) == (caught.value.seconds, "too deep")
+
+
+def test_a_run_that_fails_at_once_after_a_command_tells_of_the_last_output_given_out(tmp_path):
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.02, 0]]", "drive={speed: 10, acceleration: 1e5}"))
+    simulation = Simulation(scene)
+    simulation.advance(40)
+    simulation.set_speed(3000.0)
+    with pytest.raises(IntegrationError, match=r"after 0\.0195 s: at 0\.0") as caught:
+        simulation.advance(2000)
+    told = read_failure(write_failure(caught.value, tmp_path))
+    assert (told.sequence, told.good_seconds) == (39, pytest.approx(0.0195))

@@ -1,0 +1,159 @@
+"""Loads over time on a shaft on two bearings: closed forms, linear theory, works, tables, what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from shafts import energy, motion_of, outputs_of
+
+from bearing_twin.command.cli import BAD_INPUT, main
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.shaft.modes import modes_of
+from bearing_twin.kinds.shaft.statics import balance_of
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+from bearing_twin.sample import joined
+
+STILL = ("drive.speed=0", "shaft.unbalances=[]")
+ONE_INSTANT = 0.01 * (1.0 + 1e-13)
+
+
+def coordinates(out):
+    return np.concatenate([out["position"], out["tilt"]], axis=1)
+
+
+def test_a_step_of_load_rings_at_the_natural_frequencies():
+    """Undamped and small: q = sum of modes (1 - cos w t), by the bearings' stiffness and the shaft's inertia."""
+    push = np.array([0.0, -0.04, 0.01, 4e-4, 0.0])
+    step = f"shaft.change={{time: 0.01, load: {push[:3].tolist()}, moment: {push[3:].tolist()}}}"
+    motion = motion_of(*STILL, step, "contact.relaxation_time=0", "wanted.tolerance=1e-7")
+    found = balance_of(motion.parameters, "hertz", 0.0)
+    times, out = outputs_of(motion, 0.06, 1200)
+    moved = coordinates(out) - found.coordinates
+    root = np.diag(np.array([motion.rotor.mass] * 3 + [motion.rotor.transverse] * 2) ** -0.5)
+    squares, shapes = np.linalg.eigh(root @ found.stiffness @ root)
+    amplitudes = shapes.T @ root @ push / squares
+    since = np.maximum(times - 0.01, 0.0)[:, None]
+    expected = (amplitudes * (1.0 - np.cos(since * np.sqrt(squares)))) @ shapes.T @ root
+    for k in (1, 2, 3):
+        assert np.abs(moved - expected)[:, k].max() < 0.01 * np.abs(expected[:, k]).max()
+    # told of the scene's last loads, which this step changes by little
+    told = modes_of(motion.parameters, "hertz")[0].frequencies
+    assert told == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-4)
+
+
+def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_its_way():
+    step = "shaft.change={time: 0.01, load: [30, -200, 40], moment: [0.5, -1]}"
+    motion = motion_of(*STILL, step, "contact.relaxation_time=1e-4", "shaft.load_place=0.02")
+    before, after = (balance_of(motion.parameters, "hertz", 0.0, time).coordinates for time in (0.0, 1.0))
+    _, out = outputs_of(motion, 0.3, 300)
+    place = coordinates(out)
+    assert np.abs(place[9] - before).max() < 1e-9 * np.abs(before).max()
+    assert place[-1] == pytest.approx(after, rel=1e-6)
+    push = np.array([30.0, -200.0, 40.0, 0.5 + 0.02 * 200.0, -1.0 + 0.02 * 30.0])
+    assert np.concatenate([out["load"][11], out["load_moment"][11]]) == pytest.approx(push)
+    assert not out["load"][10].any()  # that of the part which ends there
+    assert out["load_work"][-1] == pytest.approx(push @ (after - before), rel=1e-5)
+    books, gross = energy(out)
+    assert np.abs(books - books[0]).max() < 1e-5 * gross
+
+
+def test_a_slow_load_from_a_table_moves_the_shaft_through_equilibria(tmp_path):
+    """From -100 to -300 N within 0.2 s, straight between rows, then as the last; and the books."""
+    path = tmp_path / "loads.csv"
+    path.write_text("time,x,y,z,mx,my\n0.05,0,-100,0,0,0\n0.25,0,-300,0,0,0.1\n")
+    motion = motion_of(*STILL, f"shaft.table={path}", "shaft.load=[0,0,10]", "wanted.tolerance=1e-4")
+    times, out = outputs_of(motion, 0.3, 30)
+    share = np.clip((times - 0.05) / 0.2, 0.0, 1.0)
+    assert out["load"] == pytest.approx(np.stack([0.0 * share, -100.0 - 200.0 * share, 0.0 * share + 10.0], axis=1))
+    assert out["load_moment"][:, 1] == pytest.approx(0.1 * share)
+    for row in (0, 10, 15, 20, 30):
+        found = balance_of(motion.parameters, "hertz", 0.0, float(times[row])).coordinates
+        assert coordinates(out)[row] == pytest.approx(found, rel=2e-3, abs=1e-9)
+    books, gross = energy(out)
+    assert np.abs(books - books[0]).max() < 1e-5 * gross
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (
+            ("change={time: 0.01, load: [5, -40, 0], moment: [0.1, 0]}",),
+            (f"table=[[0,0,0,0,0,0],[0.01,0,0,0,0,0],[{ONE_INSTANT!r},5,-40,0,0.1,0]]",),
+        ),
+        (("load=[5,-40,0]", "moment=[0.1,0]"), ("table=[[0,5,-40,0,0.1,0]]",)),
+        (("load=[5,-40,0]", "moment=[0.1,0]"), ("loads=[[0,5,-40,0,0.1,0]]",)),
+    ],
+)
+def test_one_load_written_two_ways_gives_the_same_bits(one, other):
+    found = []
+    for keys in (one, other):
+        _, out = outputs_of(motion_of(*(f"shaft.{key}" for key in keys)), 0.02, 40)
+        found.append(out)
+    for name, values in found[0].items():
+        assert np.array_equal(values, found[1][name]), name
+
+
+def test_a_run_with_loads_is_the_same_to_the_bit_however_it_is_cut():
+    keys = (
+        "shaft.change={time: 0.0123, load: [0, -50, 0]}",
+        "shaft.table=[[0.004,0,0,0,0,0],[0.009,30,0,0,0,0],[0.0171,0,20,0,0,0.1]]",
+        "drive.change={time: 0.008, speed: 10.0}",
+    )
+    whole, parts = motion_of(*keys), motion_of(*keys)
+    _, expected = outputs_of(whole, 0.02, 40)
+    found = [parts.first_outputs()["left_normal_load"]]
+    for count in (1, 15, 2, 7, 15):
+        times = 5e-4 * np.arange(1, count + 1)
+        found.append(parts.advance(times, times[-1])["left_normal_load"])
+    assert (np.concatenate(found) == expected["left_normal_load"]).all()
+    assert (whole.counts == parts.counts).all()
+    books, gross = energy(expected)
+    assert abs(books[-1] - books[0]) < 1e-4 * gross
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("table=[[0,0,-1,0,0,0],[0,0,-2,0,0,0]]", "time must grow from row to row; 0 s follows 0 s"),
+        ("table=[[0,0,-1,0,0,0],[1,0,null,0,0,0]]", r"table\[1\]: y = None must be a number"),
+        ("table=[[0,0,-1,0,0,0],[1,0,.nan,0,0,0]]", r"table\[1\]: y = nan is not finite; must be a number"),
+        ("table=[[0,0,-1]]", "6 numbers a row, none left out"),
+        ("table=no_such_file.csv", "No such file"),
+        ("load=[0,.nan,0]", r"shaft.load\[1\] = nan is not finite; must be a number"),
+        ("change={time: 0.01, load: [0,-1e6,0]}", "pushes the shaft through the balls.*the greatest in this direction"),
+        ("table=[[0,0,0,0,0,0],[1e-3,0,-1e6,0,0,0]]", "pushes the shaft through the balls.*the greatest in this"),
+    ],
+)
+def test_loads_that_are_none_or_that_nothing_carries_are_refused_in_one_sentence(change, words, capsys):
+    assert main(["simulate", "shaft_two_6203", "--set", f"shaft.{change}"]) == BAD_INPUT
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+    with pytest.raises(SceneError, match=words):
+        choose(load_scene("shaft_two_6203", [f"shaft.{change}"]))
+
+
+def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_limit():
+    motion = motion_of("shaft.table=[[0,0,0,0,0,0],[0.011,0,0,0,0,0],[0.0111,0,-1e9,0,0,0],[0.012,0,0,0,0,0]]")
+    words = r"^at 0.0110\d* s a load of \(.*, -.*, 0\) N.* pushes the shaft through.*the greatest in this direction is"
+    with pytest.raises(IntegrationError, match=words) as caught:
+        motion.advance(np.arange(1, 30) * 1e-3, 0.029)
+    assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
+
+
+@pytest.mark.parametrize("change", ["change={time: 0.21, load: [0, -500, 0]}", "load_place=0.0"])
+def test_the_error_told_holds_for_what_a_change_of_load_begins(change):
+    """The second motion, left after 0.2 s, follows anew; against a motion at a hundredth of the tolerance."""
+    keys = (f"shaft.{change}", "run.duration=0.23")
+    run = simulate(load_scene("shaft_two_6203", keys))
+    values = joined(list(run.blocks())).values
+    exact = motion_of(*keys, share=1e-2)
+    times = 5e-4 * np.arange(1, len(values["load"]))
+    exact.first_outputs()
+    off = np.abs(exact.advance(times, times[-1])["left_normal_load"] - values["left_normal_load"][1:]).max()
+    off /= max(values[f"{side}_normal_load"].max() for side in ("left", "right"))
+    said = run.report.errors["wanted_errors"]["ball_loads"]["error"]
+    assert 0.3 < said / off < 10.0
+    assert said < run.scene.parameters.wanted.tolerance
+    quiet = change == "load_place=0.0"
+    assert (run.report.costs["companion_steps"] > 700) != quiet
