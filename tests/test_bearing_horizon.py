@@ -8,6 +8,7 @@ from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off
+from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
@@ -110,8 +111,8 @@ def a_part(**what):
         "states": states,
     } | what
     states = given.pop("states")
-    given |= {"begun": [states[0]], "filled": (states[1:],)}
-    return SimpleNamespace(**given, start=lambda output: 0.0 if output < 0 else float(times[output]))
+    given |= {"begun": [states[0]], "filled": (states[1:],), "drive": None, "taken": 0}
+    return Part(**given)
 
 
 def test_balls_meet_where_they_come_together_before_the_next_output():
@@ -213,3 +214,25 @@ def test_meetings_that_no_copy_looks_at_do_to_errors_what_was_seen(reached, know
     met[2, 0] = True
     assert companion._parted(a_part(), None, 1e-4, met) == []
     assert companion.adrift != known
+
+
+def test_a_part_is_read_once_for_all_that_is_asked_of_its_outputs(monkeypatch):
+    """Of balls that hop, for whom most is asked."""
+    scene, reads = load_scene("bearing_6203_loose"), []
+    moving = WatchedMotion(scene.parameters, choose(scene))
+
+    class Counted(Rows):
+        def __getitem__(self, name):
+            reads[-1].append(name)
+            return super().__getitem__(name)
+
+    def look(part):
+        reads.append([])
+        part.out = Counted(part.out.layout, part.out.numbers)
+        WatchedMotion._look(moving, part)
+
+    monkeypatch.setattr(moving, "_look", look)
+    for _ in range(3):
+        moving.advance(1e-3 * np.arange(1, 21), 0.02)
+    assert len(reads) >= 3
+    assert all(sorted(part) == ["friction_force", "normal_load"] for part in reads)

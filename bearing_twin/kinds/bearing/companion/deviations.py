@@ -1,6 +1,7 @@
 """How far a stretch of a bearing run is from what a companion found for it."""
 
 import functools
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -33,12 +34,14 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
 
 
-class Part(NamedTuple):
+@dataclass(eq=False)
+class Part:
     """A stretch of a run that was integrated in one go, with what it began from and what it gave out.
 
     `begun` are the arrays that moved on, as they were: state, orientation, steps, carried, border. `filled` are states,
     orientations and borders at `times` [s] from `elapsed` [s] on, `out` the channels there. `taken` are the steps
-    of all balls since the run began.
+    of all balls since the run began. What is asked of all outputs again and again is read out of `out` once: its rows
+    are wide, and memory that was not read for a while is slow.
     """
 
     bearing: Bearing
@@ -62,11 +65,32 @@ class Part(NamedTuple):
         """The drive `start` [s] later."""
         return drive_later(self.drive, start)
 
+    @functools.cached_property
+    def load(self) -> np.ndarray:
+        """Normal loads [N] (outputs, balls, 2) of the channel of that name."""
+        return self.out["normal_load"].copy()
 
-def in_flight(part: Part) -> np.ndarray:
-    """Which balls (outputs, balls) touch neither raceway."""
-    load = part.out["normal_load"]
-    return (load[..., 0] == 0.0) & (load[..., 1] == 0.0)
+    @functools.cached_property
+    def friction(self) -> np.ndarray:
+        """Lengths [N] (outputs, balls, 2) of the friction forces."""
+        return lengths(self.out["friction_force"].copy())
+
+    @functools.cached_property
+    def all_bear(self) -> bool:
+        """Whether every contact bears load at every output, as nearly always."""
+        return float(self.load.min()) > 0.0
+
+    @functools.cached_property
+    def in_flight(self) -> np.ndarray:
+        """Which balls (outputs, balls) touch neither raceway."""
+        if self.all_bear:
+            return np.zeros(self.load.shape[:2], bool)
+        return (self.load[..., 0] == 0.0) & (self.load[..., 1] == 0.0)
+
+    @functools.cached_property
+    def flies(self) -> bool:
+        """Whether any ball touches neither raceway at an output."""
+        return not self.all_bear and bool(self.in_flight.any())
 
 
 class Found(NamedTuple):
@@ -169,8 +193,7 @@ def off_in_flight(part: Part, window: Window, found: Found, place: int | None) -
     if place is None:
         return 0.0
     rows = slice(window.begin + 1, window.begin + 1 + window.length)
-    free = in_flight(part)[rows, window.ball]
-    if not free.any():
+    if not part.flies or not (free := part.in_flight[rows, window.ball]).any():
         return 0.0
     off = part.filled[0][rows, window.ball, AXIS_DISTANCE] - found.states[:, place, AXIS_DISTANCE]
     return float(np.abs(off[free]).max(initial=0.0))
