@@ -151,7 +151,7 @@ def outputs_alone(bearing, drive, times, states, orientations, borders) -> Colum
     held = np.empty((count, *borders.shape))
     held[:] = borders
     alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), held.reshape(-1, borders.shape[1])
-    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, False, _places(1), numbers, 0)
+    write_rows(bearing, drive, np.repeat(times, balls), *alone, False, _places(1), numbers, 0)
     return Columns(layout, numbers.reshape(count, balls, -1))
 
 
