@@ -99,14 +99,11 @@ def nowhere(part: Part, window: Window, tolerance: float) -> list[float]:
 
 
 def together(part: Part, windows: list[Window]) -> list[list[Window]]:
-    """Windows of single balls that one call can integrate: equally long, from one instant where the drive accelerates.
-
-    Those that begin with the part may have a first output sooner.
-    """
+    """Windows of single balls that one call can integrate, all or, where the drive accelerates, from one instant."""
     groups: dict[tuple, list[Window]] = {}
     for number, window in enumerate(windows):
-        alike = window.begin if part.drive.acceleration else window.begin < 0
-        groups.setdefault((window.length, alike, number if window.ball < 0 else -1), []).append(window)
+        alike = window.begin if part.drive.acceleration else 0
+        groups.setdefault((number if window.ball < 0 else -1, alike), []).append(window)
     return list(groups.values())
 
 

@@ -109,18 +109,18 @@ class Drift:
         self.lost = np.array(kept[3], bool).reshape(balls)
         self.later, self.limit = [], None
 
-    def see(self, part: Part, window: Window, found: Found, place: int, scale: float) -> None:
-        """Takes in how far the ball of a window, or all, were off at its end, times `scale`; `place` is in `found`.
+    def see(self, part: Part, window: Window, found: Found, scale: float) -> None:
+        """Takes in how far the ball of a window, or all, were off at its end, times `scale`.
 
         No later than at the limit, see `begin`.
         """
         end = window.begin + window.length
         if self.limit is not None and end > self.limit:
-            self.later.append((part, window, found, place, scale))
+            self.later.append((part, window, found, scale))
             end = self.limit
         if end <= window.begin:
             return
-        balls, own = (window.ball, place) if window.ball >= 0 else (slice(None), slice(None))
+        balls, own = (window.ball, 0) if window.ball >= 0 else (slice(None), slice(None))
         mine, exact = part.filled[0][end, balls], found.states[end - window.begin - 1, own]
         speeds = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, exact)]
         angle = scale * np.abs(mine[..., ORBIT_ANGLE] - exact[..., ORBIT_ANGLE])
