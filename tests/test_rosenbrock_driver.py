@@ -29,9 +29,7 @@ from bearing_twin.numerics.lanes import (
 )
 from bearing_twin.numerics.rosenbrock import (
     IDLE,
-    Stretches,
     advance_lanes,
-    alike,
     cut_to_end,
     fill_lanes,
     inside,
@@ -41,6 +39,7 @@ from bearing_twin.numerics.rosenbrock import (
 )
 from bearing_twin.numerics.statuses import JACOBIANS, NOT_FINITE, OK, REJECTIONS, STALLED, STEPS, STOPPED
 from bearing_twin.numerics.steppers import RODAS4, ROSENBROCK, five
+from bearing_twin.numerics.stretches import Stretches, alike
 
 DURATION, TIMES = 2.0, np.linspace(0.1, 2.0, 20)
 STIFFNESS = COLUMNS  # the row of a body's own, the first after its state

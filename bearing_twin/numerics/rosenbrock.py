@@ -9,9 +9,6 @@ an argument of its own, for only then Numba leaves out what no empty one has, it
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from bearing_twin.compiled import inlined, kernel, template
 from bearing_twin.numerics import lanes as at
@@ -24,25 +21,6 @@ IDLE = -1  # the body in a lane without one
 LANDED = 0.95  # share of a step: an event later in it is as good as at its end
 # Share of the step over which the rates' explicit change with time is taken: at 1e-3 the order fell from 4 to 2.
 SLOPE_STEP = 1e-6
-
-
-class Stretches(NamedTuple):
-    """What each body has for itself, by its number: all begin at 0, and end at its `ends` [s].
-
-    Its instants are those from number `first` on, the one `after` them not; `taken` counts its steps. Coupled bodies
-    have all alike.
-    """
-
-    ends: np.ndarray
-    first: np.ndarray
-    after: np.ndarray
-    taken: np.ndarray
-
-
-def alike(bodies: int, duration: float, instants: int) -> Stretches:
-    """Those of so many bodies that go through the same instants to the same end [s]."""
-    counts = np.zeros((2, bodies), np.int64)
-    return Stretches(np.full(bodies, duration), counts[0], np.full(bodies, instants), counts[1])
 
 
 @inlined

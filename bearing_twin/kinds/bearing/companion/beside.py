@@ -9,9 +9,9 @@ from bearing_twin.kinds.bearing.companion.windows import Window
 from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_alone, write_outputs
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk, integrated
 from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
-from bearing_twin.numerics.rosenbrock import Stretches
 from bearing_twin.numerics.statuses import OK, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
+from bearing_twin.numerics.stretches import Stretches
 
 METHOD = "rodas4"  # of the companion, whatever the run's
 TIGHTER = 0.3  # of the run's tolerance: what the companion errs by itself is as great a share, and is added

@@ -46,9 +46,10 @@ from bearing_twin.numerics.lanes import (
     put_quaternion,
 )
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rosenbrock import IDLE, Stretches, advance_lanes, alike, dense_terms, fill_lanes
+from bearing_twin.numerics.rosenbrock import IDLE, advance_lanes, dense_terms, fill_lanes
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import NOTHING, Rosenbrock
+from bearing_twin.numerics.stretches import Stretches, alike
 
 
 class ChunkTask(NamedTuple):
