@@ -64,11 +64,18 @@ class Loading:
         drive = parameters.drive
         self.torque, self.torque_knots = drive.torque, np.array(drive.torque_table).reshape(-1, 2)
         self.torque_commanded = False
+        self._changed()
+
+    def _changed(self) -> None:
+        """Finds anew when loads jump, or grow otherwise."""
+        times = np.concatenate((self.knots[:, 0], self.torque_knots[:, 0], [self.change_time]))
+        self._jumps, self._steady = times[times < NEVER], None
 
     def set(self, force, moment) -> None:
         """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
         self.load = np.array([*force, *moment], float)[:CAGE]
         self.change_time, self.knots, self.commanded = NEVER, np.empty((0, 6)), True
+        self._changed()
 
     def loaded(self, parameters: BearingScene, force, moment) -> "Loading":
         """The same with other loads, or the scene's own where both are None; a commanded torque stays."""
@@ -82,23 +89,31 @@ class Loading:
     def set_torque(self, torque: float) -> None:
         """From now on `torque` [N m] turns the shaft in place of the scene's."""
         self.torque, self.torque_knots, self.torque_commanded = float(torque), np.empty((0, 2)), True
+        self._changed()
 
     def until_next(self, elapsed: float) -> float:
         """Seconds until the load jumps, or grows otherwise."""
-        times = np.concatenate((self.knots[:, 0], self.torque_knots[:, 0], [self.change_time]))
-        return float(np.min(times[times > elapsed * (1.0 + SAME)], initial=NEVER)) - elapsed
+        if not len(self._jumps):
+            return NEVER
+        return float(np.min(self._jumps[self._jumps > elapsed * (1.0 + SAME)], initial=NEVER)) - elapsed
 
     def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
-        """Load (5,) at `elapsed` [s] and its rate (5,), which hold until the next jump."""
-        jumped = elapsed >= self.change_time * (1.0 - SAME)
-        load = self.load + self.change if jumped else self.load
-        more, rate = _between(self.knots, elapsed)
-        return load if more is None else load + more, rate
+        """Loads [N], [N m], with the torque on a shaft (6,), at `elapsed` [s], and their rates, until the next jump.
 
-    def torque_at(self, elapsed: float) -> tuple[float, float]:
-        """Torque [N m] on the shaft at `elapsed` [s] and its rate, which hold until the next jump."""
-        more, rate = _between(self.torque_knots, elapsed)
-        return (self.torque, 0.0) if more is None else (self.torque + float(more[0]), float(rate[0]))
+        The same arrays each time where they never jump.
+        """
+        if self._steady is not None:
+            return self._steady
+        jumped = elapsed >= self.change_time * (1.0 - SAME)
+        load, torque = self.load + self.change if jumped else self.load, self.torque
+        more, rate = _between(self.knots, elapsed)
+        turning, torque_rate = _between(self.torque_knots, elapsed)
+        load = load if more is None else load + more
+        torque = torque if turning is None else torque + float(turning[0])
+        found = np.append(load, torque), np.append(rate, torque_rate)
+        if not len(self._jumps):
+            self._steady = found
+        return found
 
 
 def _between(knots: np.ndarray, elapsed: float) -> tuple[np.ndarray | None, np.ndarray]:
@@ -206,7 +221,7 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
-    support = weighed_support(parameters, Loading(parameters).at(0.0)[0])
+    support = weighed_support(parameters, Loading(parameters).at(0.0)[0][:CAGE])
     found = _settled(weighed_solver(parameters, setting, azimuths), support, partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates
